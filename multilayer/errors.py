@@ -1,0 +1,73 @@
+"""Errors that a user can act on: one message a mistake, with the place where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+
+class MultilayerError(Exception):
+    """Base of every error the package raises on purpose; its text is meant for the user."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in one input.
+
+    Attributes
+    ----------
+    message : str
+        What is wrong and what is allowed.
+    path : str
+        Dotted path into the input, as ``layers.1.tortuosity``; empty for the whole of it.
+    file : Path or None
+        The file it stands in.
+    line, column : int or None
+        Counted from 1.
+    """
+
+    message: str
+    path: str = ""
+    file: Path | None = None
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        return ": ".join(part for part in (place, self.path, self.message) if part)
+
+    def at(self, file: Path, line: int | None = None, column: int | None = None) -> Problem:
+        """Return the same problem, placed in a file."""
+        return replace(self, file=file, line=line, column=column)
+
+
+class InputError(MultilayerError):
+    """Input that cannot be used; carries every mistake found, not only the first.
+
+    Parameters
+    ----------
+    problems : Problem or str, or several of them
+        The mistakes.
+    """
+
+    def __init__(self, problems: str | Problem | Iterable[str | Problem]) -> None:
+        items = [problems] if isinstance(problems, str | Problem) else list(problems)
+        self.problems = [item if isinstance(item, Problem) else Problem(item) for item in items]
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+def suggest(name: str, allowed: Iterable[str]) -> str:
+    """Return ``did you mean 'x'?``, or the list of what is allowed when nothing is near.
+
+    Parameters
+    ----------
+    name : str
+        What was written.
+    allowed : iterable of str
+        What may be written.
+    """
+    names = sorted(allowed)
+    near = get_close_matches(name, names, n=1, cutoff=0.6)
+    return f"did you mean '{near[0]}'?" if near else f"allowed: {', '.join(names)}"
