@@ -6,7 +6,6 @@ be written as ``"1 mm"``. Their unit can be read back from the annotation (`Unit
 
 from __future__ import annotations
 
-import cmath
 import math
 import re
 from dataclasses import dataclass
@@ -26,12 +25,20 @@ DIMENSIONLESS = ""
 def _registry() -> pint.UnitRegistry[Any]:
     import pint  # heavy: only when some text carries a unit
 
-    # "0.5 dB" is then a plain product of number and unit, and "20 degC" may be parsed at all
+    # without it pint refuses "20 degC"
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
-_COMPLEX = re.compile(r"\s*\(?([-+0-9.eE]+[-+][0-9.eE+-]*[ij])\)?\s*(.*?)\s*$")
+_DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_NUMBER = re.compile(rf"[-+]?{_DIGITS}")
+_COMPLEX = re.compile(rf"\(?\s*(?:([-+]?{_DIGITS})\s*(?=[-+]))?([-+]?)\s*({_DIGITS})?[ij](?!\w)\s*\)?")
+
+# What may stand in a unit. pint evaluates its text as a formula, and "m**9**9**9" would keep it busy for ever.
+_SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻.·⋅", "0123456789-***") | {ord("°"): "degree", ord("%"): "percent"}
+_POWER = re.compile(r"(?<=[^\W\d_])(-?[1-9])(?!\w)")  # kg/m3, N s m-4
+_UNIT = re.compile(r"(?:[^\W\d]\w*+(?:\s*(?:\*\*|\^)\s*-?[1-9])?|1(?=\s*/)|[*/()\s])+")
+_LONGEST_UNIT = 60
+_LONGEST_SHOWN = 80
 
 
 def parse_quantity(value: object, unit: str) -> float:
@@ -49,42 +56,59 @@ def parse_quantity(value: object, unit: str) -> float:
     ValueError
         When the text is no quantity or its unit does not fit, with what is allowed.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"{_show(value)} is no number{_in(unit)}")
-    if not isinstance(value, str):
-        return float(value)
-    match = _NUMBER.match(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return _real(value)
+    match = _NUMBER.match(value.strip()) if isinstance(value, str) else None
     if match is None:
         raise ValueError(f"{_show(value)} is no number{_in(unit)}; write {_example(unit)}")
-    return float(match[1]) if not match[2] else _convert(float(match[1]), match[2], unit, value)
+    number, written = float(match[0]), match.string[match.end() :].strip()
+    return _convert(number, written, unit, match.string) if written else number
+
+
+def _real(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def parse_complex_quantity(value: object, unit: str) -> complex | float:
     """Return a number in SI that may be complex, as ``"1.2e5+2e4j Pa"``; see `parse_quantity`."""
     if isinstance(value, complex):
         return value
-    match = _COMPLEX.match(value) if isinstance(value, str) else None
+    match = _COMPLEX.match(value.strip()) if isinstance(value, str) else None
     if match is None:
         return parse_quantity(value, unit)
-    try:
-        number = complex(match[1].replace("i", "j"))
-    except ValueError:
-        raise ValueError(f"{_show(value)} is no complex number; write '1.2e5+2e4j {unit}'") from None
-    return number if not match[2] else number * _convert(1.0, match[2], unit, str(value))
+    real, sign, imaginary = match.groups()
+    number = complex(float(real or 0), float(f"{sign}{imaginary or 1}"))
+    written = match.string[match.end() :].strip()
+    return number * _convert(1.0, written, unit, match.string) if written else number
 
 
 def _convert(number: float, written: str, unit: str, text: str) -> float:
-    import pint
-
-    registry = _registry()
+    spelled = _POWER.sub(r"^\1", written.translate(_SPELLINGS))
+    known = len(spelled) <= _LONGEST_UNIT and _UNIT.fullmatch(spelled)
     try:
-        factor = registry.Quantity(number, written.replace("%", "percent").replace("°C", "degC"))
-        return float(factor.to(unit or "dimensionless").magnitude)
-    except pint.DimensionalityError:
-        what = f"a quantity{_in(unit)}" if unit else "a pure number"
-        raise ValueError(f"'{text}' has the wrong unit: this is {what}, as {_example(unit)}") from None
+        result = _in_si(number, spelled, unit) if known else None
     except Exception:  # pint raises many kinds for text that is no unit
-        raise ValueError(f"'{written}' in '{text}' is no unit known here; write {_example(unit)}") from None
+        known, result = None, None
+    if not known:
+        raise ValueError(f"{_show(written)} in {_show(text)} is no unit known here; write {_example(unit)}")
+    if result is None:
+        what = f"a quantity{_in(unit)}" if unit else "a pure number"
+        raise ValueError(f"{_show(text)} has the wrong unit: this is {what}, as {_example(unit)}")
+    return result
+
+
+def _in_si(number: float, spelled: str, unit: str) -> float | None:
+    """Return `number` in `unit`, or None when the units do not fit."""
+    registry = _registry()
+    # base units, not dimensions: for pint rad/s and Hz are of one dimension, and 2 pi would be lost
+    if registry.get_root_units(spelled)[1] != registry.get_root_units(unit)[1]:
+        return None
+    if not unit and registry.Quantity(0.0, spelled).to(unit).magnitude != 0:
+        return None  # dB: of power or of amplitude?
+    return float(registry.Quantity(number, spelled).to(unit).magnitude)
 
 
 def _in(unit: str) -> str:
@@ -92,7 +116,10 @@ def _in(unit: str) -> str:
 
 
 def _show(value: object) -> str:
-    return f"'{value}'" if isinstance(value, str) else repr(value)
+    if value is None:
+        return "an empty value"
+    shown = f"'{value}'" if isinstance(value, str) else repr(value)
+    return shown if len(shown) <= _LONGEST_SHOWN else f"{shown[:_LONGEST_SHOWN]}..."
 
 
 _EXAMPLES = {
@@ -116,32 +143,26 @@ def _example(unit: str) -> str:
 
 
 @dataclass(frozen=True)
-class Unit:
-    """Annotation of a field: its SI unit, and the door through which text becomes a number.
-
-    Parameters
-    ----------
-    symbol : str
-        SI unit as pint writes it; empty for a pure number.
-    allow_complex : bool
-        Whether a complex number may stand here.
-    """
+class UnitLabel:
+    """Annotation of a field: its SI unit as pint writes it, empty for a pure number; says it, parses nothing."""
 
     symbol: str
-    allow_complex: bool = False
+
+
+@dataclass(frozen=True)
+class Unit(UnitLabel):
+    """Annotation of a real field: its SI unit, and the door through which text becomes a number."""
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self._parse, handler(source))
 
     def _parse(self, value: object) -> object:
-        parse = parse_complex_quantity if self.allow_complex else parse_quantity
         try:
-            number = parse(value, self.symbol)
+            number = parse_quantity(value, self.symbol)
         except ValueError as error:
             raise PydanticCustomError("quantity", "{reason}", {"reason": str(error)}) from None
-        finite = cmath.isfinite(number) if isinstance(number, complex) else math.isfinite(number)
-        if not finite:
-            raise PydanticCustomError("quantity", "{reason}", {"reason": f"{value} is not finite"})
+        if not math.isfinite(number):
+            raise PydanticCustomError("quantity", "{reason}", {"reason": f"{_show(value)} is not finite"})
         return number
 
 

@@ -1,0 +1,128 @@
+"""What a layer is, and where layer types are found."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import PlainSerializer, PlainValidator, ValidationInfo, model_validator
+from pydantic_core import PydanticCustomError
+
+from multilayer.arrays import ArrayLike, ComplexArray, Numeric
+from multilayer.errors import suggest
+from multilayer.matrix.faces import Faces
+from multilayer.matrix.wave import Wave
+from multilayer.media.gas import Gas, dry_air
+from multilayer.media.laws import Modulus, complex_modulus
+from multilayer.models import Model
+from multilayer.registry import Registry, RegistryError
+from multilayer.units import PoissonRatio, Ratio
+
+
+class Layer(Model):
+    """A homogeneous slab of one kind of medium.
+
+    A layer type is a subclass with a `Literal` field ``type``, fields typed from `multilayer.units`, and `faces`. It
+    becomes known under the entry point ``multilayer.layers`` of the same name. See ``docs/design.md``.
+
+    Fields hold plain numbers when read from a file; code may put arrays there (`Stack.replaced`), which then broadcast
+    against frequency and angle.
+    """
+
+    type: str
+    name: str | None = None
+
+    summary: ClassVar[str] = ""
+
+    @abstractmethod
+    def faces(self, wave: Wave) -> Faces:
+        """Return the face matrices for a plane harmonic field.
+
+        Parameters
+        ----------
+        wave : Wave
+            Frequency, trace wavenumber and ambient gas.
+        """
+        raise NotImplementedError
+
+    def transfer_matrix(self, frequency: ArrayLike, angle: ArrayLike = 0.0, gas: Gas | None = None) -> ComplexArray:
+        """Return the transfer matrix T of Allard & Atalla, V(front) = T V(back).
+
+        Parameters
+        ----------
+        frequency : array
+            Hz.
+        angle : array
+            Degrees from the normal in `gas`.
+        gas : Gas, optional
+            Incident and saturating gas; dry air at 20 degC when left out.
+
+        Returns
+        -------
+        complex array, shape (..., n_state, n_state)
+            ``...`` is the shape of `frequency` followed by that of `angle`.
+
+        Notes
+        -----
+        For reading and for thin layers: T of a layer much thicker than its waves' decay lengths holds numbers of
+        the size exp(|Im k| h), and no arithmetic can use it. The solver works from the face matrices instead.
+        """
+        faces = self.faces(Wave.incident(frequency, angle, gas or dry_air()))
+        shape = np.shape(frequency) + np.shape(angle)
+        front, back = (
+            np.broadcast_to(m, m.shape[:2] + shape).transpose(*range(2, 2 + len(shape)), 1, 0)
+            for m in (faces.front, faces.back)
+        )
+        # T B = A, transposed: B^T T^T = A^T
+        return np.asarray(np.swapaxes(np.linalg.solve(back, front), -1, -2))
+
+
+class ElasticLayer(Layer):
+    """A layer with an isotropic elastic skeleton, damped once: by its modulus or by `loss_factor`."""
+
+    young_modulus: Modulus
+    poisson_ratio: PoissonRatio
+    loss_factor: Ratio = 0.0
+
+    @model_validator(mode="after")
+    def _damped_once(self) -> Self:
+        if self.loss_factor and not isinstance(self.young_modulus, float | int):
+            raise ValueError("loss_factor stands beside a young_modulus that has losses already; give one of the two")
+        return self
+
+    def complex_modulus(self, wave: Wave) -> Numeric:
+        """Return E1 + i E2, Pa, at the frequencies of `wave`."""
+        return complex_modulus(self.young_modulus, self.loss_factor, wave.frequency)
+
+
+LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer")
+
+
+def _parse_layer(value: Any, info: ValidationInfo) -> Layer:
+    if isinstance(value, Layer):
+        return value
+    if not isinstance(value, Mapping):
+        raise _refused(f"must be a mapping such as {{type: fluid, thickness: 50 mm}}, not {value!r}")
+    kind = value.get("type")
+    if kind is None:
+        raise _refused(f"has no 'type'; allowed: {', '.join(LAYERS.names())}")
+    if kind not in LAYERS:
+        raise _refused(f"there is no layer type {kind!r}; {suggest(str(kind), LAYERS.names())}")
+    try:
+        layer = LAYERS[str(kind)]
+    except RegistryError as error:
+        raise _refused(str(error)) from None
+    return layer.model_validate(dict(value), context=info.context)
+
+
+def _refused(reason: str) -> PydanticCustomError:
+    return PydanticCustomError("layer", "{reason}", {"reason": reason})
+
+
+def _serialise_layer(layer: Layer) -> dict[str, Any]:
+    return layer.model_dump(mode="json", exclude_none=True)
+
+
+LayerField = Annotated[Layer, PlainValidator(_parse_layer), PlainSerializer(_serialise_layer)]

@@ -1,0 +1,37 @@
+"""A thin plate in bending."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from multilayer.layers.base import ElasticLayer
+from multilayer.matrix.faces import Faces, from_propagator, stack_entries
+from multilayer.matrix.families import FLUID
+from multilayer.matrix.wave import Wave
+from multilayer.units import Density, Length
+
+
+class ElasticPlate(ElasticLayer):
+    """A thin (Kirchhoff) plate: a mass with bending stiffness and no thickness of its own in the kinematics.
+
+    Fields: `thickness` (m), `density` (kg/m3), `young_modulus` (Pa), `poisson_ratio`, `loss_factor`. State (p, v3): a
+    solid or poroelastic neighbour slips on it. Holds while bending waves are longer than about six thicknesses; use
+    `elastic_solid` beyond.
+    """
+
+    type: Literal["elastic_plate"] = "elastic_plate"
+    thickness: Length
+    density: Density
+
+    summary: ClassVar[str] = "thin plate in bending (Kirchhoff), neighbours slip on it"
+
+    def faces(self, wave: Wave) -> Faces:
+        """Return the face matrices; Allard & Atalla 2009, section 11.3.5: p(front) - p(back) = Z v3."""
+        modulus = self.complex_modulus(wave)
+        stiffness = modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
+        mass = 1j * wave.omega * self.density * self.thickness
+        impedance = mass + stiffness * wave.kx**4 / (1j * wave.omega)
+        one, zero = np.ones_like(impedance), np.zeros_like(impedance)
+        propagator = stack_entries([[one, -impedance], [zero, one]])
+        return Faces(FLUID, *from_propagator(FLUID, propagator, wave.ambient.impedance))

@@ -1,0 +1,63 @@
+"""A fluid: air gap, water, any homogeneous fluid."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from multilayer.arrays import Numeric
+from multilayer.layers.base import Layer
+from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
+from multilayer.matrix.families import FLUID
+from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import decaying_root
+from multilayer.units import Density, Length, Speed
+
+
+class Fluid(Layer):
+    """A fluid at rest; the ambient gas where density and sound speed are left out.
+
+    Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s). No viscosity, no heat conduction.
+    """
+
+    type: Literal["fluid"] = "fluid"
+    thickness: Length
+    density: Density | None = None
+    sound_speed: Speed | None = None
+
+    summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
+
+    def faces(self, wave: Wave) -> Faces:
+        """Return the face matrices; Allard & Atalla 2009, section 11.3.1."""
+        density = wave.ambient.density if self.density is None else self.density
+        speed = wave.ambient.sound_speed if self.sound_speed is None else self.sound_speed
+        return fluid_faces(wave, self.thickness, density, density * speed**2)
+
+
+def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: Numeric) -> Faces:
+    """Return the face matrices of any fluid, equivalent ones included.
+
+    Parameters
+    ----------
+    wave : Wave
+    thickness : float or array
+        m.
+    density, bulk_modulus : complex or array
+        kg/m3 and Pa, per unit volume of material.
+    """
+    omega = wave.omega
+    square = omega**2 * density / bulk_modulus - wave.kx**2
+    k3 = decaying_root(square)
+
+    def waves() -> tuple[np.ndarray, np.ndarray]:
+        admittance = k3 / (omega * density)
+        one = np.ones_like(admittance)
+        return from_waves([[one], [admittance]], [[one], [-admittance]], [k3], thickness)
+
+    def series() -> tuple[np.ndarray, np.ndarray]:
+        x, y = [[-1j * omega * density]], [[-1j * square / (omega * density)]]
+        propagator = propagator_series(FLUID, x, y, thickness)
+        return from_propagator(FLUID, propagator, wave.ambient.impedance)
+
+    return Faces(FLUID, *choose(is_thin([k3], wave.kx, thickness), series, waves))

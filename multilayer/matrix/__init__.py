@@ -1,0 +1,5 @@
+"""Arrays only: state families, couplings, face matrices, the global matrix and its solution.
+
+Matrices are stored *entry first*: ``A[i, j]`` is an array over frequency, angle and samples (any broadcast shape), so
+that every operation on an entry runs over contiguous memory.
+"""

@@ -1,0 +1,209 @@
+"""The global system of a stack: assembled as a D-matrix, or eliminated layer by layer.
+
+Unknowns are the coefficients ``c_i`` of every layer (and the amplitudes of the waves that leave through half-spaces);
+the equations are one row block per interface, ``I B_i c_i + J A_j c_j = 0``, and one per end.
+
+`solve` sweeps from the termination to the excitation and back. At each interface it finds what the layers behind
+answer, ``c- = R c+``, and what they let through, ``c+(next) = F c+``, from one small system of (n_i + n_j)/2 equations.
+In the bases of `matrix.faces` this is a recursion of scattering matrices: no exponential grows, and the cost is linear
+in the number of layers. `assemble` writes the same equations as one matrix, for reading and for checks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric
+from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
+from multilayer.matrix.faces import Faces, multiply
+from multilayer.matrix.families import FLUID, Family
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """A fluid half-space, by its normal wave impedance omega rho / k3, Pa s/m."""
+
+    impedance: Numeric
+
+    def faces(self) -> Faces:
+        """Return both directions at the interface: p = c+ + c-, v3 = (c+ - c-) / impedance."""
+        y = 1 / np.asarray(self.impedance, dtype=complex)
+        entries = np.array([[np.ones_like(y), np.ones_like(y)], [y, -y]])
+        return Faces(FLUID, entries, entries)
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A rigid wall; as an excitation, a base that moves along axis 3 with velocity 1."""
+
+
+@dataclass(frozen=True)
+class Void:
+    """Nothing: the face is free of stress."""
+
+
+@dataclass(frozen=True)
+class System:
+    """A stack ready to be solved.
+
+    Attributes
+    ----------
+    head : HalfSpace or Wall
+        Excitation: a plane wave of unit pressure arriving through a half-space, or a base of unit velocity.
+    layers : sequence of Faces
+        From the excitation to the termination.
+    tail : HalfSpace, Wall or Void
+    contacts : sequence
+        One per interface: head to first layer, between layers, last layer to tail.
+    """
+
+    head: HalfSpace | Wall
+    layers: Sequence[Faces]
+    tail: HalfSpace | Wall | Void
+    contacts: Sequence[Contact]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Coefficients of a solved system; each of shape (n_coefficients, ...).
+
+    Attributes
+    ----------
+    layers : list of complex array
+        Coefficients of every layer.
+    reflected : complex array or None
+        Pressure of the wave that goes back into the head; None for a moving base.
+    transmitted : complex array or None
+        Pressure of the wave that leaves through the tail, at the interface; None without a half-space there.
+    """
+
+    layers: list[ComplexArray]
+    reflected: ComplexArray | None
+    transmitted: ComplexArray | None
+
+
+def solve(system: System) -> Solution:
+    """Solve a system; every result broadcasts over frequency, angle and samples."""
+    layers = list(system.layers)
+    answers, carries = _sweep(system)
+    first = layers[0]
+    reflected: ComplexArray | None = None
+    if isinstance(system.head, HalfSpace):
+        reflection, carry = _join(
+            system.head.faces(), first.family, first.porosity, _admissible(first, answers[0]),
+            system.contacts[0],
+        )  # fmt: skip
+        reflected, ahead = reflection[0, 0], carry[:, 0]
+    else:
+        ahead = _drive(first, answers[0], system.contacts[0])
+    coefficients = []
+    for answer, carry_on in zip(answers, carries, strict=True):
+        coefficients.append(np.concatenate([*np.broadcast_arrays(ahead, _apply(answer, ahead))]))
+        ahead = _apply(carry_on, ahead) if carry_on is not None else ahead[:0]
+    return Solution(coefficients, reflected, ahead[0] if len(ahead) else None)
+
+
+def _sweep(system: System) -> tuple[list[ComplexArray], list[ComplexArray | None]]:
+    """Return, for every layer, c- from c+ and the next layer's (or half-space's) c+ from c+."""
+    layers = list(system.layers)
+    last = layers[-1]
+    answers: list[ComplexArray] = []
+    carries: list[ComplexArray | None] = []
+    if isinstance(system.tail, HalfSpace):
+        outgoing = system.tail.faces()
+        answer, carry = _join(
+            last, FLUID, 1.0, outgoing.front[:, :1], system.contacts[-1]
+        )  # fmt: skip
+        answers.append(answer)
+        carries.append(carry)
+    else:
+        answers.append(_terminate(last, system.tail, system.contacts[-1]))
+        carries.append(None)
+    for (layer, following), contact in zip(
+        reversed(list(pairwise(layers))), reversed(system.contacts[1:-1]), strict=True
+    ):
+        behind = _admissible(following, answers[-1])
+        answer, carry = _join(layer, following.family, following.porosity, behind, contact)
+        answers.append(answer)
+        carries.append(carry)
+    return answers[::-1], carries[::-1]
+
+
+def _admissible(layer: Faces, answer: ComplexArray) -> ComplexArray:
+    """Return the front states that the stack behind allows, one column per c+."""
+    half = layer.family.half
+    return layer.front[:, :half] + multiply(layer.front[:, half:], answer)
+
+
+def _join(
+    layer: Faces, family: Family, porosity: Numeric, behind: ComplexArray, contact: Contact
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return (R, F) of one interface: unknown are the layer's c- and the c+ behind, given is the layer's c+."""
+    half = layer.family.half
+    i_rows, j_rows = couple(layer.family, family, contact, layer.porosity, porosity)
+    left, right = apply_rows(i_rows, layer.back), apply_rows(j_rows, behind)
+    matrix = _beside(left[:, half:], right)
+    solution = solve_small(matrix, -left[:, :half])
+    return solution[:half], solution[half:]
+
+
+def _terminate(layer: Faces, tail: Wall | Void, contact: Contact) -> ComplexArray:
+    """Return c- from c+ in front of a wall or a void."""
+    rows = wall_rows(layer.family, contact)[0] if isinstance(tail, Wall) else void_rows(layer.family)
+    half = layer.family.half
+    held = apply_rows(rows, layer.back)
+    return solve_small(held[:, half:], -held[:, :half])
+
+
+def _drive(layer: Faces, answer: ComplexArray, contact: Contact) -> ComplexArray:
+    """Return c+ of the layer on a base that moves with unit velocity along axis 3."""
+    rows, normal = wall_rows(layer.family, contact)
+    held = apply_rows(rows, _admissible(layer, answer))
+    velocity = np.reshape(np.array(normal, dtype=complex), (-1, 1) + (1,) * (held.ndim - 2))
+    given = np.broadcast_to(velocity, (len(rows), 1, *held.shape[2:]))
+    return solve_small(held, given)[:, 0]
+
+
+def apply_rows(rows: Rows, matrix: ComplexArray) -> ComplexArray:
+    """Return rows @ matrix, skipping the zeros that most entries of a coupling are."""
+    lines = []
+    for row in rows:
+        terms = [c * matrix[i] for i, c in enumerate(row) if not (isinstance(c, int | float) and c == 0)]
+        lines.append(sum(terms[1:], terms[0]) if terms else np.zeros_like(matrix[0]))
+    return np.array(np.broadcast_arrays(*lines))
+
+
+def _apply(matrix: ComplexArray, vector: ComplexArray) -> ComplexArray:
+    return multiply(matrix, vector[:, None])[:, 0]
+
+
+def _beside(a: ComplexArray, b: ComplexArray) -> ComplexArray:
+    shape = np.broadcast_shapes(a.shape[2:], b.shape[2:])
+    parts = [np.broadcast_to(m, m.shape[:2] + shape) for m in (a, b)]
+    return np.concatenate(parts, axis=1)
+
+
+def solve_small(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Solve many small systems at once, equations scaled to a largest coefficient of 1.
+
+    Velocities and stresses differ by orders of magnitude, and row exchange chooses well only between equations of
+    one scale.
+
+    Parameters
+    ----------
+    matrix : complex array, shape (n, n, ...)
+    right : complex array, shape (n, m, ...)
+
+    Returns
+    -------
+    complex array, shape (n, m, ...)
+    """
+    scale = 1 / np.maximum(np.abs(matrix.real), np.abs(matrix.imag)).max(axis=1, keepdims=True)
+    if len(matrix) == 1:
+        return np.asarray(right * scale / (matrix * scale))
+    left, given = (np.moveaxis(m * scale, (0, 1), (-2, -1)) for m in (matrix, right))
+    return np.moveaxis(np.linalg.solve(left, given), (-2, -1), (0, 1))

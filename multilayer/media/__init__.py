@@ -1,0 +1,1 @@
+"""Pure formulae of media: gases, pores, elastic moduli, Biot waves; each with its source."""

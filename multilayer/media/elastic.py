@@ -1,0 +1,31 @@
+"""Isotropic elasticity and its plane waves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric
+
+
+def lame(young_modulus: Numeric, poisson_ratio: Numeric) -> tuple[Numeric, Numeric]:
+    """Return Lame's coefficients (lambda, mu), Pa; Bonfiglio & Pompoli 2015, eq. (8).
+
+    `poisson_ratio` within (-1, 0.5), both ends excluded.
+    """
+    mu = young_modulus / (2 * (1 + poisson_ratio))
+    return 2 * mu * poisson_ratio / (1 - 2 * poisson_ratio), mu
+
+
+def p_wave_modulus(young_modulus: Numeric, poisson_ratio: Numeric) -> Numeric:
+    """Return lambda + 2 mu, Pa: the modulus of laterally constrained compression."""
+    lam, mu = lame(young_modulus, poisson_ratio)
+    return lam + 2 * mu
+
+
+def decaying_root(square: Numeric) -> ComplexArray:
+    """Return the wavenumber whose wave exp(-i k x) decays (or travels) towards +x, from its square.
+
+    Im(k) <= 0; a lossless travelling wave (Im = 0) keeps Re(k) >= 0.
+    """
+    root = np.sqrt(np.asarray(square, dtype=complex))  # principal branch: Re >= 0
+    return np.where(root.imag > 0, -root, root)

@@ -1,0 +1,62 @@
+"""A stack shaken at its front face."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.matrix.families import Family
+from multilayer.matrix.faces import multiply
+from multilayer.matrix.solve import Wall, solve
+from multilayer.matrix.wave import Wave
+from multilayer.response.system import build_system
+from multilayer.stack import Stack
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """Response of a stack to a uniform motion of its front face along axis 3.
+
+    Attributes
+    ----------
+    frequency : array
+        Hz.
+    transmissibility : complex array, shape (..., *frequency.shape)
+        Normal motion of the last layer's back face (of its frame) over that of the base.
+    """
+
+    frequency: RealArray
+    transmissibility: ComplexArray
+
+
+def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:
+    """Return how the back face of `stack` follows an imposed motion of its front face.
+
+    Parameters
+    ----------
+    stack : Stack
+        Its fields may hold arrays that broadcast against `frequency`.
+    frequency : array
+        Hz, above 0.
+
+    Notes
+    -----
+    Bonfiglio & Pompoli 2015, eqs. (2)-(4): the column of the imposed velocity goes to the right-hand side. The base
+    is rigid and of infinite extent, the motion the same everywhere on it.
+    """
+    wave = Wave.incident(frequency, 0.0, stack.ambient.gas)
+    system = build_system(stack, wave, Wall())
+    solution = solve(system)
+    last = system.layers[-1]
+    row = _normal_velocity(last.family)
+    top = multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0]
+    if not np.all(np.isfinite(top)):
+        raise InputError("the stack has no finite response here: an undamped resonance lies at a frequency asked for")
+    return BaseMotion(np.asarray(frequency, dtype=float), top)
+
+
+def _normal_velocity(family: Family) -> int:
+    return next(i for i, name in enumerate(family.components) if name.startswith("v3"))

@@ -1,0 +1,96 @@
+"""Reflection, transmission and surface impedance for a plane wave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.matrix.solve import HalfSpace, solve
+from multilayer.matrix.wave import Wave
+from multilayer.response.system import build_system, wave_impedance
+from multilayer.stack import Stack
+
+
+@dataclass(frozen=True)
+class PlaneWave:
+    """Response of a stack to a plane wave; arrays of shape (..., *frequency.shape, *angle.shape).
+
+    Attributes
+    ----------
+    frequency, angle : array
+        Hz and degrees, as asked.
+    reflection : complex array
+        Reflected over incident pressure at the front face.
+    transmission : complex array or None
+        Transmitted pressure at the back face over incident pressure at the front face; None without a half-space
+        behind.
+    surface_impedance : complex array
+        Pressure over normal velocity at the front face, Pa s/m.
+    absorption : array
+        1 - abs(reflection)^2: what does not come back, be it dissipated or transmitted.
+    transmission_loss : array or None
+        dB, from the ratio of transmitted to incident power.
+    """
+
+    frequency: RealArray
+    angle: RealArray
+    reflection: ComplexArray
+    transmission: ComplexArray | None
+    surface_impedance: ComplexArray
+    absorption: RealArray
+    transmission_loss: RealArray | None
+
+
+def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> PlaneWave:
+    """Return the response of `stack` to plane waves arriving through its ambient gas.
+
+    Parameters
+    ----------
+    stack : Stack
+        Its fields may hold arrays (`Stack.replaced`) that broadcast against frequency and angle.
+    frequency : array
+        Hz, above 0.
+    angle : array
+        Degrees from the normal, from 0 to below 90. Every angle meets every frequency.
+
+    Raises
+    ------
+    InputError
+        For frequencies or angles out of range.
+    CouplingError
+        When two neighbours cannot touch as the stack says.
+
+    Notes
+    -----
+    Conventions of time exp(+i w t): a rigid wall has reflection +1, and the transmission holds no propagation phase
+    through the stack's own thickness.
+    """
+    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+    front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
+    system = build_system(stack, wave, HalfSpace(front))
+    solution = solve(system)
+    reflection, transmission = solution.reflected, solution.transmitted
+    if reflection is None or not np.all(np.isfinite(reflection)):
+        raise InputError("the stack has no finite response here: an undamped resonance lies at a frequency asked for")
+    loss = None
+    if transmission is not None and isinstance(system.tail, HalfSpace):
+        power = np.abs(transmission) ** 2 * np.real(1 / system.tail.impedance) / np.real(1 / front)
+        with np.errstate(divide="ignore"):  # no power at all is an infinite loss, not a mistake
+            loss = -10 * np.log10(power)
+    return PlaneWave(
+        frequency=np.asarray(frequency, dtype=float),
+        angle=np.asarray(angle, dtype=float),
+        reflection=reflection,
+        transmission=transmission,
+        surface_impedance=front * _ratio(1 + reflection, 1 - reflection),
+        absorption=1 - np.abs(reflection) ** 2,
+        transmission_loss=loss,
+    )
+
+
+def _ratio(a: ComplexArray, b: ComplexArray) -> ComplexArray:
+    with np.errstate(divide="ignore", invalid="ignore"):  # a rigid surface has an infinite impedance
+        return np.where(b == 0, np.inf, a / b)

@@ -1,0 +1,37 @@
+"""From a stack to the system that the kernel solves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.matrix.solve import HalfSpace, System, Void, Wall
+from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import decaying_root
+from multilayer.stack import FluidHalfSpace, Stack
+
+
+def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
+    """Return the system of `stack` in the field `wave`, excited by `head`."""
+    return System(head, [layer.faces(wave) for layer in stack.layers], _tail(stack, wave), stack.interfaces)
+
+
+def _tail(stack: Stack, wave: Wave) -> HalfSpace | Wall | Void:
+    match stack.termination:
+        case "rigid":
+            return Wall()
+        case "free":
+            return Void()
+        case "ambient":
+            return HalfSpace(wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed))
+        case FluidHalfSpace() as fluid:
+            density = wave.ambient.density if fluid.density is None else fluid.density
+            speed = wave.ambient.sound_speed if fluid.sound_speed is None else fluid.sound_speed
+            return HalfSpace(wave_impedance(wave, density, speed))
+    raise AssertionError(stack.termination)
+
+
+def wave_impedance(wave: Wave, density: float, sound_speed: float) -> ComplexArray:
+    """Return omega rho / k3, Pa s/m, of a fluid half-space; k3 decays away from the stack beyond grazing."""
+    k3 = decaying_root((wave.omega / sound_speed) ** 2 - wave.kx**2)
+    return np.asarray(wave.omega * density / k3)

@@ -1,0 +1,179 @@
+"""A stack: what surrounds the layers, the layers, how they touch, and what lies behind."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, model_validator
+from pydantic_core import PydanticCustomError
+
+from multilayer.arrays import Numeric
+from multilayer.config.validate import read
+from multilayer.errors import InputError, suggest
+from multilayer.layers.base import Layer, LayerField
+from multilayer.matrix.couplings import Contact
+from multilayer.media.gas import Gas, dry_air
+from multilayer.models import Model
+from multilayer.units import Density, Pressure, PositiveRatio, Speed, Temperature, Viscosity
+
+
+class Ambient(Model):
+    """The gas on the excitation side, which also fills the pores.
+
+    Dry air at `temperature` and `pressure`; every further field given replaces the value that follows from these.
+    """
+
+    temperature: Temperature = 293.15
+    pressure: Pressure = 101325.0
+    density: Density | None = None
+    sound_speed: Speed | None = None
+    viscosity: Viscosity | None = None
+    prandtl: PositiveRatio | None = None
+    heat_capacity_ratio: Annotated[PositiveRatio, Field(gt=1)] | None = None
+
+    @property
+    def gas(self) -> Gas:
+        """The gas these fields describe."""
+        given = self.model_dump(exclude_none=True, exclude={"temperature", "pressure"})
+        return replace(dry_air(self.temperature, self.pressure), **given)
+
+
+class FluidHalfSpace(Model):
+    """A fluid that fills the space behind the stack; the ambient gas where a field is left out."""
+
+    type: Literal["fluid"] = "fluid"
+    density: Density | None = None
+    sound_speed: Speed | None = None
+
+
+class LayerContact(Model):
+    """How two neighbours touch where it is not the default; each is a layer's name or index, or ``termination``."""
+
+    between: tuple[str | int, str | int]
+    kind: Contact
+
+
+def _parse_termination(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, FluidHalfSpace) or value in ("rigid", "ambient", "free"):
+        return value
+    if isinstance(value, Mapping):
+        return FluidHalfSpace.model_validate(dict(value), context=info.context)
+    reason = f"{value!r} is not allowed; allowed: rigid, ambient, free, or {{type: fluid, density: ...}}"
+    raise PydanticCustomError("termination", "{reason}", {"reason": reason})
+
+
+Termination = Annotated[
+    Literal["rigid", "ambient", "free"] | FluidHalfSpace,
+    PlainValidator(_parse_termination),
+    PlainSerializer(lambda t: t if isinstance(t, str) else t.model_dump(exclude_none=True)),
+]
+
+
+class Stack(Model):
+    """Layers from the excitation to the termination; immutable.
+
+    Read one with `load_stack`, change one with `replaced`.
+    """
+
+    version: Literal[1] = 1
+    ambient: Ambient = Ambient()
+    layers: Annotated[tuple[LayerField, ...], Field(min_length=1)]
+    contacts: tuple[LayerContact, ...] = ()
+    termination: Termination = "rigid"
+
+    @model_validator(mode="after")
+    def _names_and_contacts(self) -> Self:
+        names = [layer.name for layer in self.layers if layer.name is not None]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"two layers are called '{twice[0]}'; names must differ")
+        for contact in self.contacts:
+            self._place(contact)
+        return self
+
+    def index(self, key: str | int) -> int:
+        """Return the position of a layer from its name or index.
+
+        Raises
+        ------
+        InputError
+            When there is no such layer.
+        """
+        names = {layer.name or str(i): i for i, layer in enumerate(self.layers)}
+        names.update({str(i): i for i in range(len(self.layers))})
+        if str(key) not in names:
+            raise InputError(f"there is no layer '{key}'; {suggest(str(key), names)}")
+        return names[str(key)]
+
+    def _place(self, contact: LayerContact) -> int:
+        """Return the interface a contact speaks of: 1 lies behind the first layer."""
+        n = len(self.layers)
+        try:
+            ends = sorted(n if end == "termination" else self.index(end) for end in contact.between)
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        if ends[1] - ends[0] != 1:
+            raise ValueError(f"{contact.between[0]} and {contact.between[1]} are no neighbours")
+        return ends[1]
+
+    @property
+    def interfaces(self) -> tuple[Contact, ...]:
+        """Contact at every interface: excitation to first layer, between layers, last layer to termination."""
+        kinds: list[Contact] = ["bonded"] * (len(self.layers) + 1)
+        for contact in self.contacts:
+            kinds[self._place(contact)] = contact.kind
+        return tuple(kinds)
+
+    def replaced(self, values: Mapping[str, Numeric | Any]) -> Stack:
+        """Return a copy with some fields changed.
+
+        Parameters
+        ----------
+        values : mapping
+            Dotted paths to values, as ``{"layers.foam.thickness": 0.05}``; a layer goes by its name or index. Values
+            are SI and are not validated; arrays broadcast against (frequency, angle) in the responses.
+
+        Raises
+        ------
+        InputError
+            When a path leads nowhere, naming the nearest.
+        """
+        layers = list(self.layers)
+        for path, value in values.items():
+            head, _, rest = path.partition(".")
+            key, _, field = rest.partition(".")
+            if head != "layers" or not field:
+                raise InputError(f"'{path}' is no path into a stack; write 'layers.NAME.FIELD'")
+            i = self.index(key)
+            layers[i] = _with_field(layers[i], field, value, path)
+        return self.model_copy(update={"layers": tuple(layers)})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data that a stack file can hold; `Stack.model_validate` reads it back."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+
+def _with_field(layer: Layer, field: str, value: Any, path: str) -> Layer:
+    if field not in type(layer).model_fields:
+        raise InputError(f"'{path}': a layer of type {layer.type} has no '{field}'; {suggest(field, type(layer).model_fields)}")
+    return layer.model_copy(update={field: value})
+
+
+def load_stack(path: str | Path) -> Stack:
+    """Read a stack file.
+
+    Parameters
+    ----------
+    path : path
+        A YAML file as described in ``docs/stack-files.md``.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the file, each with its line and column.
+    """
+    file = Path(path)
+    return read(file, Stack, context={"folder": file.parent})
