@@ -1,0 +1,171 @@
+"""One burst as an inverse problem: unknowns (ln E1, loss factor), data in the band of the burst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.signals.envelope import envelope, level_difference_db
+from multilayer.signals.spectra import Noise, band, frequencies, padded_length, to_signal, to_spectrum
+from multilayer.signals.time_of_flight import time_of_flight
+
+_BAND_THRESHOLD = 0.02  # of the burst's largest bin
+_MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
+
+
+@dataclass(frozen=True)
+class BurstData:
+    """The measured signals of one burst, averaged over the repeats and calibrated.
+
+    Attributes
+    ----------
+    configuration : str
+    frequency : float
+        Stated centre frequency, Hz.
+    sampling_rate : float
+        Hz.
+    base, top : array, shape (n_samples,)
+        Accelerations, m/s2.
+    noise : Noise
+        Standard deviations of the averaged channels' noise, m/s2.
+    """
+
+    configuration: str
+    frequency: float
+    sampling_rate: float
+    base: RealArray
+    top: RealArray
+    noise: Noise
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples."""
+        return len(self.base)
+
+    @cached_property
+    def n_fft(self) -> int:
+        """Transform length: twice the record, so that the ring-down does not wrap round."""
+        return padded_length(self.n_samples)
+
+    @cached_property
+    def spectra(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
+        """Frequencies (Hz) and spectra of base and top over all bins from 0 to half the sampling rate."""
+        n = self.n_fft
+        return frequencies(n, self.sampling_rate), to_spectrum(self.base, n), to_spectrum(self.top, n)
+
+    @cached_property
+    def stride(self) -> int:
+        """Every how many bins of the burst's band are kept."""
+        return int(-(-np.count_nonzero(band(self.spectra[1], _BAND_THRESHOLD)) // _MOST_BINS))
+
+    @cached_property
+    def in_band(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
+        """The same in the band where the burst has energy, thinned to at most 32 bins."""
+        f, base, top = self.spectra
+        bins = np.flatnonzero(band(base, _BAND_THRESHOLD) & (f > 0))[:: self.stride]
+        return f[bins], base[bins], top[bins]
+
+    @cached_property
+    def time_of_flight(self) -> float:
+        """Measured, with sub-sample resolution, s."""
+        return float(time_of_flight(self.base, self.top, self.sampling_rate))
+
+    @cached_property
+    def envelope(self) -> RealArray:
+        """Measured envelope of the top plate, m/s2."""
+        return envelope(self.top)
+
+    @cached_property
+    def transmissibility(self) -> complex:
+        """Measured top over base at the stated frequency, by least squares over a narrow band about it."""
+        f, base, top = self.spectra
+        near = np.abs(f - self.frequency) <= 0.5 * self.frequency / 10
+        ratio = np.vdot(base[near], top[near]) / np.vdot(base[near], base[near])
+        return complex(ratio)
+
+
+@dataclass(frozen=True)
+class BurstProblem:
+    """Measured burst and model; unknowns ``x = (ln E1, E2/E1)`` at the burst's frequency.
+
+    Attributes
+    ----------
+    data : BurstData
+    rig : PlaneWaveRig
+    dispersive : bool
+        Whether the modulus follows ``E (f/fc)^n``, ``n = (2/pi) atan(E2/E1)``, within the band: the causal law of
+        constant loss factor, (i w)^n, which one complex number determines. Its slope is that of eq. (12) for small
+        losses. Without it the modulus is constant within the band, as in the paper.
+    """
+
+    data: BurstData
+    rig: PlaneWaveRig
+    dispersive: bool = True
+
+    def modulus(self, x: ArrayLike, frequency: RealArray) -> ComplexArray:
+        """Return E1 + i E2, Pa, shape (..., n_frequency), of unknowns of shape (..., 2)."""
+        unknowns = np.asarray(x, dtype=float)[..., None, :]
+        centre = np.exp(unknowns[..., 0]) * (1 + 1j * unknowns[..., 1])
+        if not self.dispersive:
+            return np.asarray(centre + 0j * frequency)
+        exponent = 2 / np.pi * np.arctan(unknowns[..., 1])
+        return np.asarray(centre * (frequency / self.data.frequency) ** exponent)
+
+    def predict(self, x: ArrayLike) -> ComplexArray:
+        """Return the modelled spectrum of the top plate in the band, shape (..., n_bins)."""
+        f, base, _ = self.data.in_band
+        return self.rig.transmissibility(f, self.modulus(x, f)) * base
+
+    @cached_property
+    def scale(self) -> float:
+        """Norm of the measured spectrum in the band: residuals are relative to it."""
+        return float(np.linalg.norm(self.data.in_band[2]))
+
+    def as_real(self, spectrum: ComplexArray) -> RealArray:
+        """Return complex spectra over the measured norm as real vectors, shape (..., 2 n_bins)."""
+        return np.concatenate([spectrum.real, spectrum.imag], axis=-1) / self.scale
+
+    def residual(self, x: ArrayLike) -> RealArray:
+        """Return modelled minus measured, relative, shape (..., 2 n_bins).
+
+        Its norm is the distance of the two analytic signals over the burst (Parseval): it holds the envelope and the
+        time of flight at once, and is smooth in the unknowns, unlike eq. (9).
+        """
+        return self.as_real(self.predict(x) - self.data.in_band[2])
+
+    def misfit(self, x: ArrayLike) -> RealArray:
+        """Return the norm of the residual, shape (...)."""
+        return np.asarray(np.linalg.norm(self.residual(x), axis=-1))
+
+    def jacobian(self, x: ArrayLike) -> RealArray:
+        """Return the derivative of the residual by the unknowns, shape (2 n_bins, 2), in one model evaluation."""
+        return self.residual_and_jacobian(x)[1]
+
+    def residual_and_jacobian(self, x: ArrayLike) -> tuple[RealArray, RealArray]:
+        """Return the residual and its derivative, shapes (2 n_bins,) and (2 n_bins, 2)."""
+        step = 1e-5
+        here = np.asarray(x, dtype=float)
+        values = self.residual(here + step * np.array([[0, 0], [1, 0], [0, 1]]))
+        return values[0], (values[1:] - values[0]).T / step
+
+    def signal(self, x: ArrayLike) -> RealArray:
+        """Return the modelled acceleration of the top plate, shape (n_samples,), from all bins up to Fs/2.
+
+        Steps 1 of the paper's inversion: spectrum of the base times transmissibility, back to time.
+        """
+        f, base, _ = self.data.spectra
+        ratio = np.ones(len(f), dtype=complex)  # at 0 Hz all moves as one
+        ratio[1:] = self.rig.transmissibility(f[1:], self.modulus(x, f[1:]))
+        return to_signal(ratio * base, self.data.n_fft, self.data.n_samples)
+
+    def discrepancy(self, signal: RealArray, *, subsample: bool = True) -> tuple[float, float]:
+        """Return the differences of eq. (10), measured minus modelled: time of flight (s) and level (dB)."""
+        data = self.data
+        modelled = time_of_flight(data.base, signal, data.sampling_rate, subsample=subsample)
+        measured = time_of_flight(data.base, data.top, data.sampling_rate, subsample=subsample)
+        level = level_difference_db(data.envelope, envelope(signal))
+        return float(measured - modelled), float(level)

@@ -1,0 +1,234 @@
+"""Fitting a campaign: every burst by itself, then the choice between branches, then how sure each result is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.inverse.acceptance import Criteria, discrepancies_in_band
+from multilayer.inverse.branches import Candidates, Choice, choose_branches, find_candidates
+from multilayer.inverse.burst import BurstData, BurstProblem
+from multilayer.inverse.nelder_mead import minimise_envelope_cost
+from multilayer.inverse.region import Region, explore
+from multilayer.inverse.result import BurstFit, FitResult, Solution
+from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.inverse.search import Minimum
+from multilayer.inverse.settings import FitSettings
+from multilayer.inverse.uncertainty import pseudo_inverse, solution_covariance
+from multilayer.measurements.campaign import Campaign, Uncertainty
+from multilayer.measurements.recording import Recording
+from multilayer.signals.calibration import Calibration
+from multilayer.signals.envelope import envelope
+from multilayer.signals.spectra import noise_level
+
+Progress = Callable[[str], None]
+_DB_PER_NEPER = 20 / np.log(10)
+_SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
+_WEAK = 0.1
+_POOR = 0.05
+
+
+def fit_campaign(
+    campaign: Campaign,
+    recordings: Mapping[tuple[str, float], Recording],
+    settings: FitSettings | None = None,
+    calibration: Calibration | None = None,
+    progress: Progress | None = None,
+) -> FitResult:
+    """Find the complex modulus of a campaign's specimen at every burst.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    recordings : mapping
+        Signals by (configuration name, frequency); see `measurements.campaign.load_recordings`.
+    settings : FitSettings, optional
+    calibration : Calibration, optional
+        Removed from the top channel.
+    progress : callable, optional
+        Called with a short text after every step, two steps per burst.
+
+    Returns
+    -------
+    FitResult
+
+    Notes
+    -----
+    Bonfiglio & Pompoli 2015 with ``method: nelder-mead``; ``docs/inverse.md`` says what the default does otherwise.
+    """
+    settings = settings or FitSettings()
+    tell = progress or (lambda text: None)
+    problems = list(_problems(campaign, recordings, settings, calibration))
+    low, high = search_bounds(settings)
+    candidates: list[Candidates] = []
+    for problem in problems:
+        candidates.append(find_candidates(problem, low, high))
+        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: searched")
+    choices = choose_branches([p.data.frequency for p in problems], candidates)
+    known = campaign.uncertainty
+    bursts = []
+    for problem, found, choice in zip(problems, candidates, choices, strict=True):
+        bursts.append(_Finish(problem, found, choice, settings, known).fit())
+        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: solved")
+    return FitResult(campaign.name, settings.method, settings.model_dump(mode="json", exclude_none=True), bursts)
+
+
+def search_bounds(settings: FitSettings) -> tuple[RealArray, RealArray]:
+    """Return the bounds of (ln E1, E2/E1)."""
+    moduli, losses = settings.bounds.storage_modulus, settings.bounds.loss_factor
+    return np.array([np.log(moduli[0]), losses[0]]), np.array([np.log(moduli[1]), losses[1]])
+
+
+def _problems(
+    campaign: Campaign,
+    recordings: Mapping[tuple[str, float], Recording],
+    settings: FitSettings,
+    calibration: Calibration | None,
+) -> list[BurstProblem]:
+    problems = []
+    for configuration in campaign.configurations:
+        rig = PlaneWaveRig.of(campaign, configuration, settings.air_above, settings.ambient)
+        for burst in configuration.bursts:
+            recording = recordings[configuration.name, burst.frequency]
+            data = _burst_data(configuration.name, burst.frequency, recording, calibration)
+            problems.append(BurstProblem(data, rig, settings.dispersive))
+    return problems
+
+
+def _burst_data(
+    configuration: str, frequency: float, recording: Recording, calibration: Calibration | None
+) -> BurstData:
+    base, top = recording.mean()
+    if calibration is not None:
+        top = calibration.correct(top, recording.sampling_rate, frequency)
+    noise = noise_level(recording, of_mean=True)
+    return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise)
+
+
+@dataclass(frozen=True)
+class _Finish:
+    """From the chosen branch of one burst to its result."""
+
+    problem: BurstProblem
+    found: Candidates
+    choice: Choice
+    settings: FitSettings
+    known: Uncertainty | None
+
+    @property
+    def criteria(self) -> Criteria:
+        given = self.settings.acceptance
+        interval = 1 / self.problem.data.sampling_rate
+        return Criteria(given.time_of_flight or interval, given.level_db)
+
+    @property
+    def literal(self) -> bool:
+        return self.settings.method == "nelder-mead"
+
+    def fit(self) -> BurstFit:
+        problem, data = self.problem, self.problem.data
+        best = self._minimise()
+        signal = problem.signal(best.x)
+        delta_tof, delta_level = problem.discrepancy(signal, subsample=not self.literal)
+        reason = self._reason(best, delta_tof, delta_level)
+        mean, std = self._region(best.x).moments(_moduli)
+        f = np.array([data.frequency])
+        return BurstFit(
+            configuration=data.configuration,
+            frequency=data.frequency,
+            storage_modulus=float(mean[0]), storage_modulus_std=float(std[0]),
+            loss_modulus=float(mean[1]), loss_modulus_std=float(std[1]),
+            loss_factor=float(mean[2]), loss_factor_std=float(std[2]),
+            optimum=_solution(best.x, float(problem.misfit(best.x))),
+            delta_tof=delta_tof, delta_level_db=delta_level,
+            accepted=not reason, reason=reason, notes=self._notes(best, mean, std),
+            alternatives=self._alternatives(best),
+            history=_history(best),
+            measured_transmissibility=data.transmissibility,
+            modelled_transmissibility=complex(problem.rig.transmissibility(f, problem.modulus(best.x, f))[0]),
+            time=np.arange(data.n_samples) / data.sampling_rate,
+            measured_envelope=data.envelope, modelled_envelope=envelope(signal),
+        )  # fmt: skip
+
+    def _minimise(self) -> Minimum:
+        if not self.literal:
+            return self.choice.minimum
+        start = self.choice.minimum.x
+        if (given := self.settings.quasi_static) is not None:
+            start = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
+        return minimise_envelope_cost(self.problem, start, *search_bounds(self.settings))
+
+    def _region(self, x: RealArray) -> Region:
+        """Return the accepted region: eq. (10) to the letter, or what noise and stated uncertainties leave open."""
+        low, high = search_bounds(self.settings)
+        response = pseudo_inverse(self.problem.jacobian(x))
+        if self.literal or self.known is None:
+            shape = response @ self._tolerances()
+            criteria = self.criteria
+            return explore(
+                lambda points: criteria.excess(*discrepancies_in_band(self.problem, points)), x, shape, low, high
+            )
+        covariance = solution_covariance(self.problem, x, self.known)
+        here, metric = self.problem.residual(x), np.linalg.inv(covariance)
+
+        def gauge(points: RealArray) -> RealArray:
+            apparent = (self.problem.residual(points) - here) @ response.T
+            return np.sqrt(np.einsum("...i,ij,...j->...", apparent, metric, apparent)) / _SIGMAS
+
+        return explore(gauge, x, _SIGMAS * np.linalg.cholesky(covariance), low, high)
+
+    def _tolerances(self) -> RealArray:
+        """Return what the tolerances of eq. (10) do to the residual, shape (2 n_bins, 2)."""
+        f, _, top = self.problem.data.in_band
+        level = self.criteria.level_db / _DB_PER_NEPER * top
+        delay: ComplexArray = -2j * np.pi * f * self.criteria.time_of_flight * top
+        return np.stack([self.problem.as_real(level), self.problem.as_real(delay)], axis=-1)
+
+    def _reason(self, best: Minimum, delta_tof: float, delta_level: float) -> str:
+        if self.choice.unresolved:
+            return "several solutions fit alike and no other burst can decide: see the alternatives"
+        if best.at_bound:
+            e1, loss = np.exp(best.x[0]), best.x[1]
+            return f"the best solution lies on a bound of the search (E1 = {e1:.4g} Pa, loss factor = {loss:.3g})"
+        return self.criteria.reason(delta_tof, delta_level)
+
+    def _notes(self, best: Minimum, mean: RealArray, std: RealArray) -> list[str]:
+        notes = []
+        if self.choice.by_neighbours:
+            notes.append("several solutions fit alike; the other bursts decided")
+        size = abs(self.problem.data.transmissibility)
+        if std[0] > _WEAK * mean[0]:
+            notes.append(f"weak: E1 to {100 * std[0] / mean[0]:.0f} % only (transmissibility {size:.2f})")
+        misfit = float(self.problem.misfit(best.x))
+        if misfit > _POOR:
+            notes.append(f"the model leaves {100 * misfit:.0f} % of the signal unexplained")
+        lowest = self.found.minima[0]
+        if self.literal and lowest.misfit < 0.5 * misfit and np.abs(lowest.x[0] - best.x[0]) > 0.1:
+            notes.append(f"E1 = {np.exp(lowest.x[0]):.4g} Pa fits better: Nelder-Mead ended in another minimum")
+        return notes
+
+    def _alternatives(self, best: Minimum) -> list[Solution]:
+        """Return the other minima that meet eq. (10)."""
+        others = [m for m in self.found.minima if np.any(np.abs(m.x - best.x) > (0.05, 0.1)) and not m.at_bound]
+        if not others:
+            return []
+        excess = self.criteria.excess(*discrepancies_in_band(self.problem, np.array([m.x for m in others])))
+        return [_solution(m.x, m.misfit) for m, e in zip(others, excess, strict=True) if e <= 1]
+
+
+def _moduli(x: RealArray) -> RealArray:
+    e1 = np.exp(x[..., 0])
+    return np.stack([e1, e1 * x[..., 1], x[..., 1]], axis=-1)
+
+
+def _solution(x: RealArray, misfit: float) -> Solution:
+    e1, e2, _ = _moduli(x)
+    return Solution(float(e1), float(e2), misfit)
+
+
+def _history(minimum: Minimum) -> RealArray:
+    rows = [(*_moduli(x)[:2], cost) for x, cost in minimum.history]
+    return np.array(rows, dtype=float).reshape(-1, 3)

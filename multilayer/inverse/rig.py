@@ -1,0 +1,89 @@
+"""The two-plate rig as a stack of plane layers: support plate, sample, top plate, and what lies above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from multilayer.arrays import ArrayLike, ComplexArray
+from multilayer.measurements.campaign import Campaign, Configuration
+from multilayer.response import base_motion
+from multilayer.stack import Ambient, Stack
+
+SPECIMEN = "specimen"
+Uncertain = Literal["thickness", "density", "top_plate_mass"]
+_FIELDS: dict[str, str] = {
+    "thickness": f"layers.{SPECIMEN}.thickness",
+    "density": f"layers.{SPECIMEN}.density",
+    "top_plate_mass": "layers.top_plate.density",
+}
+
+
+@dataclass(frozen=True)
+class PlaneWaveRig:
+    """The model of Bonfiglio & Pompoli 2015: three solid layers of infinite extent in plane motion.
+
+    The sample's free rim is not in it: with a Poisson's ratio above 0 its apparent modulus comes out too low.
+    """
+
+    stack: Stack
+
+    @classmethod
+    def of(
+        cls,
+        campaign: Campaign,
+        configuration: Configuration,
+        termination: Literal["free", "ambient"] = "free",
+        ambient: Ambient | None = None,
+    ) -> PlaneWaveRig:
+        """Return the rig of one configuration of a campaign."""
+        base, top, specimen = campaign.base_plate, campaign.top_plate, campaign.specimen
+        layers = [
+            {
+                "name": "base_plate",
+                "thickness": base.thickness,
+                "density": base.density,
+                "young_modulus": base.young_modulus,
+                "poisson_ratio": base.poisson_ratio,
+            },
+            {
+                "name": SPECIMEN,
+                "thickness": configuration.specimen_thickness,
+                "density": specimen.density,
+                "young_modulus": 1e5,  # replaced by every candidate
+                "poisson_ratio": specimen.poisson_ratio,
+            },
+            {
+                "name": "top_plate",
+                "thickness": configuration.top_plate_thickness,
+                "density": top.density,
+                "young_modulus": top.young_modulus,
+                "poisson_ratio": top.poisson_ratio,
+            },
+        ]
+        solids = [{"type": "elastic_solid", **layer} for layer in layers]
+        return cls(
+            Stack.model_validate(
+                {"ambient": ambient or Ambient(), "layers": solids, "termination": termination}
+            )
+        )
+
+    def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
+        """Return top over base motion.
+
+        Parameters
+        ----------
+        frequency : array, shape (n_frequency,)
+            Hz.
+        modulus : complex array, shape (..., n_frequency) or broadcastable to it
+            Young's modulus E1 + i E2 of the sample, Pa.
+        """
+        stack = self.stack.replaced({f"layers.{SPECIMEN}.young_modulus": modulus})
+        return base_motion(stack, frequency).transmissibility
+
+    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> PlaneWaveRig:
+        """Return the rig with an uncertain quantity changed by `amount`."""
+        _, layer, field = _FIELDS[quantity].split(".")
+        value = getattr(self.stack.layers[self.stack.index(layer)], field)
+        changed = value * (1 + amount) if relative else value + amount
+        return PlaneWaveRig(self.stack.replaced({_FIELDS[quantity]: changed}))

@@ -1,0 +1,102 @@
+"""Finding every minimum of a small least-squares problem: a coarse grid, then refinement from each of its valleys.
+
+Knows residuals and parameters only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+from scipy.optimize import least_squares
+
+from multilayer.arrays import RealArray
+
+ResidualAndJacobian = Callable[[RealArray], tuple[RealArray, RealArray]]
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """A local minimum.
+
+    Attributes
+    ----------
+    x : array
+        Parameters.
+    misfit : float
+        Norm of the residual there.
+    at_bound : bool
+        Whether a parameter lies on its bound.
+    history : list of (array, float)
+        Parameters and misfit at every evaluation on the way.
+    """
+
+    x: RealArray
+    misfit: float
+    at_bound: bool
+    history: list[tuple[RealArray, float]] = field(repr=False, default_factory=list)
+
+
+def valleys(values: RealArray, axes: tuple[RealArray, ...], most: int) -> list[RealArray]:
+    """Return the grid points lower than all their neighbours, lowest first, at most `most`.
+
+    Parameters
+    ----------
+    values : array, shape (len(axes[0]), ...)
+    axes : tuple of array
+        Coordinates along each axis of `values`.
+    """
+    lowest = values == minimum_filter(values, size=3, mode="nearest")
+    points = np.argwhere(lowest)
+    order = np.argsort(values[lowest])[:most]
+    return [np.array([axis[i] for axis, i in zip(axes, points[k], strict=True)]) for k in order]
+
+
+def refine(
+    function: ResidualAndJacobian, start: RealArray, low: RealArray, high: RealArray, scale: RealArray
+) -> Minimum:
+    """Return the minimum reached from `start` by a trust-region method within bounds.
+
+    Parameters
+    ----------
+    function : callable
+        Residual vector and its Jacobian at a point.
+    start, low, high : array
+    scale : array
+        A sensible step of each parameter.
+    """
+    history: list[tuple[RealArray, float]] = []
+    latest: dict[bytes, tuple[RealArray, RealArray]] = {}
+
+    def evaluate(x: RealArray) -> tuple[RealArray, RealArray]:
+        key = np.asarray(x, dtype=float).tobytes()
+        if key not in latest:
+            latest.clear()
+            latest[key] = function(x)
+            history.append((np.array(x), float(np.linalg.norm(latest[key][0]))))
+        return latest[key]
+
+    margin = 1e-9 * (high - low)
+    found = least_squares(
+        lambda x: evaluate(x)[0],
+        np.clip(start, low + margin, high - margin),
+        jac=lambda x: evaluate(x)[1],
+        bounds=(low, high),
+        x_scale=scale,
+        xtol=1e-9,
+        ftol=1e-10,
+        max_nfev=60,
+    )
+    on_bound = bool(np.any((found.x - low < 1e-6 * (high - low)) | (high - found.x < 1e-6 * (high - low))))
+    return Minimum(found.x, float(np.sqrt(2 * found.cost)), on_bound, history)
+
+
+def distinct(minima: list[Minimum], apart: RealArray) -> list[Minimum]:
+    """Return the minima, lowest first, dropping those within `apart` (per parameter) of a lower one."""
+    kept: list[Minimum] = []
+    for minimum in sorted(minima, key=lambda m: m.misfit):
+        if all(np.any(np.abs(minimum.x - other.x) > apart) for other in kept):
+            kept.append(minimum)
+    return kept
