@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+_LONGEST_SHOWN = 80
+
 
 class MultilayerError(Exception):
     """Base of every error the package raises on purpose; its text is meant for the user."""
@@ -70,4 +72,18 @@ def suggest(name: str, allowed: Iterable[str]) -> str:
     """
     names = sorted(allowed)
     near = get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"did you mean '{near[0]}'?" if near else f"allowed: {', '.join(names)}"
+    return f"did you mean '{near[0]}'?" if near else f"allowed: {', '.join(names) or 'none'}"
+
+
+def show(value: object) -> str:
+    """Return a value as messages quote it: text in quotes, nothing as such, and no more than a line of it.
+
+    Parameters
+    ----------
+    value : object
+        What was written.
+    """
+    if value is None:
+        return "an empty value"
+    shown = f"'{value}'" if isinstance(value, str) and value.isprintable() else repr(value)
+    return shown if len(shown) <= _LONGEST_SHOWN else f"{shown[:_LONGEST_SHOWN]}..."

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, LiteralString, Self
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from multilayer.errors import suggest
+from multilayer.errors import show, suggest
 
 
 class Model(BaseModel):
@@ -25,37 +25,47 @@ class Model(BaseModel):
             raise ValidationError.from_exception_data(cls.__name__, problems) from None
 
 
+# pydantic's kind of error -> what the user reads; `value` is what was written, the rest pydantic's context
+_WORDS = {
+    "extra_forbidden": "there is no such field; {suggestion}",
+    "missing": "is missing; it is required",
+    "greater_than": "{value} is not allowed: it must be above {gt}",
+    "greater_than_equal": "{value} is not allowed: it must be at least {ge}",
+    "less_than": "{value} is not allowed: it must be below {lt}",
+    "less_than_equal": "{value} is not allowed: it must be at most {le}",
+    "literal_error": "{value} is not allowed; allowed: {expected}",
+    "too_short": "must have at least {min_length} entries, not {actual_length}",
+    "too_long": "must have at most {max_length} entries",
+    "value_error": "{error}",
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a mapping of fields, not {value}"),
+    **dict.fromkeys(("list_type", "tuple_type"), "must be a list, not {value}"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "must be a whole number, not {value}"),
+    **dict.fromkeys(("float_type", "float_parsing"), "must be a number, not {value}"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "must be true or false, not {value}"),
+    "string_type": "must be text, in quotes, not {value}",
+    "union_tag_invalid": "'{tag}' is not allowed as {discriminator}; allowed: {expected_tags}",
+    "union_tag_not_found": "has no {discriminator}",
+}
+
+# the two kinds that are located by the name in `loc`, not by a value; they stay recognisable
+_KINDS: dict[str, LiteralString] = {"missing": "missing", "extra_forbidden": "extra_forbidden"}
+
+
 def _reworded(error: ErrorDetails, model: type[Model]) -> InitErrorDetails:
-    words = _words(error, model)
-    custom = PydanticCustomError("input", "{reason}", {"reason": words})
+    kind = _KINDS.get(error["type"], "input")
+    custom = PydanticCustomError(kind, "{reason}", {"reason": _words(error, model)})
     return InitErrorDetails(type=custom, loc=error["loc"], input=error["input"])
 
 
 def _words(error: ErrorDetails, model: type[Model]) -> str:
-    bounds = error.get("ctx", {})
-    value = error["input"]
-    match error["type"]:
-        case "extra_forbidden":
-            return f"there is no such field; {suggest(str(error['loc'][-1]), model.model_fields)}"
-        case "missing":
-            return "is missing; it is required"
-        case "greater_than":
-            return f"{value} is not allowed: it must be above {bounds['gt']}"
-        case "greater_than_equal":
-            return f"{value} is not allowed: it must be at least {bounds['ge']}"
-        case "less_than":
-            return f"{value} is not allowed: it must be below {bounds['lt']}"
-        case "less_than_equal":
-            return f"{value} is not allowed: it must be at most {bounds['le']}"
-        case "literal_error":
-            return f"{value!r} is not allowed; allowed: {bounds['expected']}"
-        case "too_short":
-            return "must not be empty"
-        case "value_error":
-            return str(bounds["error"])
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return f"must be a mapping of fields, not {value!r}"
-        case "list_type" | "tuple_type":
-            return f"must be a list, not {value!r}"
-        case _:
-            return error["msg"]
+    context = error.get("ctx", {})
+    if "reason" in context:  # worded already, by a field or by a model inside this one
+        return str(context["reason"])
+    if context.get("min_length") == 1:
+        return "must not be empty"
+    words = _WORDS.get(error["type"])
+    if words is None:
+        return error["msg"]
+    last = str(error["loc"][-1]) if error["loc"] else ""
+    suggestion = suggest(last, model.model_fields)
+    return words.format_map({**context, "value": show(error["input"]), "suggestion": suggestion})

@@ -1,4 +1,4 @@
-"""Registries fed by entry points: how layers, modulus laws and readers are found, the built-in ones like the others.
+"""Registries fed by entry points: how layers, modulus laws and readers are found, the built-in ones included.
 
 Nothing is imported until its name is asked for, so a plugin that fails on import cannot stop the rest.
 """
@@ -77,7 +77,8 @@ class Registry(Generic[T]):
         return sorted({*self._entries, *self._local})
 
     def __contains__(self, name: object) -> bool:
-        return name in self._entries or name in self._local
+        # an input may hold anything here, unhashable lists too
+        return isinstance(name, str) and (name in self._entries or name in self._local)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names())
@@ -96,10 +97,11 @@ class Registry(Generic[T]):
         try:
             loaded: Any = entry.load()
         except Exception as error:  # a plugin may fail in any way; it is named and the rest goes on
-            text = f"{type(error).__name__}: {error}"
-            raise RegistryError(f"{self.kind} '{entry.name}' of {_origin(entry)} does not load: {text}") from error
+            what = f"{self.kind} '{entry.name}' of {_origin(entry)}"
+            raise RegistryError(f"{what} does not load: {type(error).__name__}: {error}") from error
         item: T = loaded
         return item
 
     def _taken(self, name: str, owners: list[str]) -> str:
-        return f"{self.kind} '{name}' is defined twice, by {' and by '.join(owners)}; rename or remove one of them"
+        by = " and by ".join(owners)
+        return f"{self.kind} '{name}' is defined twice, by {by}; rename or remove one of them"

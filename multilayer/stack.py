@@ -17,7 +17,7 @@ from multilayer.layers.base import Layer, LayerField
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.models import Model
-from multilayer.units import Density, Pressure, PositiveRatio, Speed, Temperature, Viscosity
+from multilayer.units import Density, PositiveRatio, Pressure, Speed, Temperature, Viscosity
 
 
 class Ambient(Model):
@@ -158,7 +158,9 @@ class Stack(Model):
 
 def _with_field(layer: Layer, field: str, value: Any, path: str) -> Layer:
     if field not in type(layer).model_fields:
-        raise InputError(f"'{path}': a layer of type {layer.type} has no '{field}'; {suggest(field, type(layer).model_fields)}")
+        raise InputError(
+            f"'{path}': a layer of type {layer.type} has no '{field}'; {suggest(field, type(layer).model_fields)}"
+        )
     return layer.model_copy(update={field: value})
 
 

@@ -1,7 +1,7 @@
 """Units at the doors: text with a unit becomes an SI number, and nothing inside knows units.
 
-Field types such as `Length` are plain numbers for pydantic and for the rest of the code; in an input they may also
-be written as ``"1 mm"``. Their unit can be read back from the annotation (`Unit`) to print tables of fields.
+Field types such as `Length` are plain numbers for pydantic and for the rest of the code; in an input they may
+also be written as ``"1 mm"``. Their unit can be read back from the annotation (`UnitLabel`), to print tables.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from multilayer.errors import show
+
 if TYPE_CHECKING:
     import pint
 
@@ -23,7 +25,7 @@ DIMENSIONLESS = ""
 
 @cache
 def _registry() -> pint.UnitRegistry[Any]:
-    import pint  # heavy: only when some text carries a unit
+    import pint  # noqa: PLC0415  (heavy: only when some text carries a unit)
 
     # without it pint refuses "20 degC"
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
@@ -33,12 +35,11 @@ _DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NUMBER = re.compile(rf"[-+]?{_DIGITS}")
 _COMPLEX = re.compile(rf"\(?\s*(?:([-+]?{_DIGITS})\s*(?=[-+]))?([-+]?)\s*({_DIGITS})?[ij](?!\w)\s*\)?")
 
-# What may stand in a unit. pint evaluates its text as a formula, and "m**9**9**9" would keep it busy for ever.
+# What may stand in a unit: pint evaluates it as a formula, and "m**9**9**9" would keep it busy for ever.
 _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻.·⋅", "0123456789-***") | {ord("°"): "degree", ord("%"): "percent"}
 _POWER = re.compile(r"(?<=[^\W\d_])(-?[1-9])(?!\w)")  # kg/m3, N s m-4
 _UNIT = re.compile(r"(?:[^\W\d]\w*+(?:\s*(?:\*\*|\^)\s*-?[1-9])?|1(?=\s*/)|[*/()\s])+")
 _LONGEST_UNIT = 60
-_LONGEST_SHOWN = 80
 
 
 def parse_quantity(value: object, unit: str) -> float:
@@ -60,7 +61,7 @@ def parse_quantity(value: object, unit: str) -> float:
         return _real(value)
     match = _NUMBER.match(value.strip()) if isinstance(value, str) else None
     if match is None:
-        raise ValueError(f"{_show(value)} is no number{_in(unit)}; write {_example(unit)}")
+        raise ValueError(f"{show(value)} is no number{_in(unit)}; write {_example(unit)}")
     number, written = float(match[0]), match.string[match.end() :].strip()
     return _convert(number, written, unit, match.string) if written else number
 
@@ -93,10 +94,10 @@ def _convert(number: float, written: str, unit: str, text: str) -> float:
     except Exception:  # pint raises many kinds for text that is no unit
         known, result = None, None
     if not known:
-        raise ValueError(f"{_show(written)} in {_show(text)} is no unit known here; write {_example(unit)}")
+        raise ValueError(f"{show(written)} in {show(text)} is no unit known here; write {_example(unit)}")
     if result is None:
         what = f"a quantity{_in(unit)}" if unit else "a pure number"
-        raise ValueError(f"{_show(text)} has the wrong unit: this is {what}, as {_example(unit)}")
+        raise ValueError(f"{show(text)} has the wrong unit: this is {what}, as {_example(unit)}")
     return result
 
 
@@ -113,13 +114,6 @@ def _in_si(number: float, spelled: str, unit: str) -> float | None:
 
 def _in(unit: str) -> str:
     return f" in {unit}" if unit else ""
-
-
-def _show(value: object) -> str:
-    if value is None:
-        return "an empty value"
-    shown = f"'{value}'" if isinstance(value, str) else repr(value)
-    return shown if len(shown) <= _LONGEST_SHOWN else f"{shown[:_LONGEST_SHOWN]}..."
 
 
 _EXAMPLES = {
@@ -144,7 +138,7 @@ def _example(unit: str) -> str:
 
 @dataclass(frozen=True)
 class UnitLabel:
-    """Annotation of a field: its SI unit as pint writes it, empty for a pure number; says it, parses nothing."""
+    """Annotation of a field: its SI unit as pint writes it, empty for a pure number; it parses nothing."""
 
     symbol: str
 
@@ -162,7 +156,7 @@ class Unit(UnitLabel):
         except ValueError as error:
             raise PydanticCustomError("quantity", "{reason}", {"reason": str(error)}) from None
         if not math.isfinite(number):
-            raise PydanticCustomError("quantity", "{reason}", {"reason": f"{_show(value)} is not finite"})
+            raise PydanticCustomError("quantity", "{reason}", {"reason": f"{show(value)} is not finite"})
         return number
 
 

@@ -10,6 +10,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.burst import BurstProblem
 
 _NEWTON_STEPS = 8
+_ROUNDING = 1 + 1e-9  # one whole sample is one whole sample
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,9 @@ class Criteria:
     def reason(self, delta_tof: float, delta_level_db: float) -> str:
         """Say why a solution is not accepted; empty when it is."""
         parts = []
-        if not abs(delta_tof) <= self.time_of_flight:
+        if not abs(delta_tof) <= self.time_of_flight * _ROUNDING:
             parts.append(f"time of flight off by {delta_tof * 1e6:+.0f} us (allowed {self.time_of_flight * 1e6:.0f})")
-        if not abs(delta_level_db) <= self.level_db:
+        if not abs(delta_level_db) <= self.level_db * _ROUNDING:
             parts.append(f"level off by {delta_level_db:+.2f} dB (allowed {self.level_db:g})")
         return ", ".join(parts)
 

@@ -14,7 +14,12 @@ from multilayer.inverse.search import Minimum, distinct, refine, valleys
 _LOSS_GRID = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
 _MODULUS_STEP = 0.1  # of ln E1: half the width of a resonance with loss factor 0.1
 _GRID_BINS = 10
-_REFINED = 6
+_REFINED = 6  # valleys looked into
+_GLANCE, _PATIENCE = 6, 60  # evaluations for a first look, and for the promising ones
+_PROMISING, _HOPELESS = (
+    10.0,
+    0.3,
+)  # misfits, relative to the best and absolute, within which a valley is followed
 _APART = np.array([0.01, 0.02])
 _STEPS = np.array([0.1, 0.05])
 
@@ -59,9 +64,13 @@ def find_candidates(problem: BurstProblem, low: RealArray, high: RealArray) -> C
     The coarse search covers the whole range in one model evaluation. Minima with a misfit below twice the best plus
     three times the noise are called plausible: the data do not tell them apart.
     """
+    function = problem.residual_and_jacobian
     starts = valleys(*_coarse_misfit(problem, low, high), _REFINED)
+    first = [refine(function, start, low, high, _STEPS, _GLANCE) for start in starts]
+    limit = max(_PROMISING * min(m.misfit for m in first), _HOPELESS)
+    promising = [m for m in first if m.misfit <= limit]
     minima = distinct(
-        [refine(problem.residual_and_jacobian, start, low, high, _STEPS) for start in starts], _APART
+        [refine(function, m.x, low, high, _STEPS, _PATIENCE, before=m.history) for m in promising], _APART
     )
     limit = 2 * minima[0].misfit + 3 * _noise_misfit(problem)
     return Candidates(minima, sum(1 for minimum in minima if minimum.misfit <= limit))

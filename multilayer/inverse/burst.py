@@ -14,6 +14,8 @@ from multilayer.signals.spectra import Noise, band, frequencies, padded_length, 
 from multilayer.signals.time_of_flight import time_of_flight
 
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
+_WIDE_THRESHOLD = 0.002  # for signals that go back to time
+_CUT_SHORT = 0.01  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
 
 
@@ -48,14 +50,20 @@ class BurstData:
 
     @cached_property
     def n_fft(self) -> int:
-        """Transform length: twice the record, so that the ring-down does not wrap round."""
-        return padded_length(self.n_samples)
+        """Transform length: twice the record, so that the ring-down does not wrap round; more for a long one."""
+        return padded_length(self.n_samples, 4 if self.cut_short else 2)
 
     @cached_property
     def spectra(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
         """Frequencies (Hz) and spectra of base and top over all bins from 0 to half the sampling rate."""
         n = self.n_fft
         return frequencies(n, self.sampling_rate), to_spectrum(self.base, n), to_spectrum(self.top, n)
+
+    @cached_property
+    def cut_short(self) -> bool:
+        """Whether the record ends before the top plate's ring-down does."""
+        tail = self.envelope[-max(self.n_samples // 50, 1) :]
+        return bool(tail.mean() > max(_CUT_SHORT * self.envelope.max(), 5 * self.noise.top))
 
     @cached_property
     def stride(self) -> int:
@@ -78,6 +86,12 @@ class BurstData:
     def envelope(self) -> RealArray:
         """Measured envelope of the top plate, m/s2."""
         return envelope(self.top)
+
+    @cached_property
+    def head_start(self) -> float:
+        """How much the top plate moves before the base does, relative to its maximum."""
+        edge = max(self.n_samples // 100, 4)
+        return float(np.abs(self.top[:edge]).max() / np.abs(self.top).max())
 
     @cached_property
     def transmissibility(self) -> complex:
@@ -116,9 +130,24 @@ class BurstProblem:
         return np.asarray(centre * (frequency / self.data.frequency) ** exponent)
 
     def predict(self, x: ArrayLike) -> ComplexArray:
-        """Return the modelled spectrum of the top plate in the band, shape (..., n_bins)."""
+        """Return the modelled spectrum of the top plate in the band, shape (..., n_bins).
+
+        Where the record ends before the ring-down, the model is cut at the same time as the measurement.
+        """
+        if self.data.cut_short:
+            return self._predict_cut_short(x)
         f, base, _ = self.data.in_band
         return self.rig.transmissibility(f, self.modulus(x, f)) * base
+
+    def _predict_cut_short(self, x: ArrayLike) -> ComplexArray:
+        data = self.data
+        f, base, _ = data.spectra
+        wide = np.flatnonzero(band(base, _WIDE_THRESHOLD) & (f > 0))
+        kept = np.searchsorted(f, data.in_band[0])
+        ratio = self.rig.transmissibility(f[wide], self.modulus(x, f[wide]))
+        spectrum = np.zeros((*ratio.shape[:-1], len(f)), dtype=complex)
+        spectrum[..., wide] = ratio * base[wide]
+        return to_spectrum(to_signal(spectrum, data.n_fft, data.n_samples), data.n_fft)[..., kept]
 
     @cached_property
     def scale(self) -> float:

@@ -18,7 +18,7 @@ from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.uncertainty import pseudo_inverse, solution_covariance
-from multilayer.measurements.campaign import Campaign, Uncertainty
+from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
@@ -29,6 +29,7 @@ _DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
 _WEAK = 0.1
 _POOR = 0.05
+_HEAD_START = 0.05
 
 
 def fit_campaign(
@@ -68,12 +69,17 @@ def fit_campaign(
         candidates.append(find_candidates(problem, low, high))
         tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: searched")
     choices = choose_branches([p.data.frequency for p in problems], candidates)
-    known = campaign.uncertainty
+    known = campaign.uncertainty if campaign.uncertainty != Uncertainty() else None
     bursts = []
     for problem, found, choice in zip(problems, candidates, choices, strict=True):
         bursts.append(_Finish(problem, found, choice, settings, known).fit())
         tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: solved")
-    return FitResult(campaign.name, settings.method, settings.model_dump(mode="json", exclude_none=True), bursts)
+    return FitResult(
+        campaign.folder.resolve().name,
+        settings.method,
+        settings.model_dump(mode="json", exclude_none=True),
+        bursts,
+    )
 
 
 def search_bounds(settings: FitSettings) -> tuple[RealArray, RealArray]:
@@ -169,16 +175,20 @@ class _Finish:
             shape = response @ self._tolerances()
             criteria = self.criteria
             return explore(
-                lambda points: criteria.excess(*discrepancies_in_band(self.problem, points)), x, shape, low, high
+                lambda points: criteria.excess(*discrepancies_in_band(self.problem, points)),
+                x,
+                shape,
+                low,
+                high,
             )
         covariance = solution_covariance(self.problem, x, self.known)
         here, metric = self.problem.residual(x), np.linalg.inv(covariance)
 
         def gauge(points: RealArray) -> RealArray:
             apparent = (self.problem.residual(points) - here) @ response.T
-            return np.sqrt(np.einsum("...i,ij,...j->...", apparent, metric, apparent)) / _SIGMAS
+            return np.asarray(np.sqrt(np.einsum("...i,ij,...j->...", apparent, metric, apparent)) / _SIGMAS)
 
-        return explore(gauge, x, _SIGMAS * np.linalg.cholesky(covariance), low, high)
+        return explore(gauge, x, np.asarray(_SIGMAS * np.linalg.cholesky(covariance)), low, high)
 
     def _tolerances(self) -> RealArray:
         """Return what the tolerances of eq. (10) do to the residual, shape (2 n_bins, 2)."""
@@ -205,6 +215,9 @@ class _Finish:
         misfit = float(self.problem.misfit(best.x))
         if misfit > _POOR:
             notes.append(f"the model leaves {100 * misfit:.0f} % of the signal unexplained")
+        if self.problem.data.head_start > _HEAD_START:
+            share = f"{100 * self.problem.data.head_start:.0f} %"
+            notes.append(f"the top plate moves ({share} of its maximum) before the base does: leave it time to rest")
         lowest = self.found.minima[0]
         if self.literal and lowest.misfit < 0.5 * misfit and np.abs(lowest.x[0] - best.x[0]) > 0.1:
             notes.append(f"E1 = {np.exp(lowest.x[0]):.4g} Pa fits better: Nelder-Mead ended in another minimum")

@@ -1,4 +1,4 @@
-"""The minimisation of Bonfiglio & Pompoli 2015 to the letter: envelopes in time, Nelder-Mead, (E1, E2) within bounds."""
+"""The minimisation of Bonfiglio & Pompoli 2015 to the letter: envelopes in time, Nelder-Mead, bounded (E1, E2)."""
 
 from __future__ import annotations
 
@@ -36,9 +36,7 @@ def _advanced(values: RealArray, samples: int) -> RealArray:
     return np.concatenate([np.zeros(-samples), values])
 
 
-def minimise_envelope_cost(
-    problem: BurstProblem, start: RealArray, low: RealArray, high: RealArray
-) -> Minimum:
+def minimise_envelope_cost(problem: BurstProblem, start: RealArray, low: RealArray, high: RealArray) -> Minimum:
     """Return the minimum of eq. (9) over (E1, E2) reached from `start`.
 
     Parameters

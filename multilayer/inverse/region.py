@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import BoolArray, RealArray
 
 _RAYS, _STEPS, _REACH, _WIDENINGS = 36, 12, 1.6, 3
 
@@ -94,13 +94,13 @@ def _distance_to_bounds(centre: RealArray, rays: RealArray, low: RealArray, high
     with np.errstate(divide="ignore", invalid="ignore"):  # a ray along an axis never meets the other bounds
         to_low = np.where(rays < 0, (low - centre) / rays, np.inf)
         to_high = np.where(rays > 0, (high - centre) / rays, np.inf)
-    return np.maximum(np.minimum(to_low, to_high).min(axis=-1), 0)
+    return np.asarray(np.maximum(np.minimum(to_low, to_high).min(axis=-1), 0))
 
 
-def _first_crossing(radii: RealArray, values: RealArray) -> tuple[RealArray, RealArray]:
+def _first_crossing(radii: RealArray, values: RealArray) -> tuple[RealArray, BoolArray]:
     """Return the radius where the gauge first passes 1 on each ray (interpolated), and which rays never do."""
     outside = ~(values <= 1)
-    open_end = ~outside.any(axis=1)
+    open_end = np.asarray(~outside.any(axis=1))
     after = np.where(open_end, values.shape[1] - 1, np.argmax(outside, axis=1))
     before = np.maximum(after - 1, 0)
     rows = np.arange(len(values))

@@ -156,7 +156,9 @@ class FitResult:
         bursts = [burst for burst in self.of(configuration) if burst.accepted]
         if len(bursts) < 3:
             return None
-        f, e1, e2 = (np.array([getattr(b, n) for b in bursts]) for n in ("frequency", "storage_modulus", "loss_modulus"))
+        f, e1, e2 = (
+            np.array([getattr(b, n) for b in bursts]) for n in ("frequency", "storage_modulus", "loss_modulus")
+        )
         predicted = np.pi / 2 * e1 * np.gradient(np.log(e1), np.log(f))
         known = e2 > 0
         error = float(np.mean(np.abs(predicted[known] / e2[known] - 1))) if known.any() else float("nan")
@@ -206,9 +208,7 @@ def _burst_dict(burst: BurstFit) -> dict[str, Any]:
             "measured": [burst.measured_transmissibility.real, burst.measured_transmissibility.imag],
             "modelled": [burst.modelled_transmissibility.real, burst.modelled_transmissibility.imag],
         },
-        "convergence": {
-            name: burst.history[:, i].tolist() for i, name in enumerate(("E1_pa", "E2_pa", "cost"))
-        },
+        "convergence": {name: burst.history[:, i].tolist() for i, name in enumerate(("E1_pa", "E2_pa", "cost"))},
     }
 
 

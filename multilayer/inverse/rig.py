@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from multilayer.arrays import ArrayLike, ComplexArray
-from multilayer.measurements.campaign import Campaign, Configuration
+from multilayer.measurements.description import Campaign, Configuration
 from multilayer.response import base_motion
 from multilayer.stack import Ambient, Stack
 
@@ -63,9 +63,7 @@ class PlaneWaveRig:
         ]
         solids = [{"type": "elastic_solid", **layer} for layer in layers]
         return cls(
-            Stack.model_validate(
-                {"ambient": ambient or Ambient(), "layers": solids, "termination": termination}
-            )
+            Stack.model_validate({"ambient": ambient or Ambient(), "layers": solids, "termination": termination})
         )
 
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:

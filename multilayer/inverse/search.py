@@ -5,7 +5,7 @@ Knows residuals and parameters only.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -55,7 +55,13 @@ def valleys(values: RealArray, axes: tuple[RealArray, ...], most: int) -> list[R
 
 
 def refine(
-    function: ResidualAndJacobian, start: RealArray, low: RealArray, high: RealArray, scale: RealArray
+    function: ResidualAndJacobian,
+    start: RealArray,
+    low: RealArray,
+    high: RealArray,
+    scale: RealArray,
+    max_evaluations: int = 60,
+    before: Sequence[tuple[RealArray, float]] = (),
 ) -> Minimum:
     """Return the minimum reached from `start` by a trust-region method within bounds.
 
@@ -66,8 +72,12 @@ def refine(
     start, low, high : array
     scale : array
         A sensible step of each parameter.
+    max_evaluations : int
+        Stop after so many evaluations.
+    before : sequence
+        History that led to `start`, to be continued.
     """
-    history: list[tuple[RealArray, float]] = []
+    history = list(before)
     latest: dict[bytes, tuple[RealArray, RealArray]] = {}
 
     def evaluate(x: RealArray) -> tuple[RealArray, RealArray]:
@@ -78,16 +88,22 @@ def refine(
             history.append((np.array(x), float(np.linalg.norm(latest[key][0]))))
         return latest[key]
 
+    def residual(x: RealArray) -> RealArray:
+        return evaluate(x)[0]
+
+    def jacobian(x: RealArray) -> RealArray:
+        return evaluate(x)[1]
+
     margin = 1e-9 * (high - low)
     found = least_squares(
-        lambda x: evaluate(x)[0],
+        residual,
         np.clip(start, low + margin, high - margin),
-        jac=lambda x: evaluate(x)[1],
+        jac=jacobian,
         bounds=(low, high),
         x_scale=scale,
-        xtol=1e-9,
-        ftol=1e-10,
-        max_nfev=60,
+        xtol=1e-8,
+        ftol=1e-9,
+        max_nfev=max_evaluations,
     )
     on_bound = bool(np.any((found.x - low < 1e-6 * (high - low)) | (high - found.x < 1e-6 * (high - low))))
     return Minimum(found.x, float(np.sqrt(2 * found.cost)), on_bound, history)

@@ -6,7 +6,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.burst import BurstProblem
-from multilayer.measurements.campaign import Uncertainty
+from multilayer.measurements.description import Uncertainty
 
 
 def pseudo_inverse(jacobian: RealArray) -> RealArray:

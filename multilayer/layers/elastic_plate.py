@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
+
 from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.faces import Faces, from_propagator, stack_entries
 from multilayer.matrix.families import FLUID

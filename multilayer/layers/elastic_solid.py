@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series

@@ -48,9 +48,7 @@ class Poroelastic(ElasticLayer):
         )
         bulk = champoux_allard_modulus(omega, self.porosity, self.thermal_length, gas)
         modulus = self.complex_modulus(wave)
-        return biot_medium(
-            modulus, self.poisson_ratio, self.frame_density, self.porosity, density, bulk, gas.density
-        )
+        return biot_medium(modulus, self.poisson_ratio, self.frame_density, self.porosity, density, bulk, gas.density)
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, sections 6.5 and 11.3.3."""
@@ -58,9 +56,7 @@ class Poroelastic(ElasticLayer):
         return Faces(POROELASTIC, a, b, self.porosity)
 
 
-def poroelastic_faces(
-    wave: Wave, thickness: Numeric, medium: BiotMedium
-) -> tuple[ComplexArray, ComplexArray]:
+def poroelastic_faces(wave: Wave, thickness: Numeric, medium: BiotMedium) -> tuple[ComplexArray, ComplexArray]:
     """Return the face matrices (A, B) of a Biot medium."""
     compression = compressional_waves(wave.omega, medium)
     shear_square, shear_ratio = shear_wave(wave.omega, medium)
@@ -111,9 +107,7 @@ def _wave_states(
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _field_equations(
-    wave: Wave, medium: BiotMedium
-) -> tuple[list[list[Numeric]], list[list[Numeric]]]:
+def _field_equations(wave: Wave, medium: BiotMedium) -> tuple[list[list[Numeric]], list[list[Numeric]]]:
     """Return (X, Y): d(v1s, s33s, s33f)/dx3 = X (v3s, v3f, s13s) and d(v3s, v3f, s13s)/dx3 = Y (v1s, s33s, s33f).
 
     Biot's equations with x1-dependence exp(-i kx x1), the tangential fluid velocity eliminated.

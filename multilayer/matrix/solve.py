@@ -12,14 +12,14 @@ in the number of layers. `assemble` writes the same equations as one matrix, for
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
-from multilayer.matrix.faces import Faces, multiply
+from multilayer.matrix.faces import Faces, aligned, beside, multiply
 from multilayer.matrix.families import FLUID, Family
 
 
@@ -29,10 +29,10 @@ class HalfSpace:
 
     impedance: Numeric
 
-    def faces(self) -> Faces:
+    def faces(self, ndim: int = 0) -> Faces:
         """Return both directions at the interface: p = c+ + c-, v3 = (c+ - c-) / impedance."""
         y = 1 / np.asarray(self.impedance, dtype=complex)
-        entries = np.array([[np.ones_like(y), np.ones_like(y)], [y, -y]])
+        (entries,) = aligned(np.array([[np.ones_like(y), np.ones_like(y)], [y, -y]]), ndim=ndim)
         return Faces(FLUID, entries, entries)
 
 
@@ -88,13 +88,13 @@ class Solution:
 
 def solve(system: System) -> Solution:
     """Solve a system; every result broadcasts over frequency, angle and samples."""
-    layers = list(system.layers)
-    answers, carries = _sweep(system)
+    layers = _same_axes(system.layers)
+    answers, carries = _sweep(system, layers)
     first = layers[0]
     reflected: ComplexArray | None = None
     if isinstance(system.head, HalfSpace):
         reflection, carry = _join(
-            system.head.faces(), first.family, first.porosity, _admissible(first, answers[0]),
+            system.head.faces(first.front.ndim), first.family, first.porosity, _admissible(first, answers[0]),
             system.contacts[0],
         )  # fmt: skip
         reflected, ahead = reflection[0, 0], carry[:, 0]
@@ -102,19 +102,27 @@ def solve(system: System) -> Solution:
         ahead = _drive(first, answers[0], system.contacts[0])
     coefficients = []
     for answer, carry_on in zip(answers, carries, strict=True):
-        coefficients.append(np.concatenate([*np.broadcast_arrays(ahead, _apply(answer, ahead))]))
+        coefficients.append(_stacked(ahead, _apply(answer, ahead)))
         ahead = _apply(carry_on, ahead) if carry_on is not None else ahead[:0]
     return Solution(coefficients, reflected, ahead[0] if len(ahead) else None)
 
 
-def _sweep(system: System) -> tuple[list[ComplexArray], list[ComplexArray | None]]:
+def _same_axes(layers: Sequence[Faces]) -> list[Faces]:
+    """Return the layers with equally many axes in their matrices; one layer alone may depend on samples."""
+    ndim = max(matrix.ndim for layer in layers for matrix in (layer.front, layer.back))
+    return [
+        replace(layer, front=aligned(layer.front, ndim=ndim)[0], back=aligned(layer.back, ndim=ndim)[0])
+        for layer in layers
+    ]
+
+
+def _sweep(system: System, layers: list[Faces]) -> tuple[list[ComplexArray], list[ComplexArray | None]]:
     """Return, for every layer, c- from c+ and the next layer's (or half-space's) c+ from c+."""
-    layers = list(system.layers)
     last = layers[-1]
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
     if isinstance(system.tail, HalfSpace):
-        outgoing = system.tail.faces()
+        outgoing = system.tail.faces(last.front.ndim)
         answer, carry = _join(
             last, FLUID, 1.0, outgoing.front[:, :1], system.contacts[-1]
         )  # fmt: skip
@@ -146,7 +154,7 @@ def _join(
     half = layer.family.half
     i_rows, j_rows = couple(layer.family, family, contact, layer.porosity, porosity)
     left, right = apply_rows(i_rows, layer.back), apply_rows(j_rows, behind)
-    matrix = _beside(left[:, half:], right)
+    matrix = beside(left[:, half:], right)
     solution = solve_small(matrix, -left[:, :half])
     return solution[:half], solution[half:]
 
@@ -163,7 +171,7 @@ def _drive(layer: Faces, answer: ComplexArray, contact: Contact) -> ComplexArray
     """Return c+ of the layer on a base that moves with unit velocity along axis 3."""
     rows, normal = wall_rows(layer.family, contact)
     held = apply_rows(rows, _admissible(layer, answer))
-    velocity = np.reshape(np.array(normal, dtype=complex), (-1, 1) + (1,) * (held.ndim - 2))
+    velocity = np.reshape(np.array(normal, dtype=complex), (-1, 1, *(1,) * (held.ndim - 2)))
     given = np.broadcast_to(velocity, (len(rows), 1, *held.shape[2:]))
     return solve_small(held, given)[:, 0]
 
@@ -177,14 +185,13 @@ def apply_rows(rows: Rows, matrix: ComplexArray) -> ComplexArray:
     return np.array(np.broadcast_arrays(*lines))
 
 
+def _stacked(a: ComplexArray, b: ComplexArray) -> ComplexArray:
+    shape = np.broadcast_shapes(a.shape[1:], b.shape[1:])
+    return np.concatenate([np.broadcast_to(v, v.shape[:1] + shape) for v in (a, b)])
+
+
 def _apply(matrix: ComplexArray, vector: ComplexArray) -> ComplexArray:
     return multiply(matrix, vector[:, None])[:, 0]
-
-
-def _beside(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    shape = np.broadcast_shapes(a.shape[2:], b.shape[2:])
-    parts = [np.broadcast_to(m, m.shape[:2] + shape) for m in (a, b)]
-    return np.concatenate(parts, axis=1)
 
 
 def solve_small(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:

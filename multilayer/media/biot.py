@@ -112,9 +112,7 @@ def shear_wave(omega: Numeric, medium: BiotMedium) -> tuple[ComplexArray, Comple
     return square, ratio
 
 
-def _null_vector(
-    first: tuple[Numeric, Numeric], second: tuple[Numeric, Numeric]
-) -> tuple[ComplexArray, ComplexArray]:
+def _null_vector(first: tuple[Numeric, Numeric], second: tuple[Numeric, Numeric]) -> tuple[ComplexArray, ComplexArray]:
     """Return the vector that both (parallel) rows annihilate, taken from the better scaled row, largest entry 1."""
     a, b = (np.asarray(entry, dtype=complex) for entry in first)
     c, d = (np.asarray(entry, dtype=complex) for entry in second)

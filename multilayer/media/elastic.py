@@ -28,4 +28,4 @@ def decaying_root(square: Numeric) -> ComplexArray:
     Im(k) <= 0; a lossless travelling wave (Im = 0) keeps Re(k) >= 0.
     """
     root = np.sqrt(np.asarray(square, dtype=complex))  # principal branch: Re >= 0
-    return np.where(root.imag > 0, -root, root)
+    return np.asarray(np.where(root.imag > 0, -root, root))

@@ -159,7 +159,7 @@ class Table(ModulusLaw):
                 "extend the table or narrow the frequencies"
             )
         x, grid = np.log(f), np.log(self.frequency)
-        return np.interp(x, grid, self.storage_modulus) + 1j * np.interp(x, grid, self.loss_modulus)
+        return np.asarray(np.interp(x, grid, self.storage_modulus) + 1j * np.interp(x, grid, self.loss_modulus))
 
 
 def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:

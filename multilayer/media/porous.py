@@ -28,13 +28,10 @@ def johnson_density(
     viscous = flow_resistivity * porosity / (1j * omega * gas.density * tortuosity)
     shape = 4j * tortuosity**2 * gas.viscosity * gas.density * omega
     root = np.sqrt(1 + shape / (flow_resistivity * viscous_length * porosity) ** 2)
-    density: ComplexArray = tortuosity * gas.density / porosity * (1 + viscous * root)
-    return density
+    return np.asarray(tortuosity * gas.density / porosity * (1 + viscous * root))
 
 
-def champoux_allard_modulus(
-    omega: Numeric, porosity: Numeric, thermal_length: Numeric, gas: Gas
-) -> ComplexArray:
+def champoux_allard_modulus(omega: Numeric, porosity: Numeric, thermal_length: Numeric, gas: Gas) -> ComplexArray:
     """Return the effective bulk modulus, Pa, of Champoux & Allard (1991).
 
     Allard & Atalla 2009, eq. (5.51), divided by the porosity. `omega` in rad/s; arrays broadcast.
@@ -42,5 +39,4 @@ def champoux_allard_modulus(
     thermal = 1j * omega * gas.density * gas.prandtl * thermal_length**2 / gas.viscosity
     exchange = 1 + 8 / thermal * np.sqrt(1 + thermal / 16)
     ratio = gas.heat_capacity_ratio
-    modulus: ComplexArray = ratio * gas.pressure / porosity / (ratio - (ratio - 1) / exchange)
-    return modulus
+    return np.asarray(ratio * gas.pressure / porosity / (ratio - (ratio - 1) / exchange))

@@ -8,8 +8,8 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
-from multilayer.matrix.families import Family
 from multilayer.matrix.faces import multiply
+from multilayer.matrix.families import Family
 from multilayer.matrix.solve import Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.response.system import build_system

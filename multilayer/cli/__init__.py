@@ -1,0 +1,53 @@
+"""The command line: one file per command; heavy imports wait until a command runs."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+from multilayer.cli.fit import fit
+from multilayer.cli.layers import layers
+
+app = typer.Typer(
+    name="multilayer",
+    help="Layered panels and samples in vibro-acoustics: simulate them, fit them to measurements.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.callback(invoke_without_command=True)
+def _options(version: bool = typer.Option(False, "--version", help="Print the version and stop.")) -> None:
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(version_of("multilayer"))
+        raise typer.Exit
+
+
+app.command()(fit)
+app.command()(layers)
+
+
+def main() -> None:
+    """Run the command line; every mistake of the user's ends with a message and exit status 2."""
+    from multilayer.errors import MultilayerError
+
+    try:
+        app()
+    except MultilayerError as error:
+        typer.echo(str(error), err=True)
+        sys.exit(2)
+    except Exception as error:
+        if os.environ.get("MULTILAYER_DEBUG"):
+            raise
+        name = type(error).__name__
+        typer.echo(
+            f"multilayer failed on something it should have foreseen ({name}: {error}). This is a bug: please "
+            "report it, with what MULTILAYER_DEBUG=1 in the environment makes this command print.",
+            err=True,
+        )
+        sys.exit(70)

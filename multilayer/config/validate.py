@@ -1,0 +1,89 @@
+"""A document against a model: every mistake at its line and column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from multilayer.config.yaml12 import DataPath, Document, read_yaml
+from multilayer.errors import InputError, Problem, show
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def read(path: Path | str, model: type[M], context: dict[str, Any] | None = None) -> M:
+    """Read a YAML file into a model.
+
+    Parameters
+    ----------
+    path : Path or str
+        A UTF-8 file.
+    model : type
+        A pydantic model; a file format says its versions by a field ``version: Literal[1]``.
+    context : dict, optional
+        Handed to the validators of the model.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, is refused, or does not fit the model.
+    """
+    return validate(read_yaml(path), model, context=context)
+
+
+def validate(document: Document, model: type[M], *, context: dict[str, Any] | None = None) -> M:
+    """Return `document` as a model.
+
+    Parameters
+    ----------
+    document : Document
+        From `read_yaml` or `parse_yaml`.
+    model : type
+        A pydantic model.
+    context : dict, optional
+        Handed to the validators of the model.
+
+    Raises
+    ------
+    InputError
+        With every mistake the model finds, in the order of the file.
+    """
+    if not isinstance(document.data, dict):
+        raise InputError(_not_a_mapping(document))
+    try:
+        return model.model_validate(document.data, context=context)
+    except ValidationError as error:
+        problems = [_placed(document, details) for details in error.errors(include_url=False)]
+    problems.sort(key=lambda problem: (problem.line, problem.column))
+    raise InputError(dict.fromkeys(problems))
+
+
+def _not_a_mapping(document: Document) -> Problem:
+    hint = "; is there a space after each ':'?" if isinstance(document.data, str) else ""
+    message = f"must hold fields, 'name: value', not {show(document.data)}{hint}"
+    return Problem(message, "", document.file, *document.position(()))
+
+
+def _placed(document: Document, error: ErrorDetails) -> Problem:
+    kind, tokens = error["type"], error["loc"]
+    if kind == "missing":
+        path = (*_walked(document.data, tokens[:-1]), *tokens[-1:])
+    else:
+        path = _walked(document.data, tokens)
+    at_key = kind == "extra_forbidden" or tokens[-1:] == ("[key]",)
+    place = document.key_position(path) if at_key else document.position(path)
+    return Problem(error["msg"], ".".join(map(str, path)), document.file, *place)
+
+
+def _walked(data: Any, tokens: DataPath) -> DataPath:
+    """Return the tokens that lead through the data; pydantic puts names of validators and of tags between."""
+    path: list[str | int] = []
+    for token in tokens:
+        inside = isinstance(data, dict) and token in data
+        if inside or (isinstance(data, list) and isinstance(token, int) and token < len(data)):
+            data = data[token]
+            path.append(token)
+    return tuple(path)

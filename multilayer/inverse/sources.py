@@ -1,0 +1,70 @@
+"""From what a user names on the command line to a fit that can run: everything is read before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from multilayer.config.validate import read
+from multilayer.config.yaml12 import read_yaml
+from multilayer.errors import InputError, suggest
+from multilayer.inverse.settings import FitSettings
+from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
+from multilayer.measurements.description import Campaign
+from multilayer.measurements.recording import Recording
+from multilayer.signals.calibration import Calibration
+
+FIT_FILE = "fit.yaml"
+_METHODS = ("least-squares", "nelder-mead")
+
+
+@dataclass(frozen=True)
+class FitJob:
+    """A fit with all its input."""
+
+    campaign: Campaign
+    recordings: Mapping[tuple[str, float], Recording]
+    settings: FitSettings
+    calibration: Calibration | None
+
+
+def read_fit(source: Path, method: str | None = None) -> FitJob:
+    """Read a fit file, a campaign folder or a campaign file, and all signals.
+
+    Parameters
+    ----------
+    source : Path
+        A folder is taken by its ``fit.yaml`` where it has one, otherwise by its ``campaign.yaml``.
+    method : str, optional
+        In place of the one in the fit file.
+
+    Raises
+    ------
+    InputError
+        With every mistake found.
+    """
+    settings, campaign_path = _settings(source)
+    if method is not None:
+        if method not in _METHODS:
+            raise InputError(f"--method: there is no method '{method}'; {suggest(method, _METHODS)}")
+        settings = settings.model_copy(update={"method": method})
+    campaign = load_campaign(campaign_path)
+    calibration = None
+    if settings.calibration is not None:
+        calibration = load_calibration(source.parent / settings.calibration)
+    return FitJob(campaign, load_recordings(campaign), settings, calibration)
+
+
+def _settings(source: Path) -> tuple[FitSettings, Path]:
+    if not source.exists():
+        raise InputError(f"{source}: there is no such file or folder; name a campaign folder or a fit file")
+    if source.is_dir():
+        if not (source / FIT_FILE).is_file():
+            return FitSettings(), source
+        source = source / FIT_FILE
+    data = read_yaml(source).data
+    if isinstance(data, dict) and "rig" in data:
+        return FitSettings(), source
+    settings = read(source, FitSettings)
+    return settings, source.parent / settings.campaign

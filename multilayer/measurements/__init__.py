@@ -1,0 +1,1 @@
+"""Campaigns and recordings as they come from the laboratory; one reader per file format."""

@@ -1,0 +1,214 @@
+"""From a campaign's folder to its recordings, all read and checked before anything is computed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from multilayer.config.validate import read
+from multilayer.config.yaml12 import DataPath, Document, read_yaml
+from multilayer.errors import InputError, Problem
+from multilayer.measurements.description import (
+    FILE_NAME,
+    Burst,
+    CalibrationCampaign,
+    Campaign,
+    Configuration,
+    Description,
+)
+from multilayer.measurements.readers import read_waveforms
+from multilayer.measurements.recording import Recording
+
+if TYPE_CHECKING:
+    from multilayer.signals.calibration import Calibration
+
+__all__ = [
+    "Burst",
+    "CalibrationCampaign",
+    "Campaign",
+    "Configuration",
+    "Recording",
+    "load_calibration",
+    "load_campaign",
+    "load_recordings",
+    "read_burst",
+]
+
+_RATE_AGREEMENT = 1e-3
+
+D = TypeVar("D", bound=Description)
+
+
+def load_campaign(path: Path | str) -> Campaign:
+    """Read the description of a campaign; its signals are not looked at yet.
+
+    Parameters
+    ----------
+    path : Path or str
+        The campaign's folder (with a ``campaign.yaml`` in it) or the YAML file itself.
+
+    Raises
+    ------
+    InputError
+        With every mistake, each with file, line and column.
+    """
+    return _load(path, Campaign)
+
+
+def _load(path: Path | str, model: type[D]) -> D:
+    file = Path(path)
+    if file.is_dir():
+        file = file / FILE_NAME
+        if not file.is_file():
+            raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=file.parent))
+    return read(file, model).placed(file)
+
+
+def read_burst(campaign: Description, configuration: Configuration | None, burst: Burst) -> Recording:
+    """Read one recording, unchecked but for what makes it a recording.
+
+    Parameters
+    ----------
+    campaign : Campaign or CalibrationCampaign
+    configuration : Configuration or None
+        The one the burst belongs to; None in a calibration.
+    burst : Burst
+
+    Raises
+    ------
+    InputError
+        When the file is missing (told at its line of the campaign's YAML file) or refused by its reader, or
+        when its own sampling rate differs from the campaign's by more than 0.1 %.
+    """
+    return _read(campaign, burst, _Places(campaign), _path_of(campaign, configuration, burst))
+
+
+def _path_of(campaign: Description, configuration: Configuration | None, burst: Burst) -> DataPath:
+    """Return where the burst stands in the description; empty when it is not of this campaign."""
+    if isinstance(campaign, Campaign):
+        if configuration not in campaign.configurations or burst not in configuration.bursts:
+            return ()
+        index = campaign.configurations.index(configuration)
+        return ("configurations", index, "bursts", configuration.bursts.index(burst))
+    if isinstance(campaign, CalibrationCampaign) and burst in campaign.bursts:
+        return ("bursts", campaign.bursts.index(burst))
+    return ()
+
+
+class _Places:
+    """Lines of the campaign's YAML file, read again only when there is something to tell."""
+
+    def __init__(self, campaign: Description) -> None:
+        self.file = campaign.file
+
+    @cached_property
+    def _document(self) -> Document | None:
+        try:
+            return read_yaml(self.file)
+        except InputError:  # a campaign made in memory, or a file that has gone since
+            return None
+
+    def problem(self, message: str, path: DataPath) -> Problem:
+        """Return the problem at its line and column."""
+        place = self._document.position(path) if self._document else (None, None)
+        return Problem(message, ".".join(map(str, path)), self.file, *place)
+
+
+def _read(campaign: Description, burst: Burst, places: _Places, path: DataPath) -> Recording:
+    file = campaign.folder / burst.file
+    if not file.is_file():
+        message = f"there is no file {file}; correct the name, or remove the burst"
+        raise InputError(places.problem(message, (*path, "file")))
+    waveforms = read_waveforms(file)
+    rate = waveforms.sampling_rate
+    if rate is not None and abs(rate / campaign.sampling_rate - 1.0) > _RATE_AGREEMENT:
+        message = (
+            f"is sampled at {rate:.6g} Hz, but the campaign's sampling_rate is "
+            f"{campaign.sampling_rate:.6g} Hz; correct the one that is wrong"
+        )
+        raise InputError(Problem(message, file=file))
+    return Recording(waveforms.base, waveforms.top, campaign.sampling_rate)
+
+
+def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
+    """Read and check all recordings of a campaign.
+
+    Parameters
+    ----------
+    campaign : Campaign
+
+    Returns
+    -------
+    dict
+        Recordings by name of the configuration and frequency of the burst, Hz, in the order of the campaign.
+
+    Raises
+    ------
+    InputError
+        With every problem of every file (see `multilayer.signals.quality`), each with its file.
+    """
+    places = _Places(campaign)
+    problems: list[Problem] = []
+    recordings: dict[tuple[str, float], Recording] = {}
+    for index, configuration in enumerate(campaign.configurations):
+        path: DataPath = ("configurations", index)
+        read_here, mistakes = _read_and_check(campaign, configuration.bursts, places, path)
+        problems += mistakes
+        recordings |= {(configuration.name, frequency): read_here[frequency] for frequency in read_here}
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return recordings
+
+
+def _read_and_check(
+    campaign: Description,
+    bursts: tuple[Burst, ...],
+    places: _Places,
+    path: DataPath,
+    *,
+    together: bool = False,
+) -> tuple[dict[float, Recording], list[Problem]]:
+    """Return the bursts of one configuration and what is wrong; `together`: both sensors at one spot."""
+    from multilayer.signals.quality import check_configuration  # noqa: PLC0415  (heavy: SciPy)
+
+    problems: list[Problem] = []
+    recordings: dict[float, Recording] = {}
+    for index, burst in enumerate(bursts):
+        try:
+            recordings[burst.frequency] = _read(campaign, burst, places, (*path, "bursts", index))
+        except InputError as error:
+            problems += error.problems
+    files = {burst.frequency: campaign.folder / burst.file for burst in bursts}
+    for finding in check_configuration(recordings, cycles=campaign.burst.cycles, together=together):
+        if finding.frequency is not None:
+            problems.append(Problem(finding.message, file=files[finding.frequency]))
+        else:
+            where = ("sampling_rate",) if finding.about == "sampling_rate" else path
+            problems.append(places.problem(finding.message, where))
+    return recordings, problems
+
+
+def load_calibration(path: Path | str) -> Calibration:
+    """Read and check a calibration campaign, and return amplitude ratio and time shift per frequency.
+
+    Parameters
+    ----------
+    path : Path or str
+        A folder with a ``campaign.yaml`` of ``rig: calibration``, or the YAML file itself.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the description, or every problem of every file.
+    """
+    from multilayer.signals.calibration import calibrate  # noqa: PLC0415  (heavy: SciPy)
+
+    campaign = _load(path, CalibrationCampaign)
+    recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), together=True)
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    try:
+        return calibrate(recordings, cycles=campaign.burst.cycles)
+    except InputError as error:
+        raise InputError([problem.at(campaign.file) for problem in error.problems]) from None

@@ -1,0 +1,79 @@
+"""Recordings as NumPy archives."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError, Problem
+from multilayer.measurements.recording import Waveforms
+
+_CHANNELS = ("base", "top")
+_WANTED = (*_CHANNELS, "sampling_rate")
+_NOT_READ = np.empty(0)
+
+
+def read_npz(path: Path | str) -> Waveforms:
+    """Read a ``.npz`` file with the arrays `base` and `top`.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file. Each array has the shape (repeats, samples) or (samples,); accelerations in m/s^2. A number
+        `sampling_rate`, Hz, may stand beside them.
+
+    Raises
+    ------
+    InputError
+        When the file is no such archive (or is cut short), an array is missing, holds no real numbers, is
+        empty, or the two differ in shape. Pickled objects are refused: they could run code.
+    """
+    file = Path(path)
+    arrays = _load(file)
+    base, top = (_channel(arrays, name, file) for name in _CHANNELS)
+    if base.shape != top.shape:
+        raise _error(file, f"base has shape {base.shape} but top {top.shape}; they must be recorded together")
+    return Waveforms(base, top, _sampling_rate(arrays, file))
+
+
+def _error(file: Path, message: str) -> InputError:
+    return InputError(Problem(message, file=file))
+
+
+def _load(file: Path) -> dict[str, np.ndarray]:
+    """Return the arrays of the archive by name; those that are not wanted are listed but not read."""
+    if not file.exists():
+        raise _error(file, "there is no such file")
+    if not zipfile.is_zipfile(file):
+        raise _error(file, "is no .npz archive, or one that is cut short; copy or export it again")
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            return {name: archive[name] if name in _WANTED else _NOT_READ for name in archive.files}
+    except Exception as error:  # a damaged archive fails in many ways
+        raise _error(file, f"cannot be read as an .npz archive ({error}); copy or export it again") from None
+
+
+def _channel(arrays: dict[str, np.ndarray], name: str, file: Path) -> RealArray:
+    if name not in arrays:
+        found = ", ".join(arrays) or "none"
+        raise _error(file, f"has no array '{name}'; it must hold 'base' and 'top', and holds: {found}")
+    values = arrays[name]
+    if values.dtype.kind not in "fiu":
+        raise _error(file, f"array '{name}' is of type {values.dtype}; it must hold real numbers, in m/s^2")
+    if values.ndim not in (1, 2):
+        raise _error(file, f"array '{name}' has shape {values.shape}; it must be (repeats, samples)")
+    if values.size == 0:
+        raise _error(file, f"array '{name}' is empty: its shape is {values.shape}")
+    return np.atleast_2d(values).astype(np.float64)
+
+
+def _sampling_rate(arrays: dict[str, np.ndarray], file: Path) -> float | None:
+    if "sampling_rate" not in arrays:
+        return None
+    value = arrays["sampling_rate"]
+    if value.size != 1 or value.dtype.kind not in "fiu" or not float(value.reshape(())) > 0:
+        raise _error(file, "sampling_rate must be one number above 0, in Hz")
+    return float(value.reshape(()))

@@ -1,0 +1,46 @@
+"""Writing results: all or nothing."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from multilayer.errors import InputError
+
+
+def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:
+    """Write several files into a folder, each under a temporary name first.
+
+    The files are renamed to their own names only after every one of them is complete on disk.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist.
+    files : mapping
+        Contents by file name.
+
+    Returns
+    -------
+    list of Path
+        In the order of `files`.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".partial-") as partial:
+            for name, content in files.items():
+                data = content.encode() if isinstance(content, str) else content
+                (Path(partial) / name).write_bytes(data)
+            for name in files:
+                os.replace(Path(partial) / name, folder / name)  # noqa: PTH105 (atomic, over an existing file)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"{folder}: cannot be written to ({reason}); choose another folder with --out") from None
+    return [folder / name for name in files]

@@ -1,0 +1,205 @@
+"""Figures of a fit: moduli, envelopes, convergence, transmissibility, Gross check."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.inverse.result import BurstFit, FitResult
+from multilayer.inverse.rod import rod_transmissibility
+from multilayer.inverse.settings import FitSettings
+from multilayer.measurements.description import Campaign
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.report.style import colour, figure_style, png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, bytes]:
+    """Return all figures of a fit as PNG files by name.
+
+    Parameters
+    ----------
+    result : FitResult
+    campaign : Campaign
+        The campaign the result belongs to: its geometry enters eq. (11).
+    settings : FitSettings
+        Holds the quasi-static values, if any.
+    """
+    with figure_style():
+        figures = {
+            "moduli.png": draw_moduli(result, settings),
+            "transmissibility.png": draw_transmissibility(result, campaign, settings),
+            "gross_check.png": draw_gross_check(result),
+            "convergence.png": draw_convergence(result),
+        }
+        for name in result.configurations:
+            figures[f"envelopes-{_file_name(name)}.png"] = draw_envelopes(result, name)
+        return {name: png(figure) for name, figure in figures.items()}
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+
+
+def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
+    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
+
+    figure = NewFigure(figsize=size)
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def draw_moduli(result: FitResult, settings: FitSettings) -> Figure:
+    """Draw E1, E2 and the loss factor against frequency with error bars; hollow where not accepted."""
+    figure, axes = _figure(1, 3, (11, 3.6))
+    quantities = (
+        ("storage_modulus", "E1 / Pa"),
+        ("loss_modulus", "E2 / Pa"),
+        ("loss_factor", "loss factor E2/E1"),
+    )
+    for axis, (name, label) in zip(axes[0], quantities, strict=True):
+        for i, configuration in enumerate(result.configurations):
+            _points(axis, result.of(configuration), name, colour(i), configuration)
+        axis.set(xlabel="frequency / Hz", ylabel=label)
+        if name != "loss_factor":
+            axis.set_yscale("log")
+    if (given := settings.quasi_static) is not None:
+        values = (given.storage_modulus, given.loss_modulus, given.loss_modulus / given.storage_modulus)
+        for axis, value in zip(axes[0], values, strict=True):
+            axis.axhline(value, color="0.4", linestyle="--", label=f"quasi-static, {given.frequency:g} Hz")
+    axes[0, 2].set_ylim(bottom=0)
+    axes[0, 0].legend(fontsize=7)
+    figure.suptitle(f"{result.campaign}: dynamic modulus ({result.method}); hollow: not accepted")
+    return figure
+
+
+def _points(axis: Axes, bursts: list[BurstFit], name: str, tint: str, label: str) -> None:
+    f = np.array([burst.frequency for burst in bursts])
+    value = np.array([getattr(burst, name) for burst in bursts])
+    spread = np.array([getattr(burst, f"{name}_std") for burst in bursts])
+    accepted = np.array([burst.accepted for burst in bursts])
+    # a bar that would pass zero is cut: the axis may be logarithmic
+    bars = np.stack([np.minimum(spread, 0.95 * np.abs(value)), spread])
+    axis.errorbar(f, value, bars, fmt="-", color=tint, capsize=2, label=label)
+    axis.plot(f[accepted], value[accepted], "o", color=tint)
+    axis.plot(f[~accepted], value[~accepted], "o", color=tint, markerfacecolor="white")
+
+
+def draw_envelopes(result: FitResult, configuration: str) -> Figure:
+    """Draw the measured and the modelled envelope of every burst of a configuration."""
+    bursts = result.of(configuration)
+    columns = min(5, len(bursts))
+    rows = -(-len(bursts) // columns)
+    figure, axes = _figure(rows, columns, (2.3 * columns + 0.5, 1.8 * rows + 0.7))
+    for axis, burst in zip(axes.flat, bursts, strict=False):
+        axis.plot(1e3 * burst.time, burst.measured_envelope, color=colour(0), label="measured")
+        axis.plot(1e3 * burst.time, burst.modelled_envelope, "--", color=colour(1), label="modelled")
+        axis.set_title(f"{burst.frequency:g} Hz" + ("" if burst.accepted else " (not accepted)"), fontsize=8)
+        axis.tick_params(labelsize=7)
+        axis.set_xlim(0, _last_time(burst))
+        axis.set_ylim(bottom=0)
+    for axis in axes.flat[len(bursts) :]:
+        axis.remove()
+    axes.flat[0].legend(fontsize=7)
+    figure.suptitle(f"{configuration}: envelope of the top plate")
+    figure.supxlabel("time / ms", fontsize=8)
+    figure.supylabel("acceleration / (m/s²)", fontsize=8)
+    return figure
+
+
+def _last_time(burst: BurstFit) -> float:
+    """Return where the burst and its ring-down are over, ms."""
+    loud = np.flatnonzero(burst.measured_envelope > 0.01 * burst.measured_envelope.max())
+    return float(1e3 * burst.time[min(int(1.1 * loud[-1]) + 1, len(burst.time) - 1)])
+
+
+def draw_convergence(result: FitResult) -> Figure:
+    """Draw E1, E2 and the cost at each evaluation, one line per burst (the paper's Fig. 10)."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    figure, axes = _figure(1, 3, (11, 3.4))
+    f = [burst.frequency for burst in result.bursts]
+    scale = Normalize(min(f), max(f))
+    tints = colormaps["viridis"]
+    for burst in result.bursts:
+        steps = np.arange(1, len(burst.history) + 1)
+        for axis, values in zip(axes[0], burst.history.T, strict=True):
+            axis.plot(steps, np.maximum(values, 1e-12), ".-", color=tints(scale(burst.frequency)), linewidth=0.8)
+    cost = "cost (9) / (m/s²)" if result.method == "nelder-mead" else "relative misfit"
+    for axis, label in zip(axes[0], ("E1 / Pa", "E2 / Pa", cost), strict=True):
+        axis.set(xlabel="evaluation", ylabel=label, yscale="log")
+    losses = np.concatenate([b.history[:, 1] for b in result.bursts])
+    axes[0, 1].set_ylim(bottom=max(1e-3 * losses.max(), losses.min() / 2, 1e-9))
+    figure.colorbar(ScalarMappable(scale, tints), ax=axes[0, 2], label="burst / Hz")
+    figure.suptitle(f"{result.campaign}: convergence ({result.method})")
+    return figure
+
+
+def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSettings) -> Figure:
+    """Draw amplitude and phase of the transmissibility: measured, fitted, and eq. (11) (the paper's Figs. 11-12)."""
+    figure, axes = _figure(2, 1, (7.5, 5.5), sharex=True)
+    for i, configuration in enumerate(result.configurations):
+        bursts = result.of(configuration)
+        f = np.array([b.frequency for b in bursts])
+        measured = np.array([b.measured_transmissibility for b in bursts])
+        fitted = np.array([complex(b.optimum.storage_modulus, b.optimum.loss_modulus) for b in bursts])
+        _curve(
+            axes[:, 0],
+            f,
+            measured,
+            marker="o",
+            linestyle="",
+            color=colour(i),
+            label=f"{configuration}, measured",
+        )
+        _curve(axes[:, 0], f, _rod(campaign, configuration, f, fitted), color=colour(i), label="eq. (11), fitted")
+        if (given := settings.quasi_static) is not None:
+            static = np.full(len(f), complex(given.storage_modulus, given.loss_modulus))
+            curve = _rod(campaign, configuration, f, static)
+            _curve(axes[:, 0], f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
+    axes[0, 0].set(ylabel="amplitude", yscale="log")
+    axes[1, 0].set(ylabel="phase / degrees", xlabel="frequency / Hz")
+    axes[0, 0].legend(fontsize=7, ncols=2)
+    figure.suptitle(f"{result.campaign}: transmissibility, top plate over base")
+    return figure
+
+
+def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None:
+    axes[0].plot(f, np.abs(ratio), **options)
+    axes[1].plot(f, np.rad2deg(np.unwrap(np.angle(ratio))), **options)
+
+
+def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray) -> ComplexArray:
+    """Return eq. (11) with the modulus of laterally held compression, which is what the plane-wave fit knows."""
+    geometry = campaign.configuration(configuration)
+    held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio)
+    mass = campaign.top_plate.density * geometry.top_plate_thickness
+    return rod_transmissibility(f, held, campaign.specimen.density, geometry.specimen_thickness, mass)
+
+
+def draw_gross_check(result: FitResult) -> Figure:
+    """Draw E2 as found and as eq. (12) has it from the slope of E1 (the paper's Fig. 13)."""
+    figure, axes = _figure(1, 1, (7, 4))
+    axis = axes[0, 0]
+    for i, configuration in enumerate(result.configurations):
+        check = result.gross_check(configuration)
+        if check is None:
+            continue
+        error = f"mean relative error {100 * check.mean_relative_error:.0f} %"
+        axis.plot(check.frequency, check.measured, "o", color=colour(i), label=f"{configuration}: found")
+        positive = np.where(check.predicted > 0, check.predicted, np.nan)
+        axis.plot(check.frequency, positive, "--", color=colour(i), label=f"eq. (12), {error}")
+    if not axis.lines:
+        axis.text(0.5, 0.5, "fewer than three accepted bursts: no slope", ha="center", transform=axis.transAxes)
+    else:
+        axis.set_yscale("log")
+        axis.legend(fontsize=7, ncols=2)
+    axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")
+    figure.suptitle(f"{result.campaign}: local Kramers-Kronig check (Gross)")
+    return figure

@@ -1,0 +1,67 @@
+"""The table of a fit."""
+
+from __future__ import annotations
+
+from rich.table import Table
+
+from multilayer.inverse.result import BurstFit, FitResult
+from multilayer.report.console import console
+
+
+def fit_table(result: FitResult) -> None:
+    """Print one table per configuration."""
+    out = console()
+    for name in result.configurations:
+        bursts = result.of(name)
+        unit, factor = _unit(bursts)
+        table = Table(title=f"{result.campaign}: {name}", title_justify="left", box=None, pad_edge=False)
+        table.add_column("f / Hz", justify="right")
+        for heading in (f"E1 / {unit}", f"E2 / {unit}", "loss factor", "Δtof / µs", "Δlevel / dB"):
+            table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column("accepted")
+        table.add_column("remark", overflow="fold")
+        for burst in bursts:
+            table.add_row(*_cells(burst, factor))
+        out.print(table)
+        if (check := result.gross_check(name)) is not None:
+            out.print(f"Gross check (eq. 12): mean relative error {100 * check.mean_relative_error:.0f} %")
+        for burst in bursts:
+            for other in burst.alternatives:
+                out.print(
+                    f"{burst.frequency:g} Hz: E1 = {other.storage_modulus:.4g} Pa, E2 = {other.loss_modulus:.4g} Pa "
+                    f"meets eq. (10) as well (misfit {other.misfit:.3f} against {burst.optimum.misfit:.3f})"
+                )
+        out.print()
+
+
+def _unit(bursts: list[BurstFit]) -> tuple[str, float]:
+    largest = max(burst.storage_modulus for burst in bursts)
+    for unit, factor in (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)):
+        if largest >= factor:
+            return unit, factor
+    return "Pa", 1.0
+
+
+def _cells(burst: BurstFit, factor: float) -> list[str]:
+    return [
+        f"{burst.frequency:g}",
+        _with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
+        _with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
+        _with_spread(burst.loss_factor, burst.loss_factor_std),
+        f"{burst.delta_tof * 1e6:.2f}",
+        f"{burst.delta_level_db:.3f}",
+        "yes" if burst.accepted else "[red]no[/red]",
+        burst.remark,
+    ]
+
+
+def _with_spread(value: float, spread: float) -> str:
+    """Return ``value ± spread`` with two digits of the spread."""
+    if not 0 < spread < float("inf"):
+        return f"{value:.4g}"
+    digits = max(0, 1 - _magnitude(spread))
+    return f"{value:.{digits}f} ± {spread:.{digits}f}"
+
+
+def _magnitude(value: float) -> int:
+    return int(f"{value:e}".split("e")[1])

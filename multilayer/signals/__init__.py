@@ -1,0 +1,1 @@
+"""Time signals of the two-plate rig: bursts, spectra, envelopes, times of flight, calibration, quality."""
