@@ -21,7 +21,8 @@ class Model(BaseModel):
         try:
             return handler(data)
         except ValidationError as error:
-            problems = [_reworded(details, cls) for details in error.errors(include_url=False)]
+            errors = [details for details in error.errors(include_url=False) if not _is_long_enough(details)]
+            problems = [_reworded(details, cls) for details in errors]
             raise ValidationError.from_exception_data(cls.__name__, problems) from None
 
 
@@ -34,7 +35,7 @@ _WORDS = {
     "less_than": "{value} is not allowed: it must be below {lt}",
     "less_than_equal": "{value} is not allowed: it must be at most {le}",
     "literal_error": "{value} is not allowed; allowed: {expected}",
-    "too_short": "must have at least {min_length} entries, not {actual_length}",
+    "too_short": "must have at least {min_length} entries",
     "too_long": "must have at most {max_length} entries",
     "value_error": "{error}",
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a mapping of fields, not {value}"),
@@ -49,6 +50,16 @@ _WORDS = {
 
 # the two kinds that are located by the name in `loc`, not by a value; they stay recognisable
 _KINDS: dict[str, LiteralString] = {"missing": "missing", "extra_forbidden": "extra_forbidden"}
+
+
+def _is_long_enough(error: ErrorDetails) -> bool:
+    # of a tuple pydantic counts the good entries only: a bad one is no missing one
+    written = error["input"]
+    return (
+        error["type"] == "too_short"
+        and isinstance(written, list | tuple)
+        and len(written) >= error["ctx"]["min_length"]
+    )
 
 
 def _reworded(error: ErrorDetails, model: type[Model]) -> InitErrorDetails:

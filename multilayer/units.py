@@ -25,7 +25,7 @@ DIMENSIONLESS = ""
 
 @cache
 def _registry() -> pint.UnitRegistry[Any]:
-    import pint  # noqa: PLC0415  (heavy: only when some text carries a unit)
+    import pint  # heavy: only when some text carries a unit
 
     # without it pint refuses "20 degC"
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)

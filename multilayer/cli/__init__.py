@@ -7,6 +7,7 @@ import sys
 
 import typer
 
+from multilayer.cli.check import check
 from multilayer.cli.fit import fit
 from multilayer.cli.layers import layers
 
@@ -30,6 +31,7 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
 
 app.command()(fit)
 app.command()(layers)
+app.command()(check)
 
 
 def main() -> None:

@@ -31,7 +31,7 @@ def read(path: Path | str, model: type[M], context: dict[str, Any] | None = None
     InputError
         When the file cannot be read, is refused, or does not fit the model.
     """
-    return validate(read_yaml(path), model, context=context)
+    return validate(read_yaml(path, keep_problems=True), model, context=context)
 
 
 def validate(document: Document, model: type[M], *, context: dict[str, Any] | None = None) -> M:
@@ -52,12 +52,18 @@ def validate(document: Document, model: type[M], *, context: dict[str, Any] | No
         With every mistake the model finds, in the order of the file.
     """
     if not isinstance(document.data, dict):
-        raise InputError(_not_a_mapping(document))
+        raise InputError([*document.problems, _not_a_mapping(document)])
+    problems = list(document.problems)
     try:
-        return model.model_validate(document.data, context=context)
+        valid = model.model_validate(document.data, context=context)
     except ValidationError as error:
-        problems = [_placed(document, details) for details in error.errors(include_url=False)]
-    problems.sort(key=lambda problem: (problem.line, problem.column))
+        told = {(problem.line, problem.column) for problem in problems}
+        found = [_placed(document, details) for details in error.errors(include_url=False)]
+        problems += [problem for problem in found if (problem.line, problem.column) not in told]
+    else:
+        if not problems:
+            return valid
+    problems.sort(key=lambda problem: (problem.line or 0, problem.column or 0))
     raise InputError(dict.fromkeys(problems))
 
 
@@ -69,10 +75,8 @@ def _not_a_mapping(document: Document) -> Problem:
 
 def _placed(document: Document, error: ErrorDetails) -> Problem:
     kind, tokens = error["type"], error["loc"]
-    if kind == "missing":
-        path = (*_walked(document.data, tokens[:-1]), *tokens[-1:])
-    else:
-        path = _walked(document.data, tokens)
+    end = len(tokens) - (kind == "missing")  # the name of a missing field is not in the data, and is kept
+    path = (*_walked(document.data, tokens[:end]), *tokens[end:])
     at_key = kind == "extra_forbidden" or tokens[-1:] == ("[key]",)
     place = document.key_position(path) if at_key else document.position(path)
     return Problem(error["msg"], ".".join(map(str, path)), document.file, *place)

@@ -45,12 +45,15 @@ class Document:
         What it holds.
     places, key_places : mapping
         Line and column of values and of keys, by path.
+    problems : tuple of Problem
+        Mistakes that leave the data readable, kept for `validate`; see `parse_yaml`.
     """
 
     file: Path
     data: Any
     places: Mapping[DataPath, Place] = field(default_factory=dict, repr=False, compare=False)
     key_places: Mapping[DataPath, Place] = field(default_factory=dict, repr=False, compare=False)
+    problems: tuple[Problem, ...] = ()
 
     def position(self, path: DataPath) -> Place:
         """Return line and column, from 1, of the value at `path`, or of its deepest ancestor that exists.
@@ -66,13 +69,15 @@ class Document:
         return self.key_places.get(path) or self.position(path)
 
 
-def read_yaml(path: Path | str) -> Document:
+def read_yaml(path: Path | str, *, keep_problems: bool = False) -> Document:
     """Read a YAML file.
 
     Parameters
     ----------
     path : Path or str
         A UTF-8 file.
+    keep_problems : bool
+        See `parse_yaml`.
 
     Raises
     ------
@@ -90,7 +95,7 @@ def read_yaml(path: Path | str) -> Document:
         before = raw[: error.start].decode("utf-8-sig")
         message = f"is no UTF-8 text (byte 0x{raw[error.start]:02x}); save the file as UTF-8"
         raise InputError(Problem(message, "", file, *place_in(before, len(before)))) from None
-    return parse_yaml(text, file)
+    return parse_yaml(text, file, keep_problems=keep_problems)
 
 
 def _unreadable(file: Path, error: OSError | ValueError) -> str:
@@ -101,7 +106,7 @@ def _unreadable(file: Path, error: OSError | ValueError) -> str:
     return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 
 
-def parse_yaml(text: str, file: Path) -> Document:
+def parse_yaml(text: str, file: Path, *, keep_problems: bool = False) -> Document:
     """Parse YAML text.
 
     Parameters
@@ -110,6 +115,8 @@ def parse_yaml(text: str, file: Path) -> Document:
         One document.
     file : Path
         Named in messages.
+    keep_problems : bool
+        Leave duplicates, keys and tags in `Document.problems` for `validate`, which tells them with what it finds.
 
     Raises
     ------
@@ -123,9 +130,10 @@ def parse_yaml(text: str, file: Path) -> Document:
         raise InputError(Problem("is empty", file=file))
     builder = _Builder(file)
     data = builder.build(root, ())
-    if builder.problems:
-        raise InputError(problem for _, problem in sorted(builder.problems.items()))
-    return Document(file, data, builder.places, builder.key_places)
+    problems = tuple(problem for _, problem in sorted(builder.problems.items()))
+    if problems and not keep_problems:
+        raise InputError(problems)
+    return Document(file, data, builder.places, builder.key_places, problems)
 
 
 def _integer(text: str) -> int:

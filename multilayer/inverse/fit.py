@@ -62,7 +62,7 @@ def fit_campaign(
     """
     settings = settings or FitSettings()
     tell = progress or (lambda text: None)
-    problems = list(_problems(campaign, recordings, settings, calibration))
+    problems = list(burst_problems(campaign, recordings, settings, calibration))
     low, high = search_bounds(settings)
     candidates: list[Candidates] = []
     for problem in problems:
@@ -88,7 +88,7 @@ def search_bounds(settings: FitSettings) -> tuple[RealArray, RealArray]:
     return np.array([np.log(moduli[0]), losses[0]]), np.array([np.log(moduli[1]), losses[1]])
 
 
-def _problems(
+def burst_problems(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
     settings: FitSettings,

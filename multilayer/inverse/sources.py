@@ -14,6 +14,7 @@ from multilayer.measurements.campaign import load_calibration, load_campaign, lo
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
+from multilayer.stack import load_stack
 
 FIT_FILE = "fit.yaml"
 _METHODS = ("least-squares", "nelder-mead")
@@ -52,8 +53,28 @@ def read_fit(source: Path, method: str | None = None) -> FitJob:
     campaign = load_campaign(campaign_path)
     calibration = None
     if settings.calibration is not None:
-        calibration = load_calibration(source.parent / settings.calibration)
+        folder = source if source.is_dir() else source.parent
+        calibration = load_calibration(folder / settings.calibration)
     return FitJob(campaign, load_recordings(campaign), settings, calibration)
+
+
+def read_any(source: Path) -> str:
+    """Read any input file or folder and say what it is.
+
+    Raises
+    ------
+    InputError
+        With every mistake in it.
+    """
+    data = read_yaml(source, keep_problems=True).data if source.is_file() else None
+    if isinstance(data, dict) and "layers" in data:
+        load_stack(source)
+        return "stack"
+    if isinstance(data, dict) and data.get("rig") == "calibration":
+        load_calibration(source)
+        return "calibration"
+    job = read_fit(source)
+    return f"campaign of {len(job.recordings)} bursts"
 
 
 def _settings(source: Path) -> tuple[FitSettings, Path]:
@@ -63,8 +84,10 @@ def _settings(source: Path) -> tuple[FitSettings, Path]:
         if not (source / FIT_FILE).is_file():
             return FitSettings(), source
         source = source / FIT_FILE
-    data = read_yaml(source).data
+    data = read_yaml(source, keep_problems=True).data
     if isinstance(data, dict) and "rig" in data:
         return FitSettings(), source
+    if isinstance(data, dict) and "layers" in data:
+        raise InputError(f"{source}: this is a stack file; a fit needs a campaign folder or a fit file")
     settings = read(source, FitSettings)
     return settings, source.parent / settings.campaign

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-import numpy as np
 
 from multilayer.layers.base import ElasticLayer
-from multilayer.matrix.faces import Faces, from_propagator, stack_entries
+from multilayer.matrix.faces import Faces, from_series_impedance
 from multilayer.matrix.families import FLUID
 from multilayer.matrix.wave import Wave
 from multilayer.units import Density, Length
@@ -33,6 +32,4 @@ class ElasticPlate(ElasticLayer):
         stiffness = modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
         mass = 1j * wave.omega * self.density * self.thickness
         impedance = mass + stiffness * wave.kx**4 / (1j * wave.omega)
-        one, zero = np.ones_like(impedance), np.zeros_like(impedance)
-        propagator = stack_entries([[one, -impedance], [zero, one]])
-        return Faces(FLUID, *from_propagator(FLUID, propagator, wave.ambient.impedance))
+        return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))

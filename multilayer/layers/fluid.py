@@ -60,4 +60,5 @@ def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: 
         propagator = propagator_series(FLUID, x, y, thickness)
         return from_propagator(FLUID, propagator, wave.ambient.impedance)
 
-    return Faces(FLUID, *choose(is_thin([k3], wave.kx, thickness), series, waves))
+    # the field equations of a fluid know k3 only: the series serves thick layers near grazing, where waves merge
+    return Faces(FLUID, *choose(is_thin([k3], np.zeros_like(wave.kx), thickness), series, waves))

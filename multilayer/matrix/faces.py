@@ -117,6 +117,21 @@ def from_propagator(family: Family, propagator: ComplexArray, impedance: float) 
     return np.broadcast_to(w.reshape(w.shape + (1,) * (b.ndim - 2)), b.shape), b
 
 
+def from_series_impedance(impedance: Numeric, reference: float) -> tuple[ComplexArray, ComplexArray]:
+    """Return (A, B) of a sheet in a fluid that moves as one: p(front) - p(back) = impedance v3.
+
+    The coefficients are twice the pressures of the waves that arrive at the front and at the back from a medium of
+    the impedance `reference`, Pa s/m. Exact for any impedance with Re >= 0, none to infinite, where the propagator
+    ``[[1, -impedance], [0, 1]]`` loses the fluid beside a stiff sheet.
+    """
+    total = np.asarray(2 * reference + np.asarray(impedance, dtype=complex))
+    through = 2 * reference / total
+    bounced, moved = 1 + impedance / total, through / reference
+    front = stack_entries([[bounced, through], [moved, -moved]])
+    back = stack_entries([[through, bounced], [moved, -moved]])
+    return front, back
+
+
 def propagator_series(family: Family, x: Entries, y: Entries, thickness: Numeric) -> ComplexArray:
     """Return exp(M h) for the field equations d(even)/dx3 = X odd, d(odd)/dx3 = Y even.
 

@@ -170,7 +170,7 @@ def _read_and_check(
     together: bool = False,
 ) -> tuple[dict[float, Recording], list[Problem]]:
     """Return the bursts of one configuration and what is wrong; `together`: both sensors at one spot."""
-    from multilayer.signals.quality import check_configuration  # noqa: PLC0415  (heavy: SciPy)
+    from multilayer.signals.quality import check_configuration  # heavy: SciPy
 
     problems: list[Problem] = []
     recordings: dict[float, Recording] = {}
@@ -202,7 +202,7 @@ def load_calibration(path: Path | str) -> Calibration:
     InputError
         With every mistake in the description, or every problem of every file.
     """
-    from multilayer.signals.calibration import calibrate  # noqa: PLC0415  (heavy: SciPy)
+    from multilayer.signals.calibration import calibrate  # heavy: SciPy
 
     campaign = _load(path, CalibrationCampaign)
     recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), together=True)

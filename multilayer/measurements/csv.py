@@ -12,7 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.recording import Waveforms
 
-_REPEAT = re.compile(r"(base|top)(?:_(\d+))?")
+_CHANNEL = re.compile(r"(base|top)(_\d+)?")
 _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', 'top_2', ..."
 # times are often printed with few digits; a missing sample makes a step of twice the others
 _STEP_TOLERANCE = 0.3
@@ -67,24 +67,19 @@ def _data_lines(file: Path) -> list[tuple[int, str]]:
 
 def _repeats(names: Sequence[str], file: Path, line: int) -> list[str]:
     """Return the suffixes of the repeats, as ``["_1", "_2"]`` or ``[""]``."""
-    unknown = [name for name in names if name != "time" and not _REPEAT.fullmatch(name)]
+    unknown = [name for name in names if name != "time" and not _CHANNEL.fullmatch(name)]
     if unknown:
         raise _error(file, f"column '{unknown[0]}' is not known; name the columns {_EXPECTED}", line)
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise _error(file, f"column '{twice[0]}' is there twice; number the repeats: {_EXPECTED}", line)
-    suffixes = {
-        channel: {name.removeprefix(channel) for name in names if name.startswith(channel)}
-        for channel in ("base", "top")
-    }
-    unpaired = [f"{channel}{suffix}" for channel, other in (("base", "top"), ("top", "base")) for suffix in
-                sorted(suffixes[other] - suffixes[channel])]  # fmt: skip
-    missing = [name for name in ("time", *unpaired) if name not in names]
-    if not missing and not suffixes["base"]:
-        missing = ["base", "top"]
+    found = {name.removeprefix("base").removeprefix("top") for name in names if name != "time"}
+    suffixes = sorted(found, key=lambda suffix: int(suffix[1:] or 0)) or [""]
+    needed = ["time", *(f"{channel}{suffix}" for suffix in suffixes for channel in ("base", "top"))]
+    missing = [name for name in needed if name not in names]
     if missing:
         raise _error(file, f"has no column {', '.join(missing)}; name the columns {_EXPECTED}", line)
-    return sorted(suffixes["base"], key=lambda suffix: int(suffix[1:] or 0))
+    return suffixes
 
 
 def _table(lines: Sequence[tuple[int, str]], separator: str | None, n_columns: int, file: Path) -> RealArray:

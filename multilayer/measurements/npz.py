@@ -51,7 +51,7 @@ def _load(file: Path) -> dict[str, np.ndarray]:
         raise _error(file, "is no .npz archive, or one that is cut short; copy or export it again")
     try:
         with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] if name in _WANTED else _NOT_READ for name in archive.files}
+            return {name: np.asarray(archive[name]) if name in _WANTED else _NOT_READ for name in archive.files}
     except Exception as error:  # a damaged archive fails in many ways
         raise _error(file, f"cannot be read as an .npz archive ({error}); copy or export it again") from None
 

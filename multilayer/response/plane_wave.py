@@ -85,12 +85,12 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> Pl
         angle=np.asarray(angle, dtype=float),
         reflection=reflection,
         transmission=transmission,
-        surface_impedance=front * _ratio(1 + reflection, 1 - reflection),
+        surface_impedance=_surface_impedance(front, reflection),
         absorption=1 - np.abs(reflection) ** 2,
         transmission_loss=loss,
     )
 
 
-def _ratio(a: ComplexArray, b: ComplexArray) -> ComplexArray:
+def _surface_impedance(front: ComplexArray, reflection: ComplexArray) -> ComplexArray:
     with np.errstate(divide="ignore", invalid="ignore"):  # a rigid surface has an infinite impedance
-        return np.where(b == 0, np.inf, a / b)
+        return np.where(reflection == 1, np.inf, front * (1 + reflection) / (1 - reflection))

@@ -65,11 +65,11 @@ def _interpolated_peak(correlation: RealArray, cross: ComplexArray, n_fft: int) 
     """Return the lag of the highest peak between samples, in samples from 0 to n_fft."""
     before, after = np.roll(correlation, 1, axis=-1), np.roll(correlation, -1, axis=-1)
     is_peak = (correlation >= before) & (correlation > after) & (before + after > -2.0 * correlation)
-    # a sinusoid through three samples, not the samples themselves, decides between periods: few samples per
-    # period they straddle the crest; tangent is its amplitude's part that the middle sample misses
+    # a sinusoid through three samples decides between periods, not the samples themselves: where there are few
+    # of them to a period they straddle the crest. At the middle one it has the phase -arctan(tangent)
     safe = np.where(is_peak, correlation, 1.0)
-    # (kept below 1, which rounding may reach)
-    cosine = np.minimum(np.where(is_peak, 0.5 * (before + after) / safe, 0.0), 1.0 - 1e-12)
+    cosine = np.where(is_peak, 0.5 * (before + after) / safe, 0.0)
+    cosine = np.minimum(cosine, 1.0 - 1e-12)  # rounding may reach 1
     tangent = np.where(is_peak, 0.5 * (after - before) / safe, 0.0) / np.sqrt(1.0 - cosine**2)
     height = np.where(is_peak, correlation * np.hypot(1.0, tangent), -np.inf)
     index = np.argmax(height, axis=-1, keepdims=True)

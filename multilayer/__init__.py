@@ -1,0 +1,59 @@
+"""Layered panels and samples in vibro-acoustics: forward simulation, inversion, diagnosis.
+
+The public names load on first use, so that ``import multilayer`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from multilayer.errors import InputError, MultilayerError
+    from multilayer.inverse import FitResult, FitSettings, fit_campaign
+    from multilayer.layers import LAYERS, Layer
+    from multilayer.measurements import load_campaign, load_recordings
+    from multilayer.response import base_motion, plane_wave
+    from multilayer.stack import Stack, load_stack
+
+_HOMES = {
+    "LAYERS": "multilayer.layers",
+    "FitResult": "multilayer.inverse",
+    "FitSettings": "multilayer.inverse",
+    "InputError": "multilayer.errors",
+    "Layer": "multilayer.layers",
+    "MultilayerError": "multilayer.errors",
+    "Stack": "multilayer.stack",
+    "base_motion": "multilayer.response",
+    "fit_campaign": "multilayer.inverse",
+    "load_campaign": "multilayer.measurements",
+    "load_recordings": "multilayer.measurements",
+    "load_stack": "multilayer.stack",
+    "plane_wave": "multilayer.response",
+}
+
+__all__ = [
+    "LAYERS",
+    "FitResult",
+    "FitSettings",
+    "InputError",
+    "Layer",
+    "MultilayerError",
+    "Stack",
+    "base_motion",
+    "fit_campaign",
+    "load_campaign",
+    "load_recordings",
+    "load_stack",
+    "plane_wave",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'multilayer' has no attribute '{name}'")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

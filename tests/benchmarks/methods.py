@@ -1,0 +1,109 @@
+"""The default method beside Nelder-Mead on the paper's cost: optimum, errors and time, in one run on one thread.
+
+Run it as ``make bench``, or ``python -m tests.benchmarks.methods [CAMPAIGN] [--bursts N]``. For every burst:
+
+- the cost of eq. (9) at the optimum of each method, each with its own model;
+- the same with one and the same model (the paper's: half-space of air above, modulus constant within the burst);
+- the differences of eq. (10) that each optimum leaves;
+- the time of the optimisation itself, without region and figures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from multilayer.inverse.branches import find_candidates
+from multilayer.inverse.burst import BurstProblem
+from multilayer.inverse.fit import burst_problems, search_bounds
+from multilayer.inverse.nelder_mead import envelope_cost, minimise_envelope_cost
+from multilayer.inverse.settings import FitSettings
+from multilayer.inverse.sources import read_fit
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One burst solved by one method."""
+
+    cost: float
+    delta_tof: float
+    delta_level: float
+    seconds: float
+
+
+def _default(problem: BurstProblem, low: np.ndarray, high: np.ndarray) -> Row:
+    start = time.perf_counter()
+    x = find_candidates(problem, low, high).minima[0].x
+    return _row(problem, x, time.perf_counter() - start)
+
+
+def _nelder_mead(problem: BurstProblem, low: np.ndarray, high: np.ndarray, begin: np.ndarray) -> Row:
+    start = time.perf_counter()
+    x = minimise_envelope_cost(problem, begin, low, high).x
+    return _row(problem, x, time.perf_counter() - start)
+
+
+def _row(problem: BurstProblem, x: np.ndarray, seconds: float) -> Row:
+    # relative to the cost of a model that gives no signal at all
+    cost = envelope_cost(problem, x) / float(np.sum(problem.data.envelope))
+    return Row(cost, *problem.discrepancy(problem.signal(x)), seconds)
+
+
+def compare(source: Path, n_bursts: int | None) -> dict[str, list[Row]]:
+    """Return the rows of each method over the bursts of a campaign."""
+    job = read_fit(source)
+    paper = FitSettings(method="nelder-mead")
+    same = FitSettings(termination="ambient", dispersion="none")
+    rows: dict[str, list[Row]] = {"nelder-mead": [], "default": [], "default, paper's model": []}
+    problems = {
+        name: burst_problems(job.campaign, job.recordings, settings, job.calibration)[:n_bursts]
+        for name, settings in (("nelder-mead", paper), ("default", FitSettings()), ("default, paper's model", same))
+    }
+    low, high = search_bounds(job.settings)
+    given = job.settings.quasi_static
+    for literal, own, shared in zip(*problems.values(), strict=True):
+        rows["default"].append(_default(own, low, high))
+        rows["default, paper's model"].append(_default(shared, low, high))
+        begin = find_candidates(literal, low, high).minima[0].x
+        if given is not None:
+            begin = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
+        rows["nelder-mead"].append(_nelder_mead(literal, low, high, begin))
+    return rows
+
+
+def report(rows: dict[str, list[Row]]) -> str:
+    """Return the comparison as text."""
+    lines = [f"{'method':24s} {'median cost (9)':>16s} {'|dtof| us':>10s} {'|dlevel| dB':>12s} {'s per burst':>12s}"]
+    for name, found in rows.items():
+        columns = np.array([[r.cost, abs(r.delta_tof) * 1e6, abs(r.delta_level), r.seconds] for r in found])
+        cost, tof, level, seconds = np.median(columns, axis=0)
+        lines.append(f"{name:24s} {cost:16.5f} {tof:10.3f} {level:12.4f} {seconds:12.3f}")
+    literal, own, shared = (rows[name] for name in ("nelder-mead", "default", "default, paper's model"))
+    ratios = np.array([a.seconds / b.seconds for a, b in zip(literal, own, strict=True)])
+    total = sum(r.seconds for r in literal) / sum(r.seconds for r in own)
+    lines.append(f"Nelder-Mead takes {total:.1f} times as long (per burst {ratios.min():.1f} to {ratios.max():.1f})")
+    for name, found in (("the default", own), ("the default with the paper's model", shared)):
+        better = sum(a.cost <= b.cost for a, b in zip(found, literal, strict=True))
+        lines.append(f"cost (9) of {name} is not above Nelder-Mead's at {better} of {len(literal)} bursts")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run the comparison and print it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("campaign", nargs="?", type=Path, default=ROOT / "examples" / "foam_b")
+    parser.add_argument("--bursts", type=int, default=None, help="only the first N bursts")
+    options = parser.parse_args()
+    print(f"{options.campaign.resolve().name}, OMP_NUM_THREADS={os.environ.get('OMP_NUM_THREADS', 'not set')}")  # noqa: T201
+    print(report(compare(options.campaign, options.bursts)))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
