@@ -61,8 +61,9 @@ def find_candidates(problem: BurstProblem, low: RealArray, high: RealArray) -> C
 
     Notes
     -----
-    The coarse search covers the whole range in one model evaluation. Minima with a misfit below twice the best plus
-    three times the noise are called plausible: the data do not tell them apart.
+    The coarse search covers the whole range in one model evaluation. A minimum is called plausible, not told apart
+    from the best by the data, when noise could make up the difference (25 in chi-square), or when what the model
+    leaves unexplained at the best, doubled, could.
     """
     function = problem.residual_and_jacobian
     starts = valleys(*_coarse_misfit(problem, low, high), _REFINED)
@@ -72,8 +73,10 @@ def find_candidates(problem: BurstProblem, low: RealArray, high: RealArray) -> C
     minima = distinct(
         [refine(function, m.x, low, high, _STEPS, _PATIENCE, before=m.history) for m in promising], _APART
     )
-    limit = 2 * minima[0].misfit + 3 * _noise_misfit(problem)
-    return Candidates(minima, sum(1 for minimum in minima if minimum.misfit <= limit))
+    noise, best = _noise_misfit(problem) ** 2, minima[0].misfit ** 2
+    unexplained = max(best - noise, 0.0)
+    limit = best + 3 * unexplained + 25 * noise / (2 * len(problem.data.in_band[0]))
+    return Candidates(minima, sum(1 for minimum in minima if minimum.misfit**2 <= limit))
 
 
 def _coarse_misfit(

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.signals.envelope import envelope, level_difference_db
 from multilayer.signals.spectra import Noise, band, frequencies, padded_length, to_signal, to_spectrum
@@ -15,7 +15,7 @@ from multilayer.signals.time_of_flight import time_of_flight
 
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
 _WIDE_THRESHOLD = 0.002  # for signals that go back to time
-_CUT_SHORT = 0.01  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
+_CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
 
 
@@ -34,6 +34,9 @@ class BurstData:
         Accelerations, m/s2.
     noise : Noise
         Standard deviations of the averaged channels' noise, m/s2.
+    cycles : float
+        Periods of the burst under its Hann window: its spectrum's main lobe is 4/cycles wide, relative to the
+        frequency.
     """
 
     configuration: str
@@ -42,6 +45,7 @@ class BurstData:
     base: RealArray
     top: RealArray
     noise: Noise
+    cycles: float = 10.0
 
     @property
     def n_samples(self) -> int:
@@ -68,13 +72,19 @@ class BurstData:
     @cached_property
     def stride(self) -> int:
         """Every how many bins of the burst's band are kept."""
-        return int(-(-np.count_nonzero(band(self.spectra[1], _BAND_THRESHOLD)) // _MOST_BINS))
+        return int(-(-np.count_nonzero(self._main_lobe) // _MOST_BINS))
+
+    @cached_property
+    def _main_lobe(self) -> BoolArray:
+        f, base, _ = self.spectra
+        inside = np.abs(f - self.frequency) <= 2 / self.cycles * self.frequency
+        return np.asarray(band(base, _BAND_THRESHOLD) & inside & (f > 0))
 
     @cached_property
     def in_band(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
         """The same in the band where the burst has energy, thinned to at most 32 bins."""
         f, base, top = self.spectra
-        bins = np.flatnonzero(band(base, _BAND_THRESHOLD) & (f > 0))[:: self.stride]
+        bins = np.flatnonzero(self._main_lobe)[:: self.stride]
         return f[bins], base[bins], top[bins]
 
     @cached_property
@@ -97,7 +107,7 @@ class BurstData:
     def transmissibility(self) -> complex:
         """Measured top over base at the stated frequency, by least squares over a narrow band about it."""
         f, base, top = self.spectra
-        near = np.abs(f - self.frequency) <= 0.5 * self.frequency / 10
+        near = np.abs(f - self.frequency) <= 0.5 * self.frequency / self.cycles
         ratio = np.vdot(base[near], top[near]) / np.vdot(base[near], base[near])
         return complex(ratio)
 

@@ -27,7 +27,7 @@ from multilayer.signals.spectra import noise_level
 Progress = Callable[[str], None]
 _DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
-_WEAK = 0.1
+_WEAK = 0.03
 _POOR = 0.05
 _HEAD_START = 0.05
 
@@ -99,19 +99,20 @@ def burst_problems(
         rig = PlaneWaveRig.of(campaign, configuration, settings.air_above, settings.ambient)
         for burst in configuration.bursts:
             recording = recordings[configuration.name, burst.frequency]
-            data = _burst_data(configuration.name, burst.frequency, recording, calibration)
+            cycles = campaign.burst.cycles
+            data = _burst_data(configuration.name, burst.frequency, recording, calibration, cycles)
             problems.append(BurstProblem(data, rig, settings.dispersive))
     return problems
 
 
 def _burst_data(
-    configuration: str, frequency: float, recording: Recording, calibration: Calibration | None
+    configuration: str, frequency: float, recording: Recording, calibration: Calibration | None, cycles: float
 ) -> BurstData:
     base, top = recording.mean()
     if calibration is not None:
         top = calibration.correct(top, recording.sampling_rate, frequency)
     noise = noise_level(recording, of_mean=True)
-    return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise)
+    return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise, cycles)
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,10 @@ class _Finish:
         best = self._minimise()
         signal = problem.signal(best.x)
         delta_tof, delta_level = problem.discrepancy(signal, subsample=not self.literal)
+        if not self.literal:
+            # of two peaks of the correlation equally high, model and measurement may take different ones: a period
+            # apart, and no difference at all
+            delta_tof = float(discrepancies_in_band(problem, best.x)[0])
         reason = self._reason(best, delta_tof, delta_level)
         mean, std = self._region(best.x).moments(_moduli)
         f = np.array([data.frequency])
@@ -211,10 +216,13 @@ class _Finish:
             notes.append("several solutions fit alike; the other bursts decided")
         size = abs(self.problem.data.transmissibility)
         if std[0] > _WEAK * mean[0]:
-            notes.append(f"weak: E1 to {100 * std[0] / mean[0]:.0f} % only (transmissibility {size:.2f})")
+            why = "the top plate barely amplifies, transmissibility" if 0.8 < size < 1.25 else "transmissibility"
+            notes.append(f"weak: E1 known to {100 * std[0] / mean[0]:.0f} % only ({why} {size:.2f})")
         misfit = float(self.problem.misfit(best.x))
         if misfit > _POOR:
             notes.append(f"the model leaves {100 * misfit:.0f} % of the signal unexplained")
+        if self.problem.data.cut_short:
+            notes.append("the ring-down goes on after the record's end (the model is cut there too): record longer")
         if self.problem.data.head_start > _HEAD_START:
             share = f"{100 * self.problem.data.head_start:.0f} %"
             notes.append(f"the top plate moves ({share} of its maximum) before the base does: leave it time to rest")

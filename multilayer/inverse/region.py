@@ -76,7 +76,8 @@ def explore(
         Bounds of the parameters.
     """
     angle = 2 * np.pi * np.arange(_RAYS) / _RAYS
-    rays = np.stack([np.cos(angle), np.sin(angle)], axis=-1) @ shape.T
+    circle = np.round(np.stack([np.cos(angle), np.sin(angle)], axis=-1), 15)  # cos(pi/2) is 0
+    rays = circle @ shape.T
     wall = _distance_to_bounds(centre, rays, low, high)
     reach = _REACH
     for _ in range(_WIDENINGS):

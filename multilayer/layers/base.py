@@ -35,6 +35,7 @@ class Layer(Model):
     name: str | None = None
 
     summary: ClassVar[str] = ""
+    composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
 
     @abstractmethod
     def faces(self, wave: Wave) -> Faces:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-
 from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.faces import Faces, from_series_impedance
 from multilayer.matrix.families import FLUID
@@ -25,6 +24,7 @@ class ElasticPlate(ElasticLayer):
     density: Density
 
     summary: ClassVar[str] = "thin plate in bending (Kirchhoff), neighbours slip on it"
+    composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, section 11.3.5: p(front) - p(back) = Z v3."""

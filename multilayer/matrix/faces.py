@@ -21,8 +21,8 @@ from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
 from multilayer.matrix.families import Family
 
 Entries = Sequence[Sequence[Numeric]]
-THIN = 1.0  # largest |k| h of the power series
-_TERMS = 9  # the first term left out is below 1 / 21! = 2e-20
+THIN = 2.0  # largest |k| h of the power series
+_TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from multilayer.inverse.rod import rod_transmissibility
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
-from multilayer.report.style import colour, figure_style, png
+from multilayer.report.style import colour, figure_style, plain, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_LONGEST_FILE_NAME = 80
 
 
 def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, bytes]:
@@ -37,13 +40,21 @@ def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) ->
             "gross_check.png": draw_gross_check(result),
             "convergence.png": draw_convergence(result),
         }
-        for name in result.configurations:
-            figures[f"envelopes-{_file_name(name)}.png"] = draw_envelopes(result, name)
+        names = result.configurations
+        for name, file_name in zip(names, _file_names(names), strict=True):
+            figures[f"envelopes-{file_name}.png"] = draw_envelopes(result, name)
         return {name: png(figure) for name, figure in figures.items()}
 
 
-def _file_name(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+def _file_names(names: list[str]) -> list[str]:
+    """Return a file name for each name, different ones also where a file system does not tell case apart."""
+    found: dict[str, str] = {}
+    for name in names:
+        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)[:_LONGEST_FILE_NAME]
+        numbered = (f"{stem}-{n}" for n in count(2))
+        new = next(one for one in chain([stem], numbered) if one.casefold() not in found)
+        found[new.casefold()] = new
+    return list(found.values())
 
 
 def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
@@ -63,7 +74,7 @@ def draw_moduli(result: FitResult, settings: FitSettings) -> Figure:
     )
     for axis, (name, label) in zip(axes[0], quantities, strict=True):
         for i, configuration in enumerate(result.configurations):
-            _points(axis, result.of(configuration), name, colour(i), configuration)
+            _points(axis, result.of(configuration), name, colour(i), plain(configuration))
         axis.set(xlabel="frequency / Hz", ylabel=label)
         if name != "loss_factor":
             axis.set_yscale("log")
@@ -73,7 +84,7 @@ def draw_moduli(result: FitResult, settings: FitSettings) -> Figure:
             axis.axhline(value, color="0.4", linestyle="--", label=f"quasi-static, {given.frequency:g} Hz")
     axes[0, 2].set_ylim(bottom=0)
     axes[0, 0].legend(fontsize=7)
-    figure.suptitle(f"{result.campaign}: dynamic modulus ({result.method}); hollow: not accepted")
+    figure.suptitle(f"{plain(result.campaign)}: dynamic modulus ({result.method}); hollow: not accepted")
     return figure
 
 
@@ -105,7 +116,7 @@ def draw_envelopes(result: FitResult, configuration: str) -> Figure:
     for axis in axes.flat[len(bursts) :]:
         axis.remove()
     axes.flat[0].legend(fontsize=7)
-    figure.suptitle(f"{configuration}: envelope of the top plate")
+    figure.suptitle(f"{plain(configuration)}: envelope of the top plate")
     figure.supxlabel("time / ms", fontsize=8)
     figure.supylabel("acceleration / (m/s²)", fontsize=8)
     return figure
@@ -137,7 +148,7 @@ def draw_convergence(result: FitResult) -> Figure:
     losses = np.concatenate([b.history[:, 1] for b in result.bursts])
     axes[0, 1].set_ylim(bottom=max(1e-3 * losses.max(), losses.min() / 2, 1e-9))
     figure.colorbar(ScalarMappable(scale, tints), ax=axes[0, 2], label="burst / Hz")
-    figure.suptitle(f"{result.campaign}: convergence ({result.method})")
+    figure.suptitle(f"{plain(result.campaign)}: convergence ({result.method})")
     return figure
 
 
@@ -156,7 +167,7 @@ def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSe
             marker="o",
             linestyle="",
             color=colour(i),
-            label=f"{configuration}, measured",
+            label=f"{plain(configuration)}, measured",
         )
         _curve(axes[:, 0], f, _rod(campaign, configuration, f, fitted), color=colour(i), label="eq. (11), fitted")
         if (given := settings.quasi_static) is not None:
@@ -166,7 +177,7 @@ def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSe
     axes[0, 0].set(ylabel="amplitude", yscale="log")
     axes[1, 0].set(ylabel="phase / degrees", xlabel="frequency / Hz")
     axes[0, 0].legend(fontsize=7, ncols=2)
-    figure.suptitle(f"{result.campaign}: transmissibility, top plate over base")
+    figure.suptitle(f"{plain(result.campaign)}: transmissibility, top plate over base")
     return figure
 
 
@@ -192,7 +203,7 @@ def draw_gross_check(result: FitResult) -> Figure:
         if check is None:
             continue
         error = f"mean relative error {100 * check.mean_relative_error:.0f} %"
-        axis.plot(check.frequency, check.measured, "o", color=colour(i), label=f"{configuration}: found")
+        axis.plot(check.frequency, check.measured, "o", color=colour(i), label=f"{plain(configuration)}: found")
         positive = np.where(check.predicted > 0, check.predicted, np.nan)
         axis.plot(check.frequency, positive, "--", color=colour(i), label=f"eq. (12), {error}")
     if not axis.lines:
@@ -201,5 +212,5 @@ def draw_gross_check(result: FitResult) -> Figure:
         axis.set_yscale("log")
         axis.legend(fontsize=7, ncols=2)
     axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")
-    figure.suptitle(f"{result.campaign}: local Kramers-Kronig check (Gross)")
+    figure.suptitle(f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)")
     return figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rich.table import Table
+from rich.text import Text
 
 from multilayer.inverse.result import BurstFit, FitResult
 from multilayer.report.console import console
@@ -14,7 +15,9 @@ def fit_table(result: FitResult) -> None:
     for name in result.configurations:
         bursts = result.of(name)
         unit, factor = _unit(bursts)
-        table = Table(title=f"{result.campaign}: {name}", title_justify="left", box=None, pad_edge=False)
+        # as Text: names and remarks may hold what rich takes for markup
+        out.print(Text(f"{result.campaign}: {name}", style="italic"))
+        table = Table(box=None, pad_edge=False)
         table.add_column("f / Hz", justify="right")
         for heading in (f"E1 / {unit}", f"E2 / {unit}", "loss factor", "Δtof / µs", "Δlevel / dB"):
             table.add_column(heading, justify="right", no_wrap=True)
@@ -42,7 +45,7 @@ def _unit(bursts: list[BurstFit]) -> tuple[str, float]:
     return "Pa", 1.0
 
 
-def _cells(burst: BurstFit, factor: float) -> list[str]:
+def _cells(burst: BurstFit, factor: float) -> list[str | Text]:
     return [
         f"{burst.frequency:g}",
         _with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
@@ -51,7 +54,7 @@ def _cells(burst: BurstFit, factor: float) -> list[str]:
         f"{burst.delta_tof * 1e6:.2f}",
         f"{burst.delta_level_db:.3f}",
         "yes" if burst.accepted else "[red]no[/red]",
-        burst.remark,
+        Text(burst.remark),
     ]
 
 

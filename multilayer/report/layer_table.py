@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 from rich.table import Table
+from rich.text import Text
 
 from multilayer.layers.base import LAYERS
 from multilayer.registry import RegistryError
@@ -68,9 +69,10 @@ def layer_table(described: list[dict[str, Any]]) -> None:
     out = console()
     for entry in described:
         if "error" in entry:
-            out.print(f"[bold]{entry['type']}[/bold]: [red]{entry['error']}[/red]")
+            out.print(Text.assemble((entry["type"], "bold"), ": ", (entry["error"], "red")))
             continue
-        table = Table(title=f"[bold]{entry['type']}[/bold]  {entry['summary']}", title_justify="left", box=None)
+        out.print(Text.assemble((entry["type"], "bold"), "  ", entry["summary"]))
+        table = Table(box=None)
         for heading in ("field", "unit", "default", "allowed"):
             table.add_column(heading, min_width=12)
         for field in entry["fields"]:

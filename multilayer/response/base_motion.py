@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.errors import InputError
 from multilayer.matrix.faces import multiply
 from multilayer.matrix.families import Family
-from multilayer.matrix.solve import Wall, solve
+from multilayer.matrix.solve import Wall
 from multilayer.matrix.wave import Wave
-from multilayer.response.system import build_system
+from multilayer.response.system import build_system, solve_or_explain
 from multilayer.stack import Stack
 
 
@@ -49,12 +48,10 @@ def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:
     """
     wave = Wave.incident(frequency, 0.0, stack.ambient.gas)
     system = build_system(stack, wave, Wall())
-    solution = solve(system)
+    solution = solve_or_explain(system)
     last = system.layers[-1]
     row = _normal_velocity(last.family)
     top = multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0]
-    if not np.all(np.isfinite(top)):
-        raise InputError("the stack has no finite response here: an undamped resonance lies at a frequency asked for")
     return BaseMotion(np.asarray(frequency, dtype=float), top)
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.errors import InputError
-from multilayer.matrix.solve import HalfSpace, solve
+from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
-from multilayer.response.system import build_system, wave_impedance
+from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
 
@@ -71,10 +70,9 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> Pl
     wave = Wave.incident(frequency, angle, stack.ambient.gas)
     front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
     system = build_system(stack, wave, HalfSpace(front))
-    solution = solve(system)
+    solution = solve_or_explain(system)
     reflection, transmission = solution.reflected, solution.transmitted
-    if reflection is None or not np.all(np.isfinite(reflection)):
-        raise InputError("the stack has no finite response here: an undamped resonance lies at a frequency asked for")
+    assert reflection is not None  # the head is a half-space
     loss = None
     if transmission is not None and isinstance(system.tail, HalfSpace):
         power = np.abs(transmission) ** 2 * np.real(1 / system.tail.impedance) / np.real(1 / front)

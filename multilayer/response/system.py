@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.matrix.solve import HalfSpace, System, Void, Wall
+from multilayer.errors import InputError
+from multilayer.matrix.solve import HalfSpace, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
 from multilayer.stack import FluidHalfSpace, Stack
@@ -14,6 +15,30 @@ from multilayer.stack import FluidHalfSpace, Stack
 def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
     """Return the system of `stack` in the field `wave`, excited by `head`."""
     return System(head, [layer.faces(wave) for layer in stack.layers], _tail(stack, wave), stack.interfaces)
+
+
+def solve_or_explain(system: System) -> Solution:
+    """Return the solution of `system`.
+
+    Raises
+    ------
+    InputError
+        When there is none that is finite.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        try:
+            solution = solve(system)
+        except np.linalg.LinAlgError:
+            raise InputError(_NO_RESPONSE) from None
+    if not all(np.all(np.isfinite(coefficients)) for coefficients in solution.layers):
+        raise InputError(_NO_RESPONSE)
+    return solution
+
+
+_NO_RESPONSE = (
+    "the stack has no finite response here: an undamped resonance lies at a frequency asked for, "
+    "or nothing between the base and a rigid termination gives way"
+)
 
 
 def _tail(stack: Stack, wave: Wave) -> HalfSpace | Wall | Void:

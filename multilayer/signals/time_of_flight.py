@@ -8,7 +8,7 @@ from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.signals.spectra import padded_length, to_signal, to_spectrum
 
 # from the crest of a sinusoid through three samples Newton's method needs two or three steps
-_NEWTON_STEPS = 5
+_NEWTON_STEPS = 3
 
 
 def time_of_flight(base: ArrayLike, top: ArrayLike, sampling_rate: float, *, subsample: bool = True) -> RealArray:

@@ -1,0 +1,279 @@
+"""The laws that every layer type keeps, to be run by whoever writes one: `check_layer`.
+
+Each law is one function that yields the ways in which a layer breaks it; nothing here needs a test framework.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.config import dump_yaml, parse_yaml
+from multilayer.layers import LAYERS, Layer
+from multilayer.layers.elastic_solid import ElasticSolid
+from multilayer.matrix.couplings import CouplingError
+from multilayer.matrix.families import Family
+from multilayer.matrix.wave import Wave
+from multilayer.response import plane_wave
+from multilayer.stack import Ambient, Stack
+
+FREQUENCIES = (1.0, 31.0, 1e3, 9.7e3, 5e4)  # Hz
+ANGLES = (0.0, 30.0, 60.0, 85.0, 89.9)  # degrees
+
+_CREATED = 1e-12  # share of the incident power
+_DIFFERENT = 1e-9
+_PARTS_DIFFERENT = 1e-8  # stiff lossless parts at a sharp resonance
+_SAMPLES_DIFFERENT = 1e-12
+_FIRST, _SECOND = (
+    ElasticSolid(thickness=h, density=1500.0, young_modulus=E, poisson_ratio=0.3, loss_factor=0.05)
+    for h, E in ((1e-3, 3e9), (4e-3, 1e7))
+)
+
+
+@dataclass(frozen=True)
+class _Subject:
+    layer: Layer
+    frequency: RealArray
+    lossless: bool
+
+    def faces(self) -> tuple[Family, ComplexArray, ComplexArray]:
+        """Return the family and both face matrices, shape (n_frequency, n_angle, n, n)."""
+        faces = self.layer.faces(Wave.incident(self.frequency, ANGLES, Ambient().gas))
+        shape = (self.frequency.size, len(ANGLES))
+        front, back = (
+            np.moveaxis(np.broadcast_to(matrix, matrix.shape[:2] + shape), (0, 1), (-2, -1))
+            for matrix in (faces.front, faces.back)
+        )
+        return faces.family, front, back
+
+
+Law: TypeAlias = Callable[[_Subject], Iterator[str]]
+
+
+def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = False) -> None:
+    """Check that a layer keeps the laws that all layers keep.
+
+    The laws: well-formed and finite face matrices; reciprocity; passivity, by the power at its two faces and by what
+    it reflects and transmits; energy balance; composition (one layer equals two bonded parts, from a thousandth to
+    ten times its thickness); an infinitely thin layer is none; exactly normal incidence is the limit of small angles;
+    finite and continuous response near grazing; arrays of frequency, angle and parameters give what single calls
+    give; a stack file brings the same layer back.
+
+    Parameters
+    ----------
+    layer : Layer
+        The type must be registered (entry point ``multilayer.layers``, or `LAYERS.register`). A type with a field
+        ``thickness`` that is no homogeneous slab says so by the class attribute ``composes = False``.
+    frequency : array
+        Hz, one axis; narrow it for a layer that holds in a band only.
+    lossless : bool
+        Check besides that no energy is lost.
+
+    Raises
+    ------
+    AssertionError
+        With every law that is broken, by how much, and where.
+
+    Examples
+    --------
+    >>> from multilayer.layers.fluid import Fluid
+    >>> from multilayer.testing import check_layer
+    >>> check_layer(Fluid(thickness=0.1), lossless=True)
+    """
+    subject = _Subject(layer, np.asarray(frequency, dtype=float), lossless)
+    broken = [reason for law in _LAWS for reason in _run(law, subject)]
+    if broken:
+        raise AssertionError("\n- ".join([f"a layer of type '{layer.type}' breaks these laws:", *broken]))
+
+
+def _run(law: Law, subject: _Subject) -> list[str]:
+    name = law.__name__.strip("_").replace("_", " ")
+    try:
+        return [f"{name}: {reason}" for reason in law(subject)]
+    except Exception as error:  # a layer under test may fail in any way; the other laws are still worth knowing
+        return [f"{name}: {type(error).__name__}: {error}"]
+
+
+def _well_formed_faces(subject: _Subject) -> Iterator[str]:
+    family, front, back = subject.faces()
+    for name, matrix in (("front", front), ("back", back)):
+        if matrix.shape[-2:] != (family.size, family.size):
+            yield f"the {name} matrix is {matrix.shape[-2]} x {matrix.shape[-1]}, not {family.size} x {family.size}"
+        if not np.all(np.isfinite(matrix)):
+            yield f"the {name} matrix holds numbers that are not finite"
+
+
+def _reciprocity(subject: _Subject) -> Iterator[str]:
+    """For any two fields of one layer, the work of each one's stresses on the other's motion is the same."""
+    family, front, back = subject.faces()
+    form = np.zeros((family.size, family.size))
+    for velocity, stress, sign in family.power_pairs:
+        mirrored = -1 if velocity in family.even else 1  # the second field travels towards -x1
+        form[velocity, stress], form[stress, velocity] = sign * mirrored, -sign * mirrored
+    work, size = _between_faces(form, front, back)
+    yield from _exceeding(np.max(np.abs(work) / size, axis=(-2, -1)), _DIFFERENT, "the two faces differ by", subject)
+
+
+def _passivity(subject: _Subject) -> Iterator[str]:
+    family, front, back = subject.faces()
+    form = np.zeros((family.size, family.size))
+    for velocity, stress, sign in family.power_pairs:
+        form[velocity, stress] = form[stress, velocity] = sign
+    power, size = _between_faces(form, front, back, conjugate=True)
+    scale = np.sqrt(np.diagonal(size, axis1=-2, axis2=-1))
+    kept = np.linalg.eigvalsh(power / (scale[..., :, None] * scale[..., None, :]))
+    yield from _exceeding(-kept[..., 0], _DIFFERENT, "some fields leave with more power than they bring, by", subject)
+    for termination in ("ambient", "rigid"):
+        lost = _lost(subject, termination)
+        yield from _exceeding(-lost, _CREATED, f"termination {termination}: power is created,", subject)
+
+
+def _energy_balance(subject: _Subject) -> Iterator[str]:
+    for termination in ("ambient", "rigid") if subject.lossless else ():
+        lost = _lost(subject, termination)
+        yield from _exceeding(lost, _DIFFERENT, f"termination {termination}: power is lost,", subject)
+
+
+def _composition(subject: _Subject) -> Iterator[str]:
+    layer = subject.layer
+    if not layer.composes or not hasattr(layer, "thickness"):
+        return
+    for factor in np.logspace(-3, 1, 9):
+        h = factor * layer.thickness
+        whole = _surrounded(_with(layer, thickness=h))
+        parts = _surrounded(_with(layer, thickness=0.3 * h), _with(layer, thickness=0.7 * h))
+        for name, stack in whole.items():
+            difference = _difference(_respond(stack, subject), _respond(parts[name], subject))
+            what = f"{h:g} m {name} is not 0.3 and 0.7 of it, difference"
+            yield from _exceeding(difference, _PARTS_DIFFERENT, what, subject)
+
+
+def _vanishing_thickness(subject: _Subject) -> Iterator[str]:
+    if not hasattr(subject.layer, "thickness"):
+        return
+    small, smaller = (_distance_from_identity(subject, factor) for factor in (1e-6, 1e-8))
+    yield from _exceeding(smaller, 0.1 * small + 1e-6, "with the thickness, T - 1 does not vanish but stays", subject)
+
+
+def _normal_incidence(subject: _Subject) -> Iterator[str]:
+    for name, stack in _surrounded(subject.layer).items():
+        difference = _difference(*(_respond(stack, subject, [angle]) for angle in (0.0, 1e-6)))
+        yield from _exceeding(difference, _DIFFERENT, f"{name}: 0 and 1e-6 degrees differ by", subject)
+
+
+def _grazing_incidence(subject: _Subject) -> Iterator[str]:
+    for name, stack in _surrounded(subject.layer).items():
+        for angle in (89.9, 89.999):
+            nearly = np.degrees(np.arccos(np.cos(np.radians(angle)) * (1 - 1e-6)))
+            here, beside = (_respond(stack, subject, [a])[0] for a in (angle, nearly))
+            jump = np.abs(here - beside)  # of a passive surface no more than the relative change of the cosine
+            yield from _exceeding(jump, 1e-5, f"{name}: the reflection jumps near {angle} degrees, by", subject)
+
+
+def _broadcasting(subject: _Subject) -> Iterator[str]:
+    stack = Stack(layers=(subject.layer,), termination="ambient")
+    alone = [plane_wave(stack, float(f), angle) for f in subject.frequency for angle in ANGLES]
+    single = np.array([[r.reflection for r in alone], [r.transmission for r in alone]])
+    single = single.reshape(2, subject.frequency.size, len(ANGLES))
+    difference = _difference(_respond(stack, subject), single)
+    yield from _exceeding(difference, _SAMPLES_DIFFERENT, "arrays and single numbers differ by", subject)
+    for field, value in subject.layer:
+        if not isinstance(value, float | complex):
+            continue
+        values = [value, 0.99 * value]
+        several = _respond(stack.replaced({f"layers.0.{field}": np.reshape(values, (2, 1, 1))}), subject)
+        for i, sample in enumerate(values):
+            one = _respond(stack.replaced({f"layers.0.{field}": sample}), subject)
+            picked = np.broadcast_to(several, (2, 2, *one.shape[1:]))[:, i] if several.ndim > one.ndim else several
+            what = f"an array and single numbers of {field} differ by"
+            yield from _exceeding(_difference(picked, one), _SAMPLES_DIFFERENT, what, subject)
+
+
+def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
+    if subject.layer.type not in LAYERS:
+        yield f"no entry point 'multilayer.layers' is called '{subject.layer.type}'; no file can name it"
+        return
+    stack = Stack(layers=(subject.layer,))
+    text = dump_yaml(stack.to_dict())
+    back = Stack.model_validate(parse_yaml(text, Path("stack.yaml")).data)
+    if back != stack:
+        yield f"written as {text!r} it comes back as {back.layers[0]!r}"
+
+
+_LAWS: tuple[Law, ...] = (
+    _well_formed_faces, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
+    _normal_incidence, _grazing_incidence, _broadcasting, _yaml_round_trip,
+)  # fmt: skip
+
+
+def _with(layer: Layer, **values: Numeric) -> Layer:
+    return layer.model_copy(update={"name": None, **values})
+
+
+def _surrounded(*layers: Layer) -> dict[str, Stack]:
+    """Return stacks that hold the layers, by a name for messages; between solids only where that is possible."""
+    stacks = {
+        "in the ambient gas": Stack(layers=layers, termination="ambient"),
+        "on a rigid wall": Stack(layers=layers, termination="rigid"),
+        "between solids": Stack(layers=(_FIRST, *layers, _SECOND), termination="ambient"),
+    }
+    try:
+        plane_wave(stacks["between solids"], 1e3)
+    except CouplingError:
+        del stacks["between solids"]
+    return stacks
+
+
+def _respond(stack: Stack, subject: _Subject, angles: Any = ANGLES) -> ComplexArray:
+    """Return reflection and transmission along the first axis, zeros where nothing is behind to transmit into."""
+    result = plane_wave(stack, subject.frequency, angles)
+    return np.array([result.reflection, 0 * result.reflection if result.transmission is None else result.transmission])
+
+
+def _lost(subject: _Subject, termination: Any) -> RealArray:
+    reflection, transmission = _respond(Stack(layers=(subject.layer,), termination=termination), subject)
+    return np.asarray(1 - np.abs(reflection) ** 2 - np.abs(transmission) ** 2)
+
+
+def _difference(a: ComplexArray, b: ComplexArray) -> RealArray:
+    """Return the larger of the differences in reflection, and in transmission by its own size."""
+    size = np.maximum(np.maximum(np.abs(a[1]), np.abs(b[1])), 1e-290)
+    return np.asarray(np.maximum(np.abs(a[0] - b[0]), np.abs(a[1] - b[1]) / size))
+
+
+def _distance_from_identity(subject: _Subject, factor: float) -> RealArray:
+    thin: Any = subject.layer
+    thin = _with(thin, thickness=factor * thin.thickness)
+    family, _, _ = subject.faces()
+    scale = np.ones(family.size)
+    for _, stress, _ in family.power_pairs:
+        scale[stress] = Ambient().gas.impedance
+    matrix = thin.transfer_matrix(subject.frequency, ANGLES) * scale / scale[:, None]
+    return np.asarray(np.max(np.abs(matrix - np.eye(family.size)), axis=(-2, -1)))
+
+
+def _between_faces(
+    form: RealArray, front: ComplexArray, back: ComplexArray, conjugate: bool = False
+) -> tuple[ComplexArray, RealArray]:
+    """Return a quadratic form of the front states less that of the back states, and the size of its terms."""
+
+    def value(matrix: ComplexArray) -> ComplexArray:
+        left = np.swapaxes(np.conj(matrix) if conjugate else matrix, -2, -1)
+        return np.asarray(left @ form @ matrix)
+
+    sizes = (np.swapaxes(np.abs(m), -2, -1) @ np.abs(form) @ np.abs(m) for m in (front, back))
+    return value(front) - value(back), np.maximum(sum(sizes), np.finfo(float).tiny)
+
+
+def _exceeding(error: RealArray, limit: Any, what: str, subject: _Subject) -> Iterator[str]:
+    """Yield one message when `error`, shape (n_frequency, n_angle), is above its limit or no number, for the worst."""
+    beyond = np.where(np.isfinite(error), error - limit, np.inf)
+    if np.any(beyond > 0):
+        i, j = np.unravel_index(np.argmax(beyond), beyond.shape)
+        angle = f", {ANGLES[j]:g} degrees" if error.shape[1] == len(ANGLES) else ""
+        yield f"{what} {error[i, j]:.2g} at {subject.frequency[i]:g} Hz{angle}"
