@@ -20,6 +20,8 @@ COLUMNS = (
 FIGURES = {"moduli.png", "transmissibility.png", "gross_check.png", "convergence.png", f"envelopes-{NAME}.png"}
 TABLES = {"moduli.csv", "fit.json"}
 
+ODD_NAMES = ["_a [/b] [red]", "_A_[/B]_[RED]", "50 $ or $ 60_{", "/:warning: {} %s \\ 泡沫", 90 * "x"]
+
 
 def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
@@ -116,7 +118,8 @@ class TestDefaults:
         file = fitted.folder / name
         assert file.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
         picture = (255 * imread(file)[..., :3]).round().astype(int)
-        colours = np.unique(picture.reshape(-1, 3), axis=0)
+        packed = np.unique(picture @ [65536, 256, 1])
+        colours = packed[:, np.newaxis] // [65536, 256, 1] % 256
         ink = np.mean(np.any(picture < 250, axis=-1))
         assert len(colours) > 50
         assert 0.005 < ink < 0.6
@@ -250,10 +253,10 @@ class TestFitFile:
 
 
 class TestNotAccepted:
-    def fit(self, campaign, tmp_path, text):
+    def fit(self, campaign, tmp_path, text, *options):
         keep_bursts(campaign, 200, 400)
         (campaign / "fit.yaml").write_text(f"version: 1\n{text}\n")
-        return run("fit", campaign, "--out", tmp_path / "out")
+        return run("fit", campaign, "--out", tmp_path / "out", *options)
 
     def test_criteria_that_nothing_meets(self, campaign, tmp_path):
         done = self.fit(campaign, tmp_path, "acceptance: {level_db: 1.0e-9}")
@@ -268,7 +271,7 @@ class TestNotAccepted:
             assert "level off" in done.out
 
     def test_optimum_on_a_bound(self, campaign, tmp_path):
-        done = self.fit(campaign, tmp_path, "bounds: {storage_modulus: [1 kPa, 180 kPa]}")
+        done = self.fit(campaign, tmp_path, "bounds: {storage_modulus: [1 kPa, 180 kPa]}", "--no-figures")
         assert done.status == 1
         # 169 kPa at 200 Hz lies within, 192 kPa at 400 Hz does not
         assert [row["accepted"] for row in rows(tmp_path / "out")] == ["true", "false"]
@@ -340,26 +343,18 @@ class TestInput:
         assert run("fit", campaign, "--out", tmp_path / "csv", "--no-figures").status == 0
         assert contents(tmp_path / "csv") == contents(tmp_path / "npz")
 
-    @pytest.mark.parametrize(
-        "name", ["foam [/b] [red]", "1/3: a \\ b", "50 $ or $ 60_{", "_hidden", ":warning: {x} % °", "泡沫", 90 * "x"]
-    )
-    def test_any_name_of_a_configuration(self, campaign, tmp_path, name):
-        keep_bursts(campaign, 600)
-        edit(campaign, "name: h25mm", f"name: '{name}'")
-        done = run("fit", campaign, "--out", tmp_path / "out")
-        assert (done.status, done.err) == (0, "")
-        assert f"foam: {name}" in done.out
-        (row,) = rows(tmp_path / "out")
-        assert row["configuration"] == name
-
-    def test_two_configurations_whose_names_differ_in_signs_only(self, campaign, tmp_path):
+    def test_any_name_of_a_configuration(self, campaign, tmp_path):
+        """No name is taken for markup, a formula or a path, and none takes the place of another."""
         keep_bursts(campaign, 600)
         file = campaign / "campaign.yaml"
         head, _, body = file.read_text().partition("configurations:\n")
-        file.write_text(f"{head}configurations:\n{body.replace('h25mm', 'a b')}{body.replace('h25mm', 'a/b')}")
-        assert run("fit", campaign, "--out", tmp_path / "out").status == 0
-        assert len([name for name in names(tmp_path / "out") if name.startswith("envelopes-")]) == 2
-        assert [row["configuration"] for row in rows(tmp_path / "out")] == ["a b", "a/b"]
+        file.write_text(f"{head}configurations:\n" + "".join(body.replace("h25mm", f"'{name}'") for name in ODD_NAMES))
+        done = run("fit", campaign, "--out", tmp_path / "out")
+        assert (done.status, done.err) == (0, "")
+        assert [name for name in ODD_NAMES if f"foam: {name}\n" not in done.out] == []
+        assert [row["configuration"] for row in rows(tmp_path / "out")] == ODD_NAMES
+        envelopes = [name for name in names(tmp_path / "out") if name.startswith("envelopes-")]
+        assert len({name.casefold() for name in envelopes}) == len(ODD_NAMES)
 
 
 def test_in_a_process_of_its_own(campaign, tmp_path):

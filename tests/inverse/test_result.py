@@ -20,7 +20,9 @@ def _burst(frequency: float, modulus: complex, accepted: bool = True) -> BurstFi
 
 def _result(order: float = 0.2, accepted: bool = True) -> FitResult:
     frequencies = np.arange(100.0, 1600.0, 100.0)
-    return FitResult("c", "least-squares", {}, [_burst(f, 1e5 * (1j * f / 100) ** order, accepted) for f in frequencies])
+    return FitResult(
+        "c", "least-squares", {}, [_burst(f, 1e5 * (1j * f / 100) ** order, accepted) for f in frequencies]
+    )
 
 
 @pytest.mark.parametrize("order", [0.05, 0.2, 0.4])

@@ -57,7 +57,11 @@ def test_coverage_over_simulated_laboratories() -> None:
     for k, frequency in enumerate(rng.choice([150.0, 300.0, 600.0, 1200.0], 40)):
         drawn = rig()
         draw = rng.standard_normal(5)
-        for quantity, size, relative in (("thickness", 5e-5, False), ("density", 0.01, True), ("top_plate_mass", 0.002, True)):
+        for quantity, size, relative in (
+            ("thickness", 5e-5, False),
+            ("density", 0.01, True),
+            ("top_plate_mass", 0.002, True),
+        ):
             drawn = drawn.shifted(quantity, draw[0] * size, relative=relative)
             draw = np.roll(draw, -1)
         data = burst(replace(truth, frequency=float(frequency), seed=k), drawn)

@@ -1,0 +1,24 @@
+"""Every registered layer, those of plugins included, keeps the laws of `multilayer.testing`."""
+
+import pytest
+
+from multilayer.layers import LAYERS
+from multilayer.testing import check_layer
+from tests.contract.samples import LAYER_SAMPLES, samples_of
+
+
+VARIANTS = [
+    pytest.param(name, fields, lossless, id=f"{name}-{what}")
+    for name in LAYERS.names()
+    for what, fields, lossless in LAYER_SAMPLES.get(name, [])
+]
+
+
+@pytest.mark.parametrize("name", LAYERS.names())
+def test_every_registered_layer_has_samples(name):
+    assert samples_of("layer", name, LAYER_SAMPLES)
+
+
+@pytest.mark.parametrize(("name", "fields", "lossless"), VARIANTS)
+def test_layer_keeps_the_laws(name, fields, lossless):
+    check_layer(LAYERS[name].model_validate(fields), lossless=lossless)
