@@ -92,10 +92,8 @@ def report(rows: dict[str, list[Row]]) -> str:
     literal, own, shared = (rows[name] for name in ("nelder-mead", "default", "default, paper's model"))
     ratios = np.array([a.seconds / b.seconds for a, b in zip(literal, own, strict=True)])
     total = sum(r.seconds for r in literal) / sum(r.seconds for r in own)
-    lines += [
-        "",
-        f"- Nelder-Mead takes {total:.0f} times as long as the default (per burst {ratios.min():.0f} to {ratios.max():.0f}).",
-    ]
+    span = f"per burst {ratios.min():.0f} to {ratios.max():.0f}"
+    lines += ["", f"- Nelder-Mead takes {total:.0f} times as long as the default ({span})."]
     for name, found in (("the default", own), ("the default with the paper's model", shared)):
         better = sum(a.cost <= b.cost for a, b in zip(found, literal, strict=True))
         lines.append(f"- The cost (9) of {name} is not above Nelder-Mead's at {better} of {len(literal)} bursts.")

@@ -75,6 +75,6 @@ def test_the_residual_norm_is_the_distance_of_the_signals() -> None:
     # Parseval: what the optimiser sees in the band is the time-domain distance of model and measurement
     truth = Truth(2e5, 0.3, 300.0)
     posed = problem(truth)
-    x = truth.x + [0.1, 0.05]
+    x = truth.x + np.array([0.1, 0.05])
     in_time = np.linalg.norm(posed.signal(x) - posed.data.top) / np.linalg.norm(posed.data.top)
     assert posed.misfit(x) == pytest.approx(in_time, rel=0.02)
