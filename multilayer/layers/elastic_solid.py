@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+import numpy as np
+
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
@@ -35,34 +37,37 @@ class ElasticSolid(ElasticLayer):
 
 def solid_faces(wave: Wave, thickness: Numeric, density: Numeric, lam: Numeric, mu: Numeric) -> Faces:
     """Return the face matrices of an isotropic solid with Lame's coefficients `lam` and `mu`, Pa."""
-    omega, kx = wave.omega, wave.kx
-    compression, shear = omega**2 * density / (lam + 2 * mu), omega**2 * density / mu
-    k13, k33 = decaying_root(compression - kx**2), decaying_root(shear - kx**2)
+    compression, shear = wave.omega**2 * density / (lam + 2 * mu), wave.omega**2 * density / mu
+    k3 = [decaying_root(square - wave.kx**2) for square in (compression, shear)]
+    arguments = (wave.omega, wave.kx, thickness, density, lam, mu, *k3, wave.ambient.impedance)
+    return Faces(SOLID, *choose(is_thin(k3, wave.kx, thickness), _series, _waves, arguments))
 
-    def waves() -> tuple[ComplexArray, ComplexArray]:
-        d1, d3 = decaying_root(compression), decaying_root(shear)
-        normal, tangential = mu * (shear - 2 * kx**2) / omega, 2 * mu * kx / omega
 
-        def states(sign: int) -> list[list[Numeric]]:
-            p, s = sign * k13, sign * k33
-            return [
-                [kx / d1, -s / d3],
-                [p / d1, kx / d3],
-                [-normal / d1, -tangential * s / d3],
-                [-tangential * p / d1, normal / d3],
-            ]
+def _waves(
+    omega: Numeric, kx: Numeric, thickness: Numeric, density: Numeric, lam: Numeric, mu: Numeric,
+    k13: Numeric, k33: Numeric, _impedance: float,
+) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
+    """Return the face matrices from compression and shear waves of unit velocity."""
+    d1, d3 = (omega * np.sqrt(np.abs(density / modulus)) for modulus in (lam + 2 * mu, mu))
+    normal, tangential = density * omega - 2 * mu * kx**2 / omega, 2 * mu * kx / omega
+    states = [
+        [kx / d1, -k33 / d3],
+        [k13 / d1, kx / d3],
+        [-normal / d1, -tangential * k33 / d3],
+        [-tangential * k13 / d1, normal / d3],
+    ]
+    return from_waves(SOLID, states, [k13, k33], thickness)
 
-        return from_waves(states(1), states(-1), [k13, k33], thickness)
 
-    def series() -> tuple[ComplexArray, ComplexArray]:
-        plane = 4 * mu * (lam + mu) / (lam + 2 * mu)
-        ratio = lam / (lam + 2 * mu)
-        x = [[1j * kx, 1j * omega / mu], [1j * omega * density, 1j * kx]]
-        y = [
-            [1j * kx * ratio, 1j * omega / (lam + 2 * mu)],
-            [1j * (omega * density - kx**2 * plane / omega), 1j * kx * ratio],
-        ]
-        propagator = propagator_series(SOLID, x, y, thickness)
-        return from_propagator(SOLID, propagator, wave.ambient.impedance)
-
-    return Faces(SOLID, *choose(is_thin([k13, k33], kx, thickness), series, waves))
+def _series(
+    omega: Numeric, kx: Numeric, thickness: Numeric, density: Numeric, lam: Numeric, mu: Numeric,
+    _k13: Numeric, _k33: Numeric, impedance: float,
+) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
+    """Return the face matrices from the field equations of plane strain."""
+    plane, ratio = 4 * mu * (lam + mu) / (lam + 2 * mu), lam / (lam + 2 * mu)
+    x = [[1j * kx, 1j * omega / mu], [1j * omega * density, 1j * kx]]
+    y = [
+        [1j * kx * ratio, 1j * omega / (lam + 2 * mu)],
+        [1j * (omega * density - kx**2 * plane / omega), 1j * kx * ratio],
+    ]
+    return from_propagator(SOLID, propagator_series(SOLID, x, y, thickness), impedance)

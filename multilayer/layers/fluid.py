@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-import numpy as np
-
-from multilayer.arrays import Numeric
+from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import Layer
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import FLUID
@@ -49,16 +47,18 @@ def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: 
     omega = wave.omega
     square = omega**2 * density / bulk_modulus - wave.kx**2
     k3 = decaying_root(square)
+    arguments = (omega, density, square, k3, thickness, wave.ambient.impedance)
+    return Faces(FLUID, *choose(is_thin([k3], wave.kx, thickness), _series, _waves, arguments))
 
-    def waves() -> tuple[np.ndarray, np.ndarray]:
-        admittance = k3 / (omega * density)
-        one = np.ones_like(admittance)
-        return from_waves([[one], [admittance]], [[one], [-admittance]], [k3], thickness)
 
-    def series() -> tuple[np.ndarray, np.ndarray]:
-        x, y = [[-1j * omega * density]], [[-1j * square / (omega * density)]]
-        propagator = propagator_series(FLUID, x, y, thickness)
-        return from_propagator(FLUID, propagator, wave.ambient.impedance)
+def _waves(
+    omega: Numeric, density: Numeric, _square: Numeric, k3: Numeric, thickness: Numeric, _impedance: float
+) -> tuple[ComplexArray, ComplexArray]:
+    return from_waves(FLUID, [[1.0], [k3 / (omega * density)]], [k3], thickness)
 
-    # the field equations of a fluid know k3 only: the series serves thick layers near grazing, where waves merge
-    return Faces(FLUID, *choose(is_thin([k3], np.zeros_like(wave.kx), thickness), series, waves))
+
+def _series(
+    omega: Numeric, density: Numeric, square: Numeric, _k3: Numeric, thickness: Numeric, impedance: float
+) -> tuple[ComplexArray, ComplexArray]:
+    x, y = [[-1j * omega * density]], [[-1j * square / (omega * density)]]
+    return from_propagator(FLUID, propagator_series(FLUID, x, y, thickness), impedance)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import ClassVar, Literal
+
+import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
@@ -58,61 +61,50 @@ class Poroelastic(ElasticLayer):
 
 def poroelastic_faces(wave: Wave, thickness: Numeric, medium: BiotMedium) -> tuple[ComplexArray, ComplexArray]:
     """Return the face matrices (A, B) of a Biot medium."""
-    compression = compressional_waves(wave.omega, medium)
-    shear_square, shear_ratio = shear_wave(wave.omega, medium)
-    squares = [compression[0][0], compression[1][0], shear_square]
-    k3 = [decaying_root(square - wave.kx**2) for square in squares]
-
-    def waves() -> tuple[ComplexArray, ComplexArray]:
-        forward, backward = (
-            _wave_states(wave, medium, compression, (shear_square, shear_ratio), [sign * k for k in k3])
-            for sign in (1, -1)
-        )
-        return from_waves(forward, backward, k3, thickness)
-
-    def series() -> tuple[ComplexArray, ComplexArray]:
-        propagator = propagator_series(POROELASTIC, *_field_equations(wave, medium), thickness)
-        return from_propagator(POROELASTIC, propagator, wave.ambient.impedance)
-
-    return choose(is_thin(k3, wave.kx, thickness), series, waves)
+    waves = (*compressional_waves(wave.omega, medium), shear_wave(wave.omega, medium))
+    k3 = [decaying_root(square - wave.kx**2) for square, *_ in waves]
+    amplitudes = [value for each in waves for value in each]
+    coefficients = (getattr(medium, field.name) for field in fields(medium))
+    arguments = (wave.omega, wave.kx, thickness, wave.ambient.impedance, *coefficients, *k3, *amplitudes)
+    return choose(is_thin(k3, wave.kx, thickness), _series, _waves, arguments)
 
 
-def _wave_states(
-    wave: Wave,
-    medium: BiotMedium,
-    compression: tuple[tuple[ComplexArray, ComplexArray, ComplexArray], ...],
-    shear: tuple[ComplexArray, ComplexArray],
-    k3: list[ComplexArray],
-) -> list[list[Numeric]]:
-    """Return the states of the three waves exp(-i k3 x3), one column each, of unit velocity."""
-    m, omega, kx = medium, wave.omega, wave.kx
+def _waves(
+    omega: Numeric, kx: Numeric, thickness: Numeric, _impedance: float, *rest: Numeric
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return the face matrices from Biot's three waves, scaled to velocities of about 1."""
+    m, k3, amplitudes = BiotMedium(*rest[:8]), rest[8:11], rest[11:]
     columns = []
-    for (square, frame, fluid), q in zip(compression, k3, strict=False):
-        k = decaying_root(square)
-        dilatation = frame * square
+    for q, (square, frame, fluid) in zip(k3, (amplitudes[:3], amplitudes[3:6]), strict=False):
+        scale = 1 / np.sqrt(np.abs(square))
+        stress = scale / omega
+        moved = frame * scale
         columns.append(
             [
-                frame * kx / k,
-                frame * q / k,
-                fluid * q / k,
-                -((m.P - 2 * m.N) * dilatation + m.Q * fluid * square + 2 * m.N * frame * q**2) / (omega * k),
-                -2 * m.N * frame * kx * q / (omega * k),
-                -(m.Q * frame + m.R * fluid) * square / (omega * k),
+                moved * kx,
+                moved * q,
+                fluid * scale * q,
+                (2 * m.N * frame * kx**2 - (m.P * frame + m.Q * fluid) * square) * stress,
+                -2 * m.N * frame * kx * q * stress,
+                -(m.Q * frame + m.R * fluid) * square * stress,
             ]
         )
-    (square, ratio), q = shear, k3[2]
-    k = decaying_root(square)
-    twist, bend = m.N * (q**2 - kx**2) / (omega * k), -2 * m.N * q * kx / (omega * k)
-    columns.append([-q / k, kx / k, ratio * kx / k, bend, twist, 0 * twist])
-    return [list(row) for row in zip(*columns, strict=True)]
+    square, ratio = amplitudes[6:]
+    q, scale = k3[2], 1 / np.sqrt(np.abs(square))
+    twist, bend = m.N * (q**2 - kx**2) * scale / omega, -2 * m.N * q * kx * scale / omega
+    columns.append([-q * scale, kx * scale, ratio * kx * scale, bend, twist, np.zeros_like(twist)])
+    states = [list(row) for row in zip(*columns, strict=True)]
+    return from_waves(POROELASTIC, states, k3, thickness)
 
 
-def _field_equations(wave: Wave, medium: BiotMedium) -> tuple[list[list[Numeric]], list[list[Numeric]]]:
-    """Return (X, Y): d(v1s, s33s, s33f)/dx3 = X (v3s, v3f, s13s) and d(v3s, v3f, s13s)/dx3 = Y (v1s, s33s, s33f).
+def _series(
+    omega: Numeric, kx: Numeric, thickness: Numeric, impedance: float, *rest: Numeric
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return the face matrices from Biot's equations, the tangential fluid velocity eliminated.
 
-    Biot's equations with x1-dependence exp(-i kx x1), the tangential fluid velocity eliminated.
+    ``d(v1s, s33s, s33f)/dx3 = X (v3s, v3f, s13s)`` and ``d(v3s, v3f, s13s)/dx3 = Y (v1s, s33s, s33f)``.
     """
-    m, w, kx = medium, wave.omega, wave.kx
+    m, w = BiotMedium(*rest[:8]), omega
     x: list[list[Numeric]] = [
         [1j * kx, 0, 1j * w / m.N],
         [1j * w * m.rho11, 1j * w * m.rho12, 1j * kx],
@@ -123,7 +115,7 @@ def _field_equations(wave: Wave, medium: BiotMedium) -> tuple[list[list[Numeric]
     dilatation = [-2j * m.N * kx / m.P_drained, 1j * w / m.P_drained, -1j * w * m.Q / (m.R * m.P_drained)]
     coupling = m.Q / m.R
     fluid = [-coupling * entry for entry in dilatation]
-    tension = 2 * m.N * kx / w  # 2 N kx / w times the dilatation rate, from the tangential normal stress
+    tension = 2 * m.N * kx / w  # from the tangential normal stress
     y: list[list[Numeric]] = [
         [dilatation[0] + 1j * kx, dilatation[1], dilatation[2]],
         [fluid[0] - 1j * kx * slip, fluid[1], fluid[2] + 1j * w / m.R - 1j * kx**2 / (w * m.rho22)],
@@ -133,4 +125,4 @@ def _field_equations(wave: Wave, medium: BiotMedium) -> tuple[list[list[Numeric]
             -1j * kx * slip - tension * dilatation[2],
         ],
     ]
-    return x, y
+    return from_propagator(POROELASTIC, propagator_series(POROELASTIC, x, y, thickness), impedance)

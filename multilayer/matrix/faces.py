@@ -19,8 +19,8 @@ import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
 from multilayer.matrix.families import Family
+from multilayer.matrix.small import Entries, aligned, multiply, stack_entries
 
-Entries = Sequence[Sequence[Numeric]]
 THIN = 2.0  # largest |k| h of the power series
 _TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
 
@@ -44,52 +44,37 @@ class Faces:
     porosity: Numeric = 1.0
 
 
-def stack_entries(entries: Entries) -> ComplexArray:
-    """Return nested entries, broadcast against each other, as one array of shape (rows, columns, ...)."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for row in entries for entry in row))
-    matrix = np.empty((len(entries), len(entries[0]), *shape), dtype=complex)
-    for i, row in enumerate(entries):
-        for j, entry in enumerate(row):
-            matrix[i, j] = entry
-    return matrix
-
-
-def aligned(*matrices: ComplexArray, ndim: int = 0) -> list[ComplexArray]:
-    """Return entry-first matrices with equally many axes, so that their trailing ones broadcast."""
-    ndim = max(ndim, *(matrix.ndim for matrix in matrices))
-    return [matrix.reshape(matrix.shape[:2] + (1,) * (ndim - matrix.ndim) + matrix.shape[2:]) for matrix in matrices]
-
-
-def multiply(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return the matrix product of entry-first matrices, broadcasting their trailing axes."""
-    result: ComplexArray = np.einsum("ij...,jk...->ik...", *aligned(a, b))
-    return result
-
-
-def beside(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return [a b], the columns of two entry-first matrices with equally many rows."""
-    a, b = aligned(a, b)
-    shape = np.broadcast_shapes(a.shape[2:], b.shape[2:])
-    return np.concatenate([np.broadcast_to(m, m.shape[:2] + shape) for m in (a, b)], axis=1)
-
-
 def from_waves(
-    forward: Entries, backward: Entries, wavenumbers: Sequence[Numeric], thickness: Numeric
+    family: Family, forward: Entries, wavenumbers: Sequence[Numeric], thickness: Numeric
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return (A, B) from the states of unit waves.
+    """Return (A, B) from the states of unit waves in a medium that is its own mirror image along axis 3.
 
     Parameters
     ----------
-    forward, backward : entries, shape (n_state, n_waves)
-        States of the waves exp(-i k x3) and exp(+i k x3) where their exponential is 1.
+    family : Family
+        The mirror keeps the even half of its state and turns the odd half round.
+    forward : entries, shape (n_state, n_waves)
+        States of the waves exp(-i k x3) where their exponential is 1.
     wavenumbers : sequence
         k along x3 of each wave, Im(k) <= 0.
     thickness : float or array
     """
-    decay = stack_entries([[np.exp(-1j * k * thickness) for k in wavenumbers]])
-    ahead, back = stack_entries(forward), stack_entries(backward)
-    ahead, back, decay = aligned(ahead, back, decay)
-    return beside(ahead, back * decay), beside(ahead * decay, back)
+    decay = [np.exp(-1j * k * thickness) for k in wavenumbers]
+    shape = np.broadcast_shapes(*(np.shape(entry) for row in (*forward, decay) for entry in row))
+    a = np.empty((family.size, family.size, *shape), dtype=complex)
+    b = np.empty_like(a)
+    half = family.half
+    for i, row in enumerate(forward):
+        for j, entry in enumerate(row):
+            a[i, j] = entry
+            np.multiply(entry, decay[j], out=b[i, j])
+    for i in range(family.size):
+        if i in family.even:
+            a[i, half:], b[i, half:] = b[i, :half], a[i, :half]
+        else:
+            np.negative(b[i, :half], out=a[i, half:])
+            np.negative(a[i, :half], out=b[i, half:])
+    return a, b
 
 
 def amplitudes(family: Family, impedance: float) -> ComplexArray:
@@ -157,6 +142,8 @@ def propagator_series(family: Family, x: Entries, y: Entries, thickness: Numeric
 def _entire_functions(square: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return sum(M^n / (2n + 2)!) and sum(M^n / (2n + 1)!), that is (cosh(m) - 1) / m^2 and sinh(m) / m of m^2 = M."""
     eye = np.eye(len(square), dtype=complex).reshape((1, *square.shape[:2]) + (1,) * (square.ndim - 2))
+    if len(square) == 2:
+        return _entire_functions_of_two(square, eye[0])
     sums = np.broadcast_to(eye, (2, *square.shape))
     for n in range(_TERMS, 0, -1):  # Horner's rule on both at once
         step = np.array([(2 * n + 1) * (2 * n + 2), 2 * n * (2 * n + 1)]).reshape(2, *(1,) * square.ndim)
@@ -164,18 +151,52 @@ def _entire_functions(square: ComplexArray) -> tuple[ComplexArray, ComplexArray]
     return sums[0] / 2, sums[1]
 
 
+def _entire_functions_of_two(square: ComplexArray, eye: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Do the same for 2 x 2 matrices by ``M^n = p M + q``, from ``M^2 = trace M - det`` (Cayley and Hamilton)."""
+    trace = square[0, 0] + square[1, 1]
+    minus_det = square[0, 1] * square[1, 0] - square[0, 0] * square[1, 1]
+    p: Numeric = np.zeros_like(trace)
+    q: Numeric = np.ones_like(trace)
+    sums = np.zeros((4, *trace.shape), dtype=complex)
+    factorial = 1.0
+    for n in range(_TERMS + 1):
+        factorial *= max(2 * n, 1) * (2 * n + 1)
+        both = np.array([1 / (factorial * (2 * n + 2)), 1 / factorial]).reshape(2, *(1,) * trace.ndim)
+        sums[:2] += both * p
+        sums[2:] += both * q
+        p, q = trace * p + q, minus_det * p
+    return sums[0] * square + sums[2] * eye, sums[1] * square + sums[3] * eye
+
+
 def choose(
     thin: BoolArray,
-    series: Callable[[], tuple[ComplexArray, ComplexArray]],
-    waves: Callable[[], tuple[ComplexArray, ComplexArray]],
+    series: Callable[..., tuple[ComplexArray, ComplexArray]],
+    waves: Callable[..., tuple[ComplexArray, ComplexArray]],
+    arguments: Sequence[Numeric],
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices of `series` where `thin`, of `waves` elsewhere, computing only what is needed."""
+    """Return the face matrices of `series` where `thin`, of `waves` elsewhere, each computed where it is needed only.
+
+    Parameters
+    ----------
+    thin : bool array
+    series, waves : callable
+        Make (A, B) from `arguments`.
+    arguments : sequence
+        Numbers and arrays that broadcast against `thin`.
+    """
     if np.all(thin):
-        return series()
+        return series(*arguments)
     if not np.any(thin):
-        return waves()
-    (a, b), (c, d) = series(), waves()
-    front, back = (np.where(thin, *aligned(x, y, ndim=thin.ndim + 2)) for x, y in ((a, c), (b, d)))
+        return waves(*arguments)
+    shape = np.broadcast_shapes(thin.shape, *(np.shape(argument) for argument in arguments))
+    parts = []
+    for mask in (np.broadcast_to(thin, shape), np.broadcast_to(~thin, shape)):
+        some = [np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments]
+        parts.append((mask, (series if not parts else waves)(*some)))
+    size = parts[0][1][0].shape[:2]
+    front, back = np.empty((*size, *shape), dtype=complex), np.empty((*size, *shape), dtype=complex)
+    for mask, (a, b) in parts:
+        front[..., mask], back[..., mask] = a, b
     return front, back
 
 

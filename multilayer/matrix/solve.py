@@ -19,8 +19,9 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
-from multilayer.matrix.faces import Faces, aligned, beside, multiply
+from multilayer.matrix.faces import Faces
 from multilayer.matrix.families import FLUID, Family
+from multilayer.matrix.small import aligned, beside, multiply, solve_small
 
 
 @dataclass(frozen=True)
@@ -180,9 +181,20 @@ def apply_rows(rows: Rows, matrix: ComplexArray) -> ComplexArray:
     """Return rows @ matrix, skipping the zeros that most entries of a coupling are."""
     lines = []
     for row in rows:
-        terms = [c * matrix[i] for i, c in enumerate(row) if not (isinstance(c, int | float) and c == 0)]
+        terms = [_times(c, matrix[i]) for i, c in enumerate(row) if not (isinstance(c, int | float) and c == 0)]
         lines.append(sum(terms[1:], terms[0]) if terms else np.zeros_like(matrix[0]))
-    return np.array(np.broadcast_arrays(*lines))
+    return _as_one(lines)
+
+
+def _times(factor: Numeric, line: ComplexArray) -> ComplexArray:
+    return line if isinstance(factor, int) and factor == 1 else np.asarray(factor * line)
+
+
+def _as_one(lines: list[ComplexArray]) -> ComplexArray:
+    stacked = np.empty((len(lines), *np.broadcast_shapes(*(line.shape for line in lines))), dtype=complex)
+    for i, line in enumerate(lines):
+        stacked[i] = line
+    return stacked
 
 
 def _stacked(a: ComplexArray, b: ComplexArray) -> ComplexArray:
@@ -192,25 +204,3 @@ def _stacked(a: ComplexArray, b: ComplexArray) -> ComplexArray:
 
 def _apply(matrix: ComplexArray, vector: ComplexArray) -> ComplexArray:
     return multiply(matrix, vector[:, None])[:, 0]
-
-
-def solve_small(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Solve many small systems at once, equations scaled to a largest coefficient of 1.
-
-    Velocities and stresses differ by orders of magnitude, and row exchange chooses well only between equations of
-    one scale.
-
-    Parameters
-    ----------
-    matrix : complex array, shape (n, n, ...)
-    right : complex array, shape (n, m, ...)
-
-    Returns
-    -------
-    complex array, shape (n, m, ...)
-    """
-    scale = 1 / np.maximum(np.abs(matrix.real), np.abs(matrix.imag)).max(axis=1, keepdims=True)
-    if len(matrix) == 1:
-        return np.asarray(right * scale / (matrix * scale))
-    left, given = (np.moveaxis(m * scale, (0, 1), (-2, -1)) for m in (matrix, right))
-    return np.moveaxis(np.linalg.solve(left, given), (-2, -1), (0, 1))
