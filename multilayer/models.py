@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, LiteralString, Self
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
@@ -80,3 +81,21 @@ def _words(error: ErrorDetails, model: type[Model]) -> str:
     last = str(error["loc"][-1]) if error["loc"] else ""
     suggestion = suggest(last, model.model_fields)
     return words.format_map({**context, "value": show(error["input"]), "suggestion": suggestion})
+
+
+def refuse(model: Model, mistakes: Iterable[tuple[tuple[str | int, ...], str, Any]]) -> None:
+    """Raise a ValidationError that places each mistake at its own field; nothing when there is none.
+
+    Parameters
+    ----------
+    model : Model
+        Whose validator this is called from.
+    mistakes : iterable of (path, text, value)
+        Path into the model, what is wrong with a remedy, and what was written.
+    """
+    errors = [
+        InitErrorDetails(type=PydanticCustomError("input", "{reason}", {"reason": text}), loc=path, input=value)
+        for path, text, value in mistakes
+    ]
+    if errors:
+        raise ValidationError.from_exception_data(type(model).__name__, errors)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -16,7 +16,7 @@ from multilayer.errors import InputError, suggest
 from multilayer.layers.base import Layer, LayerField
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
-from multilayer.models import Model
+from multilayer.models import Model, refuse
 from multilayer.units import Density, PositiveRatio, Pressure, Speed, Temperature, Viscosity
 
 
@@ -86,13 +86,21 @@ class Stack(Model):
 
     @model_validator(mode="after")
     def _names_and_contacts(self) -> Self:
-        names = [layer.name for layer in self.layers if layer.name is not None]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"two layers are called '{twice[0]}'; names must differ")
-        for contact in self.contacts:
-            self._place(contact)
+        refuse(self, [*self._names_twice(), *self._loose_contacts()])
         return self
+
+    def _names_twice(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
+        names = [layer.name for layer in self.layers]
+        for i, name in enumerate(names):
+            if name is not None and name in names[:i]:
+                yield ("layers", i, "name"), f"another layer is called '{name}' already; names must differ", name
+
+    def _loose_contacts(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
+        for i, contact in enumerate(self.contacts):
+            try:
+                self._place(contact)
+            except InputError as error:
+                yield ("contacts", i, "between"), str(error), contact.between
 
     def index(self, key: str | int) -> int:
         """Return the position of a layer from its name or index.
@@ -111,12 +119,9 @@ class Stack(Model):
     def _place(self, contact: LayerContact) -> int:
         """Return the interface a contact speaks of: 1 lies behind the first layer."""
         n = len(self.layers)
-        try:
-            ends = sorted(n if end == "termination" else self.index(end) for end in contact.between)
-        except InputError as error:
-            raise ValueError(str(error)) from None
+        ends = sorted(n if end == "termination" else self.index(end) for end in contact.between)
         if ends[1] - ends[0] != 1:
-            raise ValueError(f"{contact.between[0]} and {contact.between[1]} are no neighbours")
+            raise InputError(f"{contact.between[0]} and {contact.between[1]} are no neighbours")
         return ends[1]
 
     @property

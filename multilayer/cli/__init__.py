@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 
@@ -17,6 +18,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
 )
 
 
@@ -38,8 +40,11 @@ def main() -> None:
     """Run the command line; every mistake of the user's ends with a message and exit status 2."""
     from multilayer.errors import MultilayerError
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a pipe may lack the Greek letters of a table
     try:
-        app()
+        app(prog_name="multilayer")
     except MultilayerError as error:
         typer.echo(str(error), err=True)
         sys.exit(2)

@@ -40,9 +40,11 @@ def fit(
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.fit import fit_campaign
     from multilayer.inverse.sources import read_fit
+    from multilayer.report.files import refuse_unusable
     from multilayer.report.fit_table import fit_table
 
     job = read_fit(source, method)
+    refuse_unusable(out or Path("results"))
     n_bursts = sum(len(configuration.bursts) for configuration in job.campaign.configurations)
     with progress_bar("fit", 2 * n_bursts) as advance:
         result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, advance)

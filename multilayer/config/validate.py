@@ -79,7 +79,9 @@ def _placed(document: Document, error: ErrorDetails) -> Problem:
     path = (*_walked(document.data, tokens[:end]), *tokens[end:])
     at_key = kind == "extra_forbidden" or tokens[-1:] == ("[key]",)
     place = document.key_position(path) if at_key else document.position(path)
-    return Problem(error["msg"], ".".join(map(str, path)), document.file, *place)
+    # validators of a whole model stand outside of the rewording in `Model`
+    message = error["msg"].removeprefix("Value error, ")
+    return Problem(message, ".".join(map(str, path)), document.file, *place)
 
 
 def _walked(data: Any, tokens: DataPath) -> DataPath:

@@ -94,6 +94,7 @@ def burst_problems(
     settings: FitSettings,
     calibration: Calibration | None,
 ) -> list[BurstProblem]:
+    """Return the inverse problem of every burst, in the order of the campaign."""
     problems = []
     for configuration in campaign.configurations:
         rig = PlaneWaveRig.of(campaign, configuration, settings.air_above, settings.ambient)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, Problem, suggest
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
 from multilayer.measurements.description import Campaign
@@ -53,8 +53,7 @@ def read_fit(source: Path, method: str | None = None) -> FitJob:
     campaign = load_campaign(campaign_path)
     calibration = None
     if settings.calibration is not None:
-        folder = source if source.is_dir() else source.parent
-        calibration = load_calibration(folder / settings.calibration)
+        calibration = load_calibration(_beside(_fit_file(source), "calibration", settings.calibration))
     return FitJob(campaign, load_recordings(campaign), settings, calibration)
 
 
@@ -77,17 +76,32 @@ def read_any(source: Path) -> str:
     return f"campaign of {len(job.recordings)} bursts"
 
 
+def _fit_file(source: Path) -> Path:
+    return source / FIT_FILE if source.is_dir() else source
+
+
+def _beside(file: Path, field: str, named: Path) -> Path:
+    """Return a path that a fit file names; an error that points into the file when there is nothing."""
+    path = file.parent / named
+    if not path.exists():
+        line, column = read_yaml(file).position((field,))
+        raise InputError(Problem(f"there is no {path}; the path is relative to this file", field, file, line, column))
+    return path
+
+
 def _settings(source: Path) -> tuple[FitSettings, Path]:
     if not source.exists():
-        raise InputError(f"{source}: there is no such file or folder; name a campaign folder or a fit file")
+        raise InputError(f"{source}: there is no such file or folder; name a folder, or a stack, campaign or fit file")
     if source.is_dir():
         if not (source / FIT_FILE).is_file():
             return FitSettings(), source
         source = source / FIT_FILE
+    if source.suffix not in (".yaml", ".yml"):
+        raise InputError(f"{source}: this is no YAML file; name a campaign folder, its campaign.yaml, or a fit file")
     data = read_yaml(source, keep_problems=True).data
     if isinstance(data, dict) and "rig" in data:
         return FitSettings(), source
     if isinstance(data, dict) and "layers" in data:
         raise InputError(f"{source}: this is a stack file; a fit needs a campaign folder or a fit file")
     settings = read(source, FitSettings)
-    return settings, source.parent / settings.campaign
+    return settings, _beside(source, "campaign", settings.campaign)

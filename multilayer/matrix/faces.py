@@ -67,7 +67,7 @@ def from_waves(
     for i, row in enumerate(forward):
         for j, entry in enumerate(row):
             a[i, j] = entry
-            np.multiply(entry, decay[j], out=b[i, j])
+            np.multiply(entry, decay[j], out=b[i, j, ...])
     for i in range(family.size):
         if i in family.even:
             a[i, half:], b[i, half:] = b[i, :half], a[i, :half]
@@ -189,15 +189,14 @@ def choose(
     if not np.any(thin):
         return waves(*arguments)
     shape = np.broadcast_shapes(thin.shape, *(np.shape(argument) for argument in arguments))
-    parts = []
-    for mask in (np.broadcast_to(thin, shape), np.broadcast_to(~thin, shape)):
-        some = [np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments]
-        parts.append((mask, (series if not parts else waves)(*some)))
-    size = parts[0][1][0].shape[:2]
-    front, back = np.empty((*size, *shape), dtype=complex), np.empty((*size, *shape), dtype=complex)
-    for mask, (a, b) in parts:
-        front[..., mask], back[..., mask] = a, b
-    return front, back
+    matrices: list[ComplexArray] = []
+    for make, where in ((series, thin), (waves, ~thin)):
+        mask = np.broadcast_to(where, shape)
+        parts = make(*(np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments))
+        matrices = matrices or [np.empty((*part.shape[:2], *shape), dtype=complex) for part in parts]
+        for matrix, part in zip(matrices, parts, strict=True):
+            matrix[..., mask] = part
+    return matrices[0], matrices[1]
 
 
 def is_thin(wavenumbers: Sequence[Numeric], kx: RealArray, thickness: Numeric) -> BoolArray:

@@ -6,11 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import AfterValidator, Field, PrivateAttr, model_validator
 
 from multilayer.errors import InputError, Problem
-from multilayer.models import Model
+from multilayer.models import Model, refuse
 from multilayer.units import (
     Acceleration,
     Density,
@@ -105,7 +104,7 @@ class Configuration(Model):
 
     @model_validator(mode="after")
     def _no_frequency_twice(self) -> Self:
-        _refuse(self, _twice([burst.frequency for burst in self.bursts], "bursts", "frequency", " Hz"))
+        refuse(self, _twice([burst.frequency for burst in self.bursts], "bursts", "frequency", " Hz"))
         return self
 
 
@@ -148,7 +147,7 @@ class Campaign(Description):
     def _consistent(self) -> Self:
         names = _twice([configuration.name for configuration in self.configurations], "configurations", "name")
         lists = [(("configurations", i), c.bursts) for i, c in enumerate(self.configurations)]
-        _refuse(self, [*names, *_too_fast(self.sampling_rate, lists)])
+        refuse(self, [*names, *_too_fast(self.sampling_rate, lists)])
         return self
 
     def configuration(self, name: str) -> Configuration:
@@ -175,7 +174,7 @@ class CalibrationCampaign(Description):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         twice = _twice([burst.frequency for burst in self.bursts], "bursts", "frequency", " Hz")
-        _refuse(self, [*twice, *_too_fast(self.sampling_rate, [((), self.bursts)])])
+        refuse(self, [*twice, *_too_fast(self.sampling_rate, [((), self.bursts)])])
         return self
 
 
@@ -194,12 +193,3 @@ def _too_fast(
             if burst.frequency >= 0.5 * sampling_rate:
                 text = f"{burst.frequency:g} Hz is not below half of the sampling_rate of {sampling_rate:g} Hz"
                 yield (*path, "bursts", i, "frequency"), text, burst.frequency
-
-
-def _refuse(model: Model, mistakes: Iterable[tuple[DataPath, str, Any]]) -> None:
-    errors = [
-        InitErrorDetails(type=PydanticCustomError("input", "{reason}", {"reason": text}), loc=path, input=value)
-        for path, text, value in mistakes
-    ]
-    if errors:
-        raise ValidationError.from_exception_data(type(model).__name__, errors)

@@ -115,8 +115,9 @@ class FractionalZener(ModulusLaw):
         return self
 
     def __call__(self, frequency: ArrayLike) -> ComplexArray:
-        s = (2j * np.pi * np.asarray(frequency) * self.relaxation_time) ** self.order
-        return np.asarray((self.relaxed_modulus + self.unrelaxed_modulus * s) / (1 + s))
+        inverse = (2j * np.pi * np.asarray(frequency) * self.relaxation_time) ** -self.order
+        rise = self.unrelaxed_modulus - self.relaxed_modulus
+        return np.asarray(self.relaxed_modulus + rise / (1 + inverse))  # rounding cannot make Im(E) negative
 
 
 class Table(ModulusLaw):
@@ -170,15 +171,21 @@ def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
     ValueError
         When the file is missing or is not such a table.
     """
+    wanted = "a modulus table has one header line and the columns frequency (Hz), E1 and E2 (Pa)"
     try:
-        columns = np.loadtxt(path, delimiter=",", skiprows=1, comments="#", unpack=True, ndmin=2)
+        lines = path.read_text(encoding="utf-8").splitlines()[1:]
+        rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip() and line[0] != "#"]
+        columns = np.array(rows, dtype=float).reshape(len(rows), 3)
     except OSError:
         raise ValueError(f"there is no file {path}; the path is relative to the YAML file") from None
     except ValueError as error:
-        raise ValueError(f"{path} is no table: {error}") from None
-    if columns.shape[0] != 3:
-        raise ValueError(f"{path} has {columns.shape[0]} columns; a modulus table has frequency, E1 and E2")
-    return columns[0], columns[1], columns[2]
+        raise ValueError(f"{path} is no table ({error}); {wanted}") from None
+    for number, row in enumerate(columns, start=1):
+        if not (np.all(np.isfinite(row)) and row[0] > 0 and row[1] > 0 and row[2] >= 0):
+            raise ValueError(f"{path}, row {number}: frequency and E1 must be above 0, E2 at least 0")
+    if len(columns) < 2:
+        raise ValueError(f"{path} has {len(columns)} rows, at least two are needed; {wanted}")
+    return columns[:, 0], columns[:, 1], columns[:, 2]
 
 
 def _parse_modulus(value: Any, info: ValidationInfo) -> Any:

@@ -10,6 +10,32 @@ from pathlib import Path
 from multilayer.errors import InputError
 
 
+def refuse_unusable(folder: Path) -> None:
+    """Refuse a folder that cannot be written to, before anything is computed for it.
+
+    Parameters
+    ----------
+    folder : Path
+        May be missing, and its parents too.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        nearest = next(place for place in (folder, *folder.parents) if place.exists())
+    except OSError as error:
+        raise _unusable(folder, error.strerror or str(error)) from None
+    if not nearest.is_dir():
+        raise _unusable(folder, f"{nearest} is a file")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise _unusable(folder, f"you may not write into {nearest}")
+
+
+def _unusable(folder: Path, reason: str) -> InputError:
+    return InputError(f"{folder}: cannot be written to ({reason}); choose another folder with --out")
+
+
 def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:
     """Write several files into a folder, each under a temporary name first.
 
@@ -41,6 +67,5 @@ def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:
             for name in files:
                 os.replace(Path(partial) / name, folder / name)  # noqa: PTH105 (atomic, over an existing file)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(f"{folder}: cannot be written to ({reason}); choose another folder with --out") from None
+        raise _unusable(folder, error.strerror or str(error)) from None
     return [folder / name for name in files]

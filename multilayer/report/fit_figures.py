@@ -169,7 +169,14 @@ def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSe
             color=colour(i),
             label=f"{plain(configuration)}, measured",
         )
-        _curve(axes[:, 0], f, _rod(campaign, configuration, f, fitted), color=colour(i), label="eq. (11), fitted")
+        _curve(
+            axes[:, 0],
+            f,
+            _rod(campaign, configuration, f, fitted),
+            marker=".",
+            color=colour(i),
+            label="eq. (11), fitted",
+        )
         if (given := settings.quasi_static) is not None:
             static = np.full(len(f), complex(given.storage_modulus, given.loss_modulus))
             curve = _rod(campaign, configuration, f, static)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.matrix.faces import multiply
 from multilayer.matrix.families import Family
+from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import Wall
 from multilayer.matrix.wave import Wave
 from multilayer.response.system import build_system, solve_or_explain

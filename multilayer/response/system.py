@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from multilayer.arrays import ComplexArray
 from multilayer.errors import InputError
+from multilayer.matrix.couplings import CouplingError, couple
 from multilayer.matrix.solve import HalfSpace, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
@@ -13,8 +16,21 @@ from multilayer.stack import FluidHalfSpace, Stack
 
 
 def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
-    """Return the system of `stack` in the field `wave`, excited by `head`."""
-    return System(head, [layer.faces(wave) for layer in stack.layers], _tail(stack, wave), stack.interfaces)
+    """Return the system of `stack` in the field `wave`, excited by `head`.
+
+    Raises
+    ------
+    CouplingError
+        When two neighbours cannot touch as the stack says, naming both.
+    """
+    layers = [layer.faces(wave) for layer in stack.layers]
+    for i, (front, back) in enumerate(pairwise(layers), start=1):
+        try:
+            couple(front.family, back.family, stack.interfaces[i])
+        except CouplingError as error:
+            first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
+            raise CouplingError(f"layers {first} and {second}: {error}") from None
+    return System(head, layers, _tail(stack, wave), stack.interfaces)
 
 
 def solve_or_explain(system: System) -> Solution:

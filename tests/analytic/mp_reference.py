@@ -1,9 +1,9 @@
 """The exact response of a stack, in many digits and by another road than the kernel's.
 
 Unknown are the amplitudes of all plane waves of all layers, in displacements; one matrix holds every interface
-condition, and mpmath solves it. Nothing of the kernel is used but the numbers in the fields of a `Stack`. Sources of the
-equations: Newton's and Hooke's laws; Biot, J. Acoust. Soc. Am. 28 (1956) 168, in his displacements (u, U); the pore
-fluid after Johnson et al. (1987) and Champoux & Allard (1991).
+condition, and mpmath solves it. Nothing of the kernel is used but the numbers in the fields of a `Stack`. Sources of
+the equations: Newton's and Hooke's laws; Biot, J. Acoust. Soc. Am. 28 (1956) 168, in his displacements (u, U); the
+pore fluid after Johnson et al. (1987) and Champoux & Allard (1991).
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def equal(a, b):
     return total((1, a), (-1, b))
 
 
-def interface(a: Face, b: Face, contact: str) -> list:
+def interface(a: Face, b: Face, contact: str) -> list:  # noqa: PLR0911
     """Return the rows that vanish where two faces touch."""
     kinds = a.kind, b.kind
     order = ("fluid", "solid", "poroelastic")

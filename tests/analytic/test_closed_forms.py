@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from multilayer.layers.fluid import fluid_faces
+from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
 from multilayer.response import base_motion, plane_wave
 from tests.analytic.materials import AIR, ALUMINIUM, FOAM, FOAM2, GEL, RUBBER, SHEET, WATER, stack
@@ -40,6 +42,15 @@ def test_sheet_is_transparent_at_coincidence():
     critical = dry_air().sound_speed ** 2 / (2 * np.pi) * np.sqrt(2.7 / stiffness)
     result = plane_wave(stack((lossless, 1e-3)), critical / np.sin(np.radians(60)) ** 2, 60.0)
     assert_allclose(np.abs(result.transmission), 1, atol=1e-9)
+
+
+@pytest.mark.parametrize("thickness", [1e-3, 1.0, 100.0])
+def test_fluid_at_its_critical_angle(thickness):
+    """Where the wave runs along the layer, k3 = 0, the two waves are one; what remains is the mass."""
+    wave = Wave(np.float64(500.0), np.float64(2 * np.pi * 500.0 / 343.0), dry_air())
+    faces = fluid_faces(wave, thickness, 1.2, 1.2 * 343.0**2)
+    transfer = np.linalg.solve(faces.back.T, faces.front.T).T
+    assert_allclose(transfer, [[1, 1j * wave.omega * 1.2 * thickness], [0, 1]], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("termination", ["rigid", "ambient", "free"])

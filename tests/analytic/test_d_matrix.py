@@ -1,4 +1,4 @@
-"""The two-plate rig as Bonfiglio & Pompoli 2015 write it, eqs. (2)-(4): one matrix, one column to the right-hand side."""
+"""The two-plate rig as in Bonfiglio & Pompoli 2015, eqs. (2)-(4): one matrix, one column to the right-hand side."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The power series and the waves are two forms of one layer: nothing jumps where a layer changes from one to the other."""
+"""The power series and the waves are two forms of one layer: nothing jumps where it changes from one to the other."""
 
 import numpy as np
 import pytest

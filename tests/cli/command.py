@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import subprocess
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
@@ -11,9 +12,18 @@ from unittest import mock
 
 from multilayer.cli import main
 
-
 # what the console script does
 _SCRIPT = "import sys; from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
+
+
+_ANSI = re.compile(r"\x1b\[[0-9;]*m")
+_LEFT_OUT = ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS", "MULTILAYER_DEBUG")
+
+
+def _environment(**additions):
+    """Return an environment in which nothing asks for colours, and a page is 100 columns wide."""
+    kept = {name: value for name, value in os.environ.items() if name not in _LEFT_OUT}
+    return {**kept, "COLUMNS": "100", **additions}
 
 
 class Outcome(NamedTuple):
@@ -24,12 +34,18 @@ class Outcome(NamedTuple):
     err: str
 
 
-def run(*arguments, cwd=None) -> Outcome:
-    """Run ``multilayer ARGUMENTS`` in this process."""
+def run(*arguments, cwd=None, **environment) -> Outcome:
+    """Run ``multilayer ARGUMENTS`` in this process, with additions to the environment."""
     out, err = io.StringIO(), io.StringIO()
     argv = ["multilayer", *map(str, arguments)]
-    here = chdir(cwd or Path.cwd())
-    with here, mock.patch.object(sys, "argv", argv), redirect_stdout(out), redirect_stderr(err):
+    surroundings = mock.patch.dict(os.environ, _environment(**environment), clear=True)
+    with (
+        chdir(cwd or Path.cwd()),
+        surroundings,
+        mock.patch.object(sys, "argv", argv),
+        redirect_stdout(out),
+        redirect_stderr(err),
+    ):
         try:
             main()
         except SystemExit as stop:
@@ -37,7 +53,7 @@ def run(*arguments, cwd=None) -> Outcome:
         else:
             status = 0
     assert isinstance(status, int), status
-    return Outcome(status, out.getvalue(), err.getvalue())
+    return Outcome(status, *(_ANSI.sub("", text.getvalue()) for text in (out, err)))
 
 
 def run_elsewhere(*arguments, cwd=None, **environment) -> Outcome:
@@ -50,9 +66,9 @@ def python(*arguments, cwd=None, **environment) -> Outcome:
     done = subprocess.run(
         [sys.executable, *map(str, arguments)],
         cwd=cwd,
-        env={**os.environ, **environment},
+        env=_environment(**environment),
         capture_output=True,
         text=True,
         check=False,
     )
-    return Outcome(done.returncode, done.stdout, done.stderr)
+    return Outcome(done.returncode, *(_ANSI.sub("", text) for text in (done.stdout, done.stderr)))

@@ -68,7 +68,9 @@ class TestDefaults:
         assert [row["configuration"] for row in found] == [NAME] * len(BURSTS)
         assert [float(row["frequency_hz"]) for row in found] == list(BURSTS)
         assert {row["accepted"] for row in found} == {"true"}
-        numbers = np.array([[float(v) for k, v in row.items() if k not in ("configuration", "accepted")] for row in found])
+        numbers = np.array(
+            [[float(v) for k, v in row.items() if k not in ("configuration", "accepted")] for row in found]
+        )
         assert np.isfinite(numbers).all()
 
     def test_modulus_is_that_of_the_closed_form(self, fitted):
@@ -106,7 +108,9 @@ class TestDefaults:
         for burst in strict_json((fitted.folder / "fit.json").read_text())["bursts"]:
             cost = burst["convergence"]["cost"]
             assert min(cost) < 0.1 * cost[0]
-            assert burst["convergence"]["E1_pa"][int(np.argmin(cost))] == pytest.approx(burst["optimum"]["E1_pa"], rel=1e-3)
+            assert burst["convergence"]["E1_pa"][int(np.argmin(cost))] == pytest.approx(
+                burst["optimum"]["E1_pa"], rel=1e-3
+            )
 
     def test_transmissibility_is_that_of_the_model(self, fitted):
         for burst in strict_json((fitted.folder / "fit.json").read_text())["bursts"]:
@@ -357,8 +361,18 @@ class TestInput:
         assert len({name.casefold() for name in envelopes}) == len(ODD_NAMES)
 
 
-def test_in_a_process_of_its_own(campaign, tmp_path):
-    keep_bursts(campaign, 600)
-    done = run_elsewhere("fit", campaign, "--out", tmp_path / "out", "--json", "--no-figures", PYTHONWARNINGS="error")
-    assert (done.status, done.err) == (0, "")
-    assert strict_json(done.out)["all_accepted"] is True
+class TestElsewhere:
+    """In a process of its own, as the console script runs."""
+
+    def test_json(self, campaign, tmp_path):
+        keep_bursts(campaign, 600)
+        options = ("--out", tmp_path / "out", "--json", "--no-figures")
+        done = run_elsewhere("fit", campaign, *options, PYTHONWARNINGS="error")
+        assert (done.status, done.err) == (0, "")
+        assert strict_json(done.out)["all_accepted"] is True
+
+    def test_a_pipe_without_greek_letters(self, campaign, tmp_path):
+        keep_bursts(campaign, 600)
+        done = run_elsewhere("fit", campaign, "--out", tmp_path / "out", "--no-figures", PYTHONIOENCODING="ascii")
+        assert (done.status, done.err) == (0, "")
+        assert "?tof / ?s" in done.out

@@ -6,7 +6,6 @@ from multilayer.layers import LAYERS
 from multilayer.testing import check_layer
 from tests.contract.samples import LAYER_SAMPLES, samples_of
 
-
 VARIANTS = [
     pytest.param(name, fields, lossless, id=f"{name}-{what}")
     for name in LAYERS.names()

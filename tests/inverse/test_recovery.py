@@ -42,7 +42,7 @@ def test_noise_moves_the_result_little(seed: int) -> None:
 
 def test_a_ring_down_longer_than_the_record() -> None:
     # loss factor 0.02 at the resonance: the top plate still moves by 40 % of its maximum when the record ends
-    truth = Truth(95e3, 0.02, 150.0, record=1.6)
+    truth = Truth(190e3, 0.02, 150.0, record=1.6)
     posed = problem(truth)
     assert posed.data.cut_short
     best = find_candidates(posed, *BOUNDS).minima[0]

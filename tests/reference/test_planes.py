@@ -5,9 +5,9 @@ import json
 from collections import defaultdict
 
 import pytest
-from tests.reference.reference_data import stack_of, worst_error
 
 from multilayer.response import plane_wave
+from tests.reference.reference_data import stack_of, worst_error
 
 pytestmark = pytest.mark.reference
 
@@ -46,9 +46,7 @@ def test_rows(spectra, air):
     compared = 0
     for (layers, backing, angle), rows in spectra.items():
         described = [{**MATERIALS[name], "thickness_m": float(mm) / 1e3} for name, mm in layers]
-        result = plane_wave(
-            stack_of(air, described, backing), [float(row["frequency_hz"]) for row in rows], angle
-        )
+        result = plane_wave(stack_of(air, described, backing), [float(row["frequency_hz"]) for row in rows], angle)
         for key, ours in (("R", result.reflection), ("T", result.transmission)):
             if ours is not None:
                 expected = [complex(float(row[f"re_{key}"]), float(row[f"im_{key}"])) for row in rows]

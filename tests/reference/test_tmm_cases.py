@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from tests.reference.reference_data import KINDS, stack_of, worst_error
 
 from multilayer.response import plane_wave
+from tests.reference.reference_data import KINDS, stack_of, worst_error
 
 pytestmark = pytest.mark.reference
 

@@ -1,0 +1,5 @@
+"""``python -m multilayer``."""
+
+from multilayer.cli import main
+
+main()

@@ -1,0 +1,179 @@
+"""The field inside a stack, and where its power goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.layers.base import Layer
+from multilayer.matrix.couplings import Contact
+from multilayer.matrix.faces import Faces
+from multilayer.matrix.families import Family
+from multilayer.matrix.small import multiply
+from multilayer.matrix.solve import HalfSpace, Solution, System, solve
+from multilayer.matrix.wave import Wave
+from multilayer.response.system import build_system, wave_impedance
+from multilayer.stack import Stack
+
+
+@dataclass(frozen=True)
+class LayerState:
+    """The state through one layer, for an incident pressure of 1 Pa at the front face of the stack.
+
+    Attributes
+    ----------
+    layer : str
+        Its name, or its index.
+    components : tuple of str
+        What the first axis of `values` holds: velocities in m/s (v1 along the layers, v3 into the stack; s the frame,
+        f the pore fluid), stresses in Pa (for pores s33f = -porosity * pressure), pressure p in Pa.
+    position : array, shape (n_points,)
+        Distance from the front face of the stack, m.
+    values : complex array, shape (n_components, n_points, ...)
+        Trailing axes as in `PlaneWave.reflection`.
+    """
+
+    layer: str
+    components: tuple[str, ...]
+    position: RealArray
+    values: ComplexArray
+
+    def __getitem__(self, component: str) -> ComplexArray:
+        return np.asarray(self.values[self.components.index(component)])
+
+
+@dataclass(frozen=True)
+class PowerBalance:
+    """Where the incident power goes, as shares of it.
+
+    Attributes
+    ----------
+    reflected, transmitted : array, shape (...)
+        `transmitted` is zero without a half-space behind.
+    dissipated : array, shape (n_layers, ...)
+        In each layer.
+    layers : tuple of str
+        Names or indices of the layers.
+    """
+
+    reflected: RealArray
+    transmitted: RealArray
+    dissipated: RealArray
+    layers: tuple[str, ...]
+
+    @property
+    def residual(self) -> RealArray:
+        """What is missing from 1; rounding errors only."""
+        return np.asarray(1 - self.reflected - self.transmitted - self.dissipated.sum(axis=0))
+
+
+def fields(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, points: int = 21) -> list[LayerState]:
+    """Return velocities and stresses through the thickness of every layer.
+
+    Parameters
+    ----------
+    stack : Stack
+    frequency, angle : array
+        As for `plane_wave`.
+    points : int
+        Positions per layer, both faces included, at least 2. A layer that is no homogeneous slab (a thin plate, a
+        screen) has its two faces only, both at the same place.
+
+    Notes
+    -----
+    Each layer is solved as ``points - 1`` bonded slices: no exponential grows, however thick the layer.
+    """
+    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+    slices = [_slices(layer, max(points, 2)) for layer in stack.layers]
+    faces = [[cut.faces(wave)] * n for cut, n in slices]
+    contacts: list[Contact] = []
+    for contact, (_, n) in zip(stack.interfaces, slices, strict=False):
+        contacts += [contact, *(["bonded"] * (n - 1))]  # type: ignore[list-item]
+    contacts.append(stack.interfaces[-1])
+    system = build_system(stack, wave, _incident(wave))
+    solution = solve(replace(system, layers=[face for group in faces for face in group], contacts=contacts))
+    return _collect(stack, slices, faces, solution)
+
+
+def _slices(layer: Layer, points: int) -> tuple[Layer, int]:
+    thickness = getattr(layer, "thickness", None)
+    if not layer.composes or thickness is None:
+        return layer, 1
+    return layer.model_copy(update={"thickness": thickness / (points - 1)}), points - 1
+
+
+def _incident(wave: Wave) -> HalfSpace:
+    return HalfSpace(wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed))
+
+
+def _collect(
+    stack: Stack, slices: list[tuple[Layer, int]], faces: list[list[Faces]], solution: Solution
+) -> list[LayerState]:
+    coefficients = iter(solution.layers)
+    start, found = 0.0, []
+    for i, ((cut, n), group) in enumerate(zip(slices, faces, strict=True)):
+        states, back = [], None
+        for face in group:
+            front, back = _face_states(face, next(coefficients))
+            states.append(front)
+        assert back is not None
+        depth = 0.0 if not cut.composes else float(np.max(getattr(cut, "thickness", 0.0))) * n
+        values = np.stack(np.broadcast_arrays(*states, back), axis=1)
+        position = start + np.linspace(0, depth, n + 1)
+        found.append(LayerState(stack.layers[i].name or str(i), group[0].family.components, position, values))
+        start += depth
+    return found
+
+
+def _face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    column = coefficients[:, None]
+    return multiply(face.front, column)[:, 0], multiply(face.back, column)[:, 0]
+
+
+def power_balance(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> PowerBalance:
+    """Return how the power of an incident plane wave divides into reflection, transmission and each layer's losses.
+
+    Parameters
+    ----------
+    stack : Stack
+    frequency, angle : array
+        As for `plane_wave`.
+
+    Notes
+    -----
+    The loss of a layer is the difference of the normal power fluxes at its two faces, by the power pairs of its state
+    family; contacts pass power on unchanged.
+    """
+    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+    system = build_system(stack, wave, _incident(wave))
+    solution = solve(system)
+    assert isinstance(system.head, HalfSpace)
+    incident = 0.5 * np.real(1 / np.asarray(system.head.impedance))
+    lost = [_lost_power(face, c) / incident for face, c in zip(system.layers, solution.layers, strict=True)]
+    assert solution.reflected is not None
+    return PowerBalance(
+        reflected=np.abs(solution.reflected) ** 2,
+        transmitted=np.asarray(_transmitted(system, solution) / incident),
+        dissipated=np.stack(np.broadcast_arrays(*lost)),
+        layers=tuple(layer.name or str(i) for i, layer in enumerate(stack.layers)),
+    )
+
+
+def _transmitted(system: System, solution: Solution) -> Any:
+    if solution.transmitted is None or not isinstance(system.tail, HalfSpace):
+        return 0.0
+    return 0.5 * np.abs(solution.transmitted) ** 2 * np.real(1 / np.asarray(system.tail.impedance))
+
+
+def _lost_power(face: Faces, coefficients: ComplexArray) -> RealArray:
+    front, back = _face_states(face, coefficients)
+    return power_flux(face.family, front) - power_flux(face.family, back)
+
+
+def power_flux(family: Family, state: ComplexArray) -> RealArray:
+    """Return the power per area that a state carries along axis 3, W/m2; `state` of shape (n_state, ...)."""
+    pairs = (0.5 * sign * np.real(state[stress] * np.conj(state[v])) for v, stress, sign in family.power_pairs)
+    return np.asarray(sum(pairs))

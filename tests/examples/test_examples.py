@@ -1,0 +1,76 @@
+"""Every example runs and gives the number it gave before: none can be added without a check, or rot unnoticed."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multilayer.inverse.rod import rod_transmissibility
+from multilayer.response import base_motion
+from multilayer.stack import load_stack
+from tests.cli.command import run
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def foam_b(source, folder):
+    """Fit the bursts with the settings that lie beside them."""
+    done = run("fit", source, "--out", folder, "--no-figures")
+    assert (done.status, done.err) == (0, "")
+    rows = list(csv.DictReader((folder / "moduli.csv").read_text().splitlines()))
+    assert len(rows) == 15
+    assert {row["accepted"] for row in rows} == {"true"}
+    found = {float(row["frequency_hz"]): float(row["E1_pa"]) for row in rows}
+    assert found[500] == pytest.approx(239.3e3, rel=0.005)
+    assert found[1500] == pytest.approx(324.5e3, rel=0.005)
+
+
+def three_layers(source, folder):
+    """At normal incidence a foam under a plate is a rod of its P-wave modulus under a mass."""
+    stack = load_stack(source)
+    frequency = 200.0
+    foam, top = stack.layers[1:]
+    assert (foam.name, top.name, stack.termination) == ("foam", "top_plate", "ambient")
+
+    young, nu = complex(foam.young_modulus(frequency)), foam.poisson_ratio
+    modulus = young * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    mass = top.density * top.thickness
+
+    def rod(load):
+        return complex(rod_transmissibility(frequency, modulus, foam.density, foam.thickness, load))
+
+    found = complex(base_motion(stack, frequency).transmissibility)
+    assert abs(found) == pytest.approx(2.694, rel=1e-3)
+
+    # The air above loads the plate by rho c: with it, the plates' elasticity alone is left out. The base plate gives
+    # way by the weight it carries over its stiffness, w^2 h (rho h / 2 + m) (rho c^2)^-1: 4e-6 at 200 Hz.
+    omega = 2 * np.pi * frequency
+    air = stack.ambient.gas.impedance / (1j * omega)
+    assert found == pytest.approx(rod(mass + air), rel=2e-5)
+
+    # Without the air, the error is its share of the moving mass, Z0 / (w m) = 4 %, times what the response gains or
+    # loses by a heavier plate, d ln T / d ln m: 2.5 near the resonance.
+    share = abs(air) / mass
+    assert share == pytest.approx(0.042, rel=0.01)
+    gain = abs(rod(mass * 1.001) / rod(mass) - 1) / 0.001
+    assert abs(found / rod(mass) - 1) < 1.1 * share * gain
+
+
+LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith("."))
+CHECKS = {"foam_b": foam_b, "three_layers.yaml": three_layers}
+
+
+def test_every_example_is_checked():
+    assert {path.name for path in LISTED} == set(CHECKS)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_number(name, tmp_path):
+    CHECKS[name](EXAMPLES / name, tmp_path / "results")
+
+
+def test_no_mistakes_in_any():
+    done = run("check", *LISTED)
+    assert (done.status, done.err) == (0, "")
+    assert len(done.out.splitlines()) == len(CHECKS)
