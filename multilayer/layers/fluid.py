@@ -48,7 +48,8 @@ def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: 
     square = omega**2 * density / bulk_modulus - wave.kx**2
     k3 = decaying_root(square)
     arguments = (omega, density, square, k3, thickness, wave.ambient.impedance)
-    return Faces(FLUID, *choose(is_thin([k3], wave.kx, thickness), _series, _waves, arguments))
+    # its equations know k3 only: the series serves thick layers too where the waves run along them and merge
+    return Faces(FLUID, *choose(is_thin([k3], 0 * wave.kx, thickness), _series, _waves, arguments))
 
 
 def _waves(
