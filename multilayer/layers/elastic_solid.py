@@ -40,7 +40,7 @@ def solid_faces(wave: Wave, thickness: Numeric, density: Numeric, lam: Numeric, 
     compression, shear = wave.omega**2 * density / (lam + 2 * mu), wave.omega**2 * density / mu
     k3 = [decaying_root(square - wave.kx**2) for square in (compression, shear)]
     arguments = (wave.omega, wave.kx, thickness, density, lam, mu, *k3, wave.ambient.impedance)
-    return Faces(SOLID, *choose(is_thin(k3, wave.kx, thickness), _series, _waves, arguments))
+    return Faces(SOLID, *choose(is_thin(k3, wave.kx, thickness, shear), _series, _waves, arguments))
 
 
 def _waves(

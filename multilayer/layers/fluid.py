@@ -33,7 +33,9 @@ class Fluid(Layer):
         return fluid_faces(wave, self.thickness, density, density * speed**2)
 
 
-def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: Numeric) -> Faces:
+def fluid_faces(
+    wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: Numeric, lateral: Numeric = 1.0
+) -> Faces:
     """Return the face matrices of any fluid, equivalent ones included.
 
     Parameters
@@ -43,9 +45,11 @@ def fluid_faces(wave: Wave, thickness: Numeric, density: Numeric, bulk_modulus: 
         m.
     density, bulk_modulus : complex or array
         kg/m3 and Pa, per unit volume of material.
+    lateral : complex or array
+        `density` over the density that counts along the layer: 0 where nothing flows along it.
     """
     omega = wave.omega
-    square = omega**2 * density / bulk_modulus - wave.kx**2
+    square = omega**2 * density / bulk_modulus - lateral * wave.kx**2
     k3 = decaying_root(square)
     arguments = (omega, density, square, k3, thickness, wave.ambient.impedance)
     # its equations know k3 only: the series serves thick layers too where the waves run along them and merge

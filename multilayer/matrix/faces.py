@@ -22,6 +22,7 @@ from multilayer.matrix.families import Family
 from multilayer.matrix.small import Entries, aligned, multiply, stack_entries
 
 THIN = 2.0  # largest |k| h of the power series
+_APART = 0.3
 _TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
 
 
@@ -199,9 +200,24 @@ def choose(
     return matrices[0], matrices[1]
 
 
-def is_thin(wavenumbers: Sequence[Numeric], kx: RealArray, thickness: Numeric) -> BoolArray:
-    """Tell where a layer is thin beside every wavelength in it, along x3 and along x1."""
+def is_thin(
+    wavenumbers: Sequence[Numeric], kx: RealArray, thickness: Numeric, shear: Numeric | None = None
+) -> BoolArray:
+    """Tell where the power series is the better basis.
+
+    Parameters
+    ----------
+    wavenumbers : sequence
+        k along x3 of the waves in the layer.
+    kx : array
+    thickness : float or array
+    shear : complex, optional
+        Squared wavenumber of the shear wave. Where it is below 2 kx^2, in a layer stiffer than its surroundings,
+        compression and shear waves grow alike and cancel each other in thin layers: the series serves up to
+        |k| h = `THIN` there. Elsewhere waves are good down to `_APART`.
+    """
     largest = np.abs(kx)
     for k in wavenumbers:
         largest = np.maximum(largest, np.abs(k))
-    return np.asarray(largest * thickness < THIN)
+    limit = THIN if shear is None else np.where(np.abs(shear) < 2 * kx**2, THIN, _APART)
+    return np.asarray(largest * thickness < limit)

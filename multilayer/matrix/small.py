@@ -8,6 +8,10 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 
+# The C library of Linux gives every freed block above 128 KiB back to the system, and each new one then costs page
+# faults: half of the time of a solution. Freeing one large block, which nothing ever touches, raises that threshold.
+np.empty(31 * 2**20, dtype=np.uint8)
+
 Entries = Sequence[Sequence[Numeric]]
 _GOOD_PIVOT = 0.1  # of the largest in its column: growth of errors stays below 11 per step, and mostly far below
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
+from multilayer.response.chunks import in_chunks
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
@@ -43,7 +44,7 @@ class PlaneWave:
     transmission_loss: RealArray | None
 
 
-def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> PlaneWave:
+def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, workers: int = 1) -> PlaneWave:
     """Return the response of `stack` to plane waves arriving through its ambient gas.
 
     Parameters
@@ -54,6 +55,8 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> Pl
         Hz, above 0.
     angle : array
         Degrees from the normal, from 0 to below 90. Every angle meets every frequency.
+    workers : int
+        Threads that share a long frequency axis.
 
     Raises
     ------
@@ -67,6 +70,19 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> Pl
     Conventions of time exp(+i w t): a rigid wall has reflection +1, and the transmission holds no propagation phase
     through the stack's own thickness.
     """
+    f = np.asarray(frequency, dtype=float)
+    parts = in_chunks(lambda piece: _plane_wave(stack, piece, angle), stack, f, np.size(angle), workers)
+    return parts[0] if len(parts) == 1 else _joined(parts)
+
+
+def _joined(parts: list[PlaneWave]) -> PlaneWave:
+    names = [field.name for field in fields(PlaneWave) if field.name != "angle"]
+    columns = {name: [getattr(part, name) for part in parts] for name in names}
+    joined = {name: None if values[0] is None else np.concatenate(values) for name, values in columns.items()}
+    return PlaneWave(angle=parts[0].angle, **joined)
+
+
+def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike) -> PlaneWave:
     wave = Wave.incident(frequency, angle, stack.ambient.gas)
     front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
     system = build_system(stack, wave, HalfSpace(front))
@@ -79,7 +95,7 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> Pl
         with np.errstate(divide="ignore"):  # no power at all is an infinite loss, not a mistake
             loss = -10 * np.log10(power)
     return PlaneWave(
-        frequency=np.asarray(frequency, dtype=float),
+        frequency=frequency,
         angle=np.asarray(angle, dtype=float),
         reflection=reflection,
         transmission=transmission,

@@ -1,0 +1,50 @@
+"""Long frequency axes in pieces: bounded memory, arrays that stay in the processor's cache, and threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.stack import Stack
+
+POINTS = 2048  # frequencies times angles solved at once
+
+T = TypeVar("T")
+
+
+def in_chunks(
+    compute: Callable[[RealArray], T], stack: Stack, frequency: RealArray, n_angles: int, workers: int = 1
+) -> list[T]:
+    """Return the results of `compute` for consecutive pieces of the frequency axis.
+
+    Parameters
+    ----------
+    compute : callable
+        Takes a part of `frequency`.
+    stack : Stack
+        With arrays in its fields, which may follow the frequency axis, everything is computed at once.
+    frequency : array, shape (n_frequency,) or ()
+    n_angles : int
+        How many points each frequency stands for.
+    workers : int
+        Threads. NumPy releases the interpreter while it computes; two of them gain on two cores, many do not.
+    """
+    # threads hand the interpreter to each other between operations: long ones cost them less
+    points = POINTS if workers == 1 else 4 * POINTS
+    step = max(1, points // max(n_angles, 1))
+    if frequency.ndim != 1 or len(frequency) <= step or _has_arrays(stack):
+        return [compute(frequency)]
+    pieces = [frequency[i : i + step] for i in range(0, len(frequency), step)]
+    if workers == 1:
+        return [compute(piece) for piece in pieces]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(compute, pieces))
+
+
+def _has_arrays(stack: Stack) -> bool:
+    values: list[Any] = [value for layer in stack.layers for _, value in layer]
+    return any(np.ndim(value) > 0 for value in values if isinstance(value, np.ndarray))
