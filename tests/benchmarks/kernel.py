@@ -47,8 +47,8 @@ def main() -> None:
     for name, panel in panels.items():
         print(f"| {name} | " + " | ".join(f"{value:.0e}" for value in worst(panel)) + " |")  # noqa: T201
     print(  # noqa: T201
-        "\nMost of what is left comes from 89.9 degrees, where the cosine of the angle has lost digits; beyond, it loses\n"
-        "more. Frames that carry sound faster than 3 km/s lose some in layers of metres at a few hertz."
+        "\nMost of what is left comes from 89.9 degrees, where the cosine of the angle has lost digits; beyond, it\n"
+        "loses more. Frames that carry sound faster than 3 km/s lose some in layers of metres at a few hertz."
     )
 
 
