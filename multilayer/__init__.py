@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from multilayer.inverse import FitResult, FitSettings, fit_campaign
     from multilayer.layers import LAYERS, Layer
     from multilayer.measurements import load_campaign, load_recordings
-    from multilayer.response import base_motion, plane_wave
+    from multilayer.response import base_motion, diffuse_field, fields, plane_wave, power_balance
     from multilayer.stack import Stack, load_stack
 
 _HOMES = {
@@ -25,11 +25,14 @@ _HOMES = {
     "MultilayerError": "multilayer.errors",
     "Stack": "multilayer.stack",
     "base_motion": "multilayer.response",
+    "diffuse_field": "multilayer.response",
+    "fields": "multilayer.response",
     "fit_campaign": "multilayer.inverse",
     "load_campaign": "multilayer.measurements",
     "load_recordings": "multilayer.measurements",
     "load_stack": "multilayer.stack",
     "plane_wave": "multilayer.response",
+    "power_balance": "multilayer.response",
 }
 
 __all__ = [
@@ -41,11 +44,14 @@ __all__ = [
     "MultilayerError",
     "Stack",
     "base_motion",
+    "diffuse_field",
+    "fields",
     "fit_campaign",
     "load_campaign",
     "load_recordings",
     "load_stack",
     "plane_wave",
+    "power_balance",
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,9 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, worke
 def _joined(parts: list[PlaneWave]) -> PlaneWave:
     names = [field.name for field in fields(PlaneWave) if field.name != "angle"]
     columns = {name: [getattr(part, name) for part in parts] for name in names}
-    joined = {name: None if values[0] is None else np.concatenate(values) for name, values in columns.items()}
+    joined: dict[str, Any] = {
+        name: None if values[0] is None else np.concatenate(values) for name, values in columns.items()
+    }
     return PlaneWave(angle=parts[0].angle, **joined)
 
 
