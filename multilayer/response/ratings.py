@@ -1,0 +1,175 @@
+"""Single-number ratings of absorption and of airborne sound insulation.
+
+All take values in third-octave (or octave) bands by nominal mid-band frequency, as a mapping ``{Hz: value}``; bands
+that a rating does not use are ignored, a missing one is an error that names it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+
+Bands = Mapping[float, float]
+
+THIRD_OCTAVES = (100, 125, 160, 200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000, 2500, 3150, 4000, 5000)
+# ISO 717-1:2020, table 3: reference values for airborne sound, dB, from 100 and from 125 Hz
+_ISO717_THIRDS = (33, 36, 39, 42, 45, 48, 51, 52, 53, 54, 55, 56, 56, 56, 56, 56)
+_ISO717_OCTAVES = dict(zip((125, 250, 500, 1000, 2000), (36, 45, 52, 55, 56), strict=True))
+# ISO 717-1:2020, table 4: spectra for C (A-weighted pink noise) and Ctr (A-weighted urban traffic noise), dB
+_SPECTRA = {
+    "C": (-29, -26, -23, -21, -19, -17, -15, -13, -12, -11, -10, -9, -9, -9, -9, -9),
+    "Ctr": (-20, -20, -18, -16, -15, -14, -13, -12, -11, -9, -8, -9, -10, -11, -13, -15),
+}
+# ASTM E413: the contour relative to its value at 500 Hz, from 125 to 4000 Hz
+_STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
+# ISO 11654:1997, table 1
+_ABSORPTION_CURVE = {250: 0.80, 500: 1.00, 1000: 1.00, 2000: 1.00, 4000: 0.90}
+_CLASSES = (("A", 0.90), ("B", 0.80), ("C", 0.60), ("D", 0.30), ("E", 0.15))
+
+
+@dataclass(frozen=True)
+class ReductionIndex:
+    """Weighted sound reduction index of ISO 717-1, dB, with its spectrum adaptation terms."""
+
+    rw: int
+    c: int
+    ctr: int
+
+    def __str__(self) -> str:
+        return f"{self.rw} ({self.c}; {self.ctr}) dB"
+
+
+@dataclass(frozen=True)
+class WeightedAbsorption:
+    """Weighted sound absorption coefficient of ISO 11654.
+
+    Attributes
+    ----------
+    alpha_w : float
+    indicators : str
+        ``L``, ``M``, ``H`` where the practical coefficients exceed the shifted curve by 0.25 or more.
+    sound_class : str
+        ``A`` to ``E`` (annex B), or ``unclassified``.
+    practical : mapping
+        Practical coefficients by octave.
+    """
+
+    alpha_w: float
+    indicators: str
+    sound_class: str
+    practical: dict[int, float]
+
+    def __str__(self) -> str:
+        return f"{self.alpha_w:.2f}" + (f" ({self.indicators})" if self.indicators else "")
+
+
+def weighted_reduction_index(reduction: Bands) -> ReductionIndex:
+    """Return Rw (C; Ctr) of ISO 717-1 from third-octave bands, 100 to 3150 Hz.
+
+    Parameters
+    ----------
+    reduction : mapping
+        Sound reduction index or transmission loss, dB, by nominal frequency, Hz; rounded to 0.1 dB first.
+
+    Raises
+    ------
+    InputError
+        When a band is missing.
+    """
+    bands = THIRD_OCTAVES[:16]
+    values = np.floor(10 * _values(reduction, bands) + 0.5) / 10
+    rw = 52 + _shift(values, np.array(_ISO717_THIRDS), most=32.0)
+    terms = {}
+    for name, spectrum in _SPECTRA.items():
+        level = -10 * np.log10(np.sum(10 ** ((np.array(spectrum) - values) / 10)))
+        terms[name] = int(np.floor(level + 0.5)) - rw
+    return ReductionIndex(rw, terms["C"], terms["Ctr"])
+
+
+def weighted_reduction_index_octaves(reduction: Bands) -> int:
+    """Return Rw of ISO 717-1 from octave bands, 125 to 2000 Hz, dB."""
+    values = np.floor(10 * _values(reduction, tuple(_ISO717_OCTAVES)) + 0.5) / 10
+    return 52 + _shift(values, np.array(list(_ISO717_OCTAVES.values())), most=10.0)
+
+
+def sound_transmission_class(loss: Bands) -> int:
+    """Return the STC of ASTM E413 from third-octave bands, 125 to 4000 Hz.
+
+    Parameters
+    ----------
+    loss : mapping
+        Transmission loss, dB, by nominal frequency, Hz; rounded to whole dB first.
+    """
+    values = np.floor(_values(loss, THIRD_OCTAVES[1:17]) + 0.5)
+    return _shift(values, np.array(_STC_CONTOUR), most=32.0, most_single=8.0)
+
+
+def _shift(values: RealArray, curve: RealArray, most: float, most_single: float = np.inf) -> int:
+    """Return the largest whole shift of `curve` whose sum of deficiencies does not exceed `most`."""
+    gap = values - curve
+    shifts = np.arange(int(np.floor(gap.min())), int(np.ceil(gap.max() + most)) + 1)
+    short = np.maximum(curve + shifts[:, None] - values, 0)
+    fits = (short.sum(axis=1) <= most + 1e-9) & (short.max(axis=1) <= most_single + 1e-9)
+    return int(shifts[fits].max())
+
+
+def practical_absorption(absorption: Bands) -> dict[int, float]:
+    """Return the practical coefficients of ISO 11654 by octave, 125 to 4000 Hz, from third octaves.
+
+    Each is the mean of three third octaves, rounded to 0.05, at most 1. The octave of 125 Hz is left out where its
+    bands are missing.
+    """
+    practical = {}
+    for centre in (125, 250, 500, 1000, 2000, 4000):
+        i = THIRD_OCTAVES.index(centre)
+        thirds = THIRD_OCTAVES[i - 1 : i + 2]
+        if centre == 125 and any(band not in absorption for band in thirds):
+            continue
+        mean = float(np.mean(np.floor(100 * _values(absorption, thirds) + 0.5 + 1e-9) / 100))
+        practical[centre] = min(float(np.floor(mean / 0.05 + 0.5 + 1e-9) * 0.05), 1.0)
+    return practical
+
+
+def weighted_absorption(absorption: Bands) -> WeightedAbsorption:
+    """Return alpha_w of ISO 11654 with its shape indicators, from third-octave bands, 200 to 5000 Hz."""
+    return weighted_from_practical(practical_absorption(absorption))
+
+
+def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorption:
+    """Return alpha_w of ISO 11654 from practical coefficients by octave, 250 to 4000 Hz."""
+    octaves = tuple(_ABSORPTION_CURVE)
+    # in steps of 0.05: whole numbers, no rounding
+    values = np.round(20 * _values(practical, octaves)).astype(int)
+    curve = np.round(20 * np.array(list(_ABSORPTION_CURVE.values()))).astype(int)
+    shift = next(s for s in range(21) if np.maximum(curve - s - values, 0).sum() <= 2)
+    excess = dict(zip(octaves, values - np.maximum(curve - shift, 0), strict=True))
+    marks = {"L": (250,), "M": (500, 1000), "H": (2000, 4000)}
+    indicators = "".join(mark for mark, bands in marks.items() if any(excess[band] >= 5 for band in bands))
+    alpha = (20 - shift) / 20
+    sound_class = next((name for name, least in _CLASSES if alpha >= least - 1e-9), "unclassified")
+    return WeightedAbsorption(alpha, indicators, sound_class, {int(k): float(v) for k, v in practical.items()})
+
+
+def noise_reduction_coefficient(absorption: Bands) -> float:
+    """Return the NRC of ASTM C423: the mean at 250, 500, 1000 and 2000 Hz, rounded to 0.05."""
+    mean = float(np.mean(_values(absorption, (250, 500, 1000, 2000))))
+    return float(np.floor(mean / 0.05 + 0.5 + 1e-9) * 0.05)
+
+
+def sound_absorption_average(absorption: Bands) -> float:
+    """Return the SAA of ASTM C423: the mean of the twelve third octaves from 200 to 2500 Hz, rounded to 0.01."""
+    mean = float(np.mean(_values(absorption, THIRD_OCTAVES[3:15])))
+    return float(np.floor(100 * mean + 0.5 + 1e-9) / 100)
+
+
+def _values(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int, ...]) -> RealArray:
+    table = {float(key): value for key, value in given.items()}
+    missing = [f"{band} Hz" for band in bands if float(band) not in table]
+    if missing:
+        raise InputError(f"this rating needs the bands {', '.join(missing)} as well")
+    return np.array([table[float(band)] for band in bands], dtype=float)
