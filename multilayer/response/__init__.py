@@ -3,6 +3,8 @@
 from multilayer.response.base_motion import BaseMotion, base_motion
 from multilayer.response.diffuse_field import DiffuseField, diffuse_field
 from multilayer.response.fields import LayerState, PowerBalance, fields, power_balance
+from multilayer.response.finite_size import Window, radiation_impedance
+from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 
 __all__ = [
@@ -11,9 +13,12 @@ __all__ = [
     "LayerState",
     "PlaneWave",
     "PowerBalance",
+    "Window",
     "base_motion",
     "diffuse_field",
     "fields",
+    "insertion_loss",
     "plane_wave",
     "power_balance",
+    "radiation_impedance",
 ]

@@ -15,6 +15,7 @@ from multilayer.errors import InputError, ValidityWarning
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import in_chunks
+from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
@@ -80,6 +81,7 @@ def diffuse_field(
     max_angle: float = 78.0,
     *,
     weighting: Weighting | None = None,
+    window: Window | None = None,
     tolerance_db: float = 0.01,
     tolerance: float = 1e-4,
     max_panels: int = 64,
@@ -98,6 +100,9 @@ def diffuse_field(
     weighting : callable, optional
         Relative intensity by angle in degrees, as ``lambda a: np.exp(-2 * np.deg2rad(a) ** 2)`` (Kang et al., J. Sound
         Vib. 2000); uniform when left out.
+    window : Window, optional
+        Size of the panel: corrects transmission (Rhazi & Atalla) and absorption (Thomasson), see `finite_size`.
+        Infinite when left out.
     tolerance_db, tolerance : float
         Largest estimated error of the transmission loss (dB) and of the absorption.
     max_panels : int
@@ -126,7 +131,8 @@ def diffuse_field(
     f = np.asarray(frequency, dtype=float)
 
     def compute(piece: RealArray) -> list[RealArray]:
-        problem = _Quadrature(stack, np.atleast_1d(piece), weighting or np.ones_like, tolerance_db, tolerance)
+        weight = weighting or np.ones_like
+        problem = _Quadrature(stack, np.atleast_1d(piece), weight, window, tolerance_db, tolerance)
         return problem.integrate(float(np.sin(np.deg2rad(max_angle)) ** 2), max_panels)
 
     parts = in_chunks(compute, stack, f, 2 * len(NODES), workers)
@@ -153,6 +159,7 @@ class _Quadrature:
     stack: Stack
     frequency: RealArray
     weighting: Weighting
+    window: Window | None
     tolerance_db: float
     tolerance: float
 
@@ -206,8 +213,12 @@ class _Quadrature:
         system = build_system(self.stack, wave, HalfSpace(front))
         solution = solve_or_explain(system)
         assert solution.reflected is not None
-        alpha = 1 - np.abs(solution.reflected) ** 2
-        if solution.transmitted is None or not isinstance(system.tail, HalfSpace):
-            return alpha, np.full(s.shape, np.nan)
-        power = np.real(1 / np.asarray(system.tail.impedance)) / np.real(1 / front)
-        return alpha, np.abs(solution.transmitted) ** 2 * power
+        reflection, tau = solution.reflected, np.full(s.shape, np.nan)
+        if solution.transmitted is not None and isinstance(system.tail, HalfSpace):
+            power = np.real(1 / np.asarray(system.tail.impedance)) / np.real(1 / front)
+            tau = np.abs(solution.transmitted) ** 2 * power
+        if self.window is None:
+            return 1 - np.abs(reflection) ** 2, tau
+        cosine = np.sqrt(1 - s)
+        radiation = radiation_impedance(self.window, wave.omega / gas.sound_speed, wave.kx)
+        return finite_absorption(reflection, radiation, cosine), finite_transmission(tau, radiation, cosine)

@@ -1,0 +1,87 @@
+"""The finite window against limits and against the double integral it replaces."""
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from multilayer.errors import InputError
+from multilayer.response import Window, diffuse_field, radiation_impedance
+from multilayer.stack import Stack
+
+PANEL = Window(1.4, 1.1)
+
+
+def test_a_small_panel_is_a_piston() -> None:
+    k0 = 1e-3
+    found = radiation_impedance(PANEL, k0, 0.0)
+    assert found.real == pytest.approx(k0**2 * PANEL.area / (2 * np.pi), rel=1e-5)
+    # the mass of a square baffled piston: 0.473 k0 sqrt(S), from the mean of 1/distance over pairs of its points
+    square = radiation_impedance(Window(1.0, 1.0), k0, 0.0)
+    mean_inverse_distance = 4 / 3 * (1 - np.sqrt(2)) + 4 * np.log(1 + np.sqrt(2))
+    assert square.imag == pytest.approx(k0 / (2 * np.pi) * mean_inverse_distance, rel=1e-5)
+
+
+@pytest.mark.parametrize("angle", [0.0, 30.0, 60.0])
+def test_a_large_panel_is_infinite(angle: float) -> None:
+    k0 = 2000.0
+    found = radiation_impedance(PANEL, k0, k0 * np.sin(np.deg2rad(angle)))
+    assert found == pytest.approx(1 / np.cos(np.deg2rad(angle)), abs=0.01)
+
+
+@pytest.mark.parametrize(("k0", "kt"), [(3.0, 0.0), (5.0, 3.0), (5.0, 8.0)])
+def test_against_the_integral_over_wavenumbers(k0: float, kt: float) -> None:
+    # Villot et al. 2001, eq. (8), with k = k0 sin(t) to take the root away, averaged over the azimuth by a sum
+    window = Window(1.2, 0.7)
+
+    def lobe(difference: np.ndarray, length: float) -> np.ndarray:
+        return 0.5 * np.sinc(difference * length / (2 * np.pi)) ** 2
+
+    phi = 2 * np.pi * (np.arange(48) + 0.5) / 48
+
+    def integrand(psi: float, t: float) -> float:
+        k = k0 * np.sin(t)
+        x, y = k * np.cos(psi) - kt * np.cos(phi), k * np.sin(psi) - kt * np.sin(phi)
+        return float(np.mean(lobe(x, window.width) * lobe(y, window.height)) * k0 * k)
+
+    value, _ = dblquad(integrand, 0, np.pi / 2, 0, 2 * np.pi, epsrel=1e-5)
+    expected = window.area / np.pi**2 * value
+    assert radiation_impedance(window, k0, kt).real == pytest.approx(expected, rel=1e-4)
+
+
+def test_more_nodes_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    k0 = np.array([0.1, 5.0, 100.0])
+    first = radiation_impedance(PANEL, k0, 0.9 * k0)
+    monkeypatch.setattr("multilayer.response.finite_size._LEAST_NODES", 200)
+    assert first == pytest.approx(radiation_impedance(PANEL, k0, 0.9 * k0), abs=1e-8)
+
+
+PLATE = {"type": "elastic_plate", "thickness": 4e-3, "density": 2500, "young_modulus": 65e9, "poisson_ratio": 0.22}
+GLASS = Stack.model_validate({"layers": [{**PLATE, "loss_factor": 0.02}], "termination": "ambient"})
+
+
+def test_a_finite_panel_transmits_less_at_low_frequencies_and_alike_at_high_ones() -> None:
+    frequency = np.array([50.0, 100.0, 8000.0])
+    infinite = diffuse_field(GLASS, frequency, 89.0).transmission_loss
+    finite = diffuse_field(GLASS, frequency, 89.0, window=PANEL).transmission_loss
+    gain = finite - infinite
+    assert gain[0] > gain[1] > 3
+    assert abs(gain[2]) < 1
+
+
+def test_a_finite_absorber_absorbs_more_than_an_infinite_one() -> None:
+    foam = {
+        "type": "poroelastic", "thickness": 0.1, "porosity": 0.98, "flow_resistivity": 15e3, "tortuosity": 1.05,
+        "viscous_length": 1e-4, "thermal_length": 2.5e-4, "frame_density": 25, "young_modulus": 140e3,
+        "poisson_ratio": 0.3, "loss_factor": 0.1,
+    }  # fmt: skip
+    stack = Stack.model_validate({"layers": [foam]})
+    frequency = np.array([500.0, 20e3])
+    infinite = diffuse_field(stack, frequency, 90.0).absorption
+    finite = diffuse_field(stack, frequency, 90.0, window=Window(3.6, 3.0)).absorption
+    assert finite[0] > infinite[0] + 0.02  # the edge effect of reverberation rooms
+    assert finite[1] == pytest.approx(infinite[1], abs=0.03)
+
+
+def test_sizes_out_of_range() -> None:
+    with pytest.raises(InputError, match="above 0"):
+        Window(0.0, 1.0)
