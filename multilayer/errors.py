@@ -14,6 +14,10 @@ class MultilayerError(Exception):
     """Base of every error the package raises on purpose; its text is meant for the user."""
 
 
+class ValidityWarning(UserWarning):
+    """A formula is used outside the range it was made for; the result may be wrong, the computation goes on."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One mistake in one input.

@@ -1,12 +1,14 @@
 """`check_layer` catches layers that are wrong, one law at a time."""
 
 import re
+import warnings
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import pytest
 from pydantic import Field
 
+from multilayer.errors import ValidityWarning
 from multilayer.layers import LAYERS, Layer
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.layers.elastic_solid import ElasticSolid, solid_faces
@@ -179,6 +181,19 @@ def test_a_layer_that_no_file_can_name():
 
     with pytest.raises(AssertionError, match=r"no entry point 'multilayer\.layers' is called 'unheard_of'"):
         check_layer(Unregistered(thickness=0.1))
+
+
+def test_a_formula_outside_its_range_keeps_the_laws():
+    class Warns(Fluid):
+        def faces(self, wave):
+            warnings.warn("beyond its range", ValidityWarning, stacklevel=2)
+            return super().faces(wave)
+
+    name, layer = registered(Warns, {"thickness": 0.1})
+    try:
+        check_layer(layer)
+    finally:
+        LAYERS.unregister(name)
 
 
 def test_a_band_may_be_given():
