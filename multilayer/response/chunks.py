@@ -36,7 +36,7 @@ def in_chunks(
     # threads hand the interpreter to each other between operations: long ones cost them less
     points = POINTS if workers == 1 else 4 * POINTS
     step = max(1, points // max(n_angles, 1))
-    if frequency.ndim != 1 or len(frequency) <= step or _has_arrays(stack):
+    if frequency.ndim != 1 or len(frequency) <= step or has_arrays(stack):
         return [compute(frequency)]
     pieces = [frequency[i : i + step] for i in range(0, len(frequency), step)]
     if workers == 1:
@@ -45,6 +45,7 @@ def in_chunks(
         return list(pool.map(compute, pieces))
 
 
-def _has_arrays(stack: Stack) -> bool:
+def has_arrays(stack: Stack) -> bool:
+    """Tell whether fields of the stack's layers hold arrays."""
     values: list[Any] = [value for layer in stack.layers for _, value in layer]
     return any(np.ndim(value) > 0 for value in values if isinstance(value, np.ndarray))

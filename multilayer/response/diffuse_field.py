@@ -14,7 +14,7 @@ from multilayer.arrays import ArrayLike, BoolArray, RealArray
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
-from multilayer.response.chunks import in_chunks
+from multilayer.response.chunks import has_arrays, in_chunks
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
@@ -113,7 +113,7 @@ def diffuse_field(
     Raises
     ------
     InputError
-        For a largest angle out of range.
+        For a largest angle out of range, or arrays in the stack.
 
     Warns
     -----
@@ -128,6 +128,8 @@ def diffuse_field(
     """
     if not 0 < max_angle <= 90:
         raise InputError(f"a largest angle of {max_angle:g} degrees is not allowed; it must be above 0 and at most 90")
+    if has_arrays(stack):
+        raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
     f = np.asarray(frequency, dtype=float)
 
     def compute(piece: RealArray) -> list[RealArray]:

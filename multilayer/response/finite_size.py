@@ -12,8 +12,9 @@ from scipy.special import j0
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 
-_NODES_PER_RADIAN = 0.75
-_LEAST_NODES = 40
+_NODES, _WEIGHTS = leggauss(24)
+_RADIANS = 16.0  # of phase that a panel of nodes resolves to many digits
+_LEAST_PANELS = 2
 
 
 @dataclass(frozen=True)
@@ -81,11 +82,11 @@ def _nodes(window: Window, fastest: float) -> tuple[RealArray, RealArray]:
     for low, high in pairwise(ends):
         if high <= low:
             continue
-        nodes, weight = leggauss(_LEAST_NODES + int(_NODES_PER_RADIAN * fastest * (high - low)))
+        n = _LEAST_PANELS + int(2 * fastest * (high - low) / _RADIANS)
+        t = ((np.arange(n)[:, None] + 0.5 * (1 + _NODES)) / n).ravel()
         # squared towards the lower end: the overlap starts there like a power of 3/2
-        t = 0.5 * (1 + nodes)
         points.append(low + (high - low) * t**2)
-        weights.append((high - low) * t * weight)
+        weights.append((high - low) * t * np.tile(_WEIGHTS, n) / n)
     return np.concatenate(points), np.concatenate(weights)
 
 
