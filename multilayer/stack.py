@@ -7,27 +7,40 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, model_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    PlainSerializer,
+    PlainValidator,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import Numeric
-from multilayer.config.validate import read
+from multilayer.config.validate import validate
+from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
 from multilayer.layers.base import Layer, LayerField
+from multilayer.materials.expand import expand_materials
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
+from multilayer.media.humid_air import humid_air
 from multilayer.models import Model, refuse
-from multilayer.units import Density, PositiveRatio, Pressure, Speed, Temperature, Viscosity
+from multilayer.units import DIMENSIONLESS, Density, PositiveRatio, Pressure, Speed, Temperature, Unit, Viscosity
 
 
 class Ambient(Model):
     """The gas on the excitation side, which also fills the pores.
 
-    Dry air at `temperature` and `pressure`; every further field given replaces the value that follows from these.
+    Dry air, an ideal gas, at `temperature` and `pressure`; with `relative_humidity` (of saturation, 0 to 1) humid air
+    by the formulae of `media.humid_air`. Every further field given replaces the value that follows from these.
     """
 
     temperature: Temperature = 293.15
     pressure: Pressure = 101325.0
+    relative_humidity: Annotated[float, Field(ge=0, le=1), Unit(DIMENSIONLESS)] | None = None
     density: Density | None = None
     sound_speed: Speed | None = None
     viscosity: Viscosity | None = None
@@ -37,8 +50,10 @@ class Ambient(Model):
     @property
     def gas(self) -> Gas:
         """The gas these fields describe."""
-        given = self.model_dump(exclude_none=True, exclude={"temperature", "pressure"})
-        return replace(dry_air(self.temperature, self.pressure), **given)
+        given = self.model_dump(exclude_none=True, exclude={"temperature", "pressure", "relative_humidity"})
+        if self.relative_humidity is None:
+            return replace(dry_air(self.temperature, self.pressure), **given)
+        return replace(humid_air(self.temperature, self.pressure, self.relative_humidity), **given)
 
 
 class FluidHalfSpace(Model):
@@ -83,6 +98,21 @@ class Stack(Model):
     layers: Annotated[tuple[LayerField, ...], Field(min_length=1)]
     contacts: tuple[LayerContact, ...] = ()
     termination: Termination = "rigid"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _with_materials(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        expanded = expand_materials(data, Path((info.context or {}).get("folder", Path())))
+        try:
+            stack = handler(expanded.data)
+        except ValidationError as error:
+            found = [expanded.told(details) for details in error.errors(include_url=False)]
+            problems = [*expanded.problems, *(details for details in found if details is not None)]
+        else:
+            problems = expanded.problems
+        if problems:
+            raise ValidationError.from_exception_data(cls.__name__, problems)
+        return stack
 
     @model_validator(mode="after")
     def _names_and_contacts(self) -> Self:
@@ -169,8 +199,14 @@ def _with_field(layer: Layer, field: str, value: Any, path: str) -> Layer:
     return layer.model_copy(update={field: value})
 
 
+# what a file may say beside its stack: see `multilayer.simulation`
+SIMULATION_KEYS = frozenset(
+    {"frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed"}
+)
+
+
 def load_stack(path: str | Path) -> Stack:
-    """Read a stack file.
+    """Read a stack file, or the stack of a simulation file.
 
     Parameters
     ----------
@@ -183,4 +219,8 @@ def load_stack(path: str | Path) -> Stack:
         With every mistake in the file, each with its line and column.
     """
     file = Path(path)
-    return read(file, Stack, context={"folder": file.parent})
+    document = read_yaml(file, keep_problems=True)
+    if isinstance(document.data, dict):
+        kept = {key: value for key, value in document.data.items() if key not in SIMULATION_KEYS}
+        document = replace(document, data=kept)
+    return validate(document, Stack, context={"folder": file.parent})

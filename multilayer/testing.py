@@ -158,7 +158,7 @@ def _composition(subject: _Subject) -> Iterator[str]:
 
 
 def _vanishing_thickness(subject: _Subject) -> Iterator[str]:
-    if not hasattr(subject.layer, "thickness"):
+    if not subject.layer.vanishes or getattr(subject.layer, "thickness", None) is None:
         return
     small, smaller = (_distance_from_identity(subject, factor) for factor in (1e-6, 1e-8))
     yield from _exceeding(smaller, 0.1 * small + 1e-6, "with the thickness, T - 1 does not vanish but stays", subject)

@@ -1,8 +1,15 @@
 """What several folders of tests need."""
 
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# a red run must mean a change, not a draw: CI tries the same examples every time, developers new ones
+settings.register_profile("ci", derandomize=True)
+if os.environ.get("CI"):
+    settings.load_profile("ci")
 
 
 @pytest.fixture(scope="session")

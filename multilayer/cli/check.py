@@ -18,15 +18,35 @@ def check(
     Example: multilayer check examples/three_layers.yaml examples/foam_b
     """
     from multilayer.errors import InputError, Problem
-    from multilayer.inverse.sources import read_any
 
     problems: list[str | Problem] = []
     for file in files:
         try:
-            kind = read_any(file)
+            kind = _read(file)
         except InputError as error:
             problems += error.problems
         else:
             typer.echo(f"{file}: a {kind} without mistakes")
     if problems:
         raise InputError(problems)
+
+
+def _read(source: Path) -> str:
+    """Read any input file or folder and say what it is."""
+    from multilayer.config.yaml12 import read_yaml
+    from multilayer.inverse.sources import read_fit
+    from multilayer.measurements.campaign import load_calibration
+    from multilayer.simulation.file import load_simulation
+    from multilayer.stack import SIMULATION_KEYS, load_stack
+
+    data = read_yaml(source, keep_problems=True).data if source.is_file() else None
+    if isinstance(data, dict) and "layers" in data:
+        if SIMULATION_KEYS.isdisjoint(data):
+            load_stack(source)
+            return "stack"
+        cases = len(load_simulation(source).cases)
+        return "simulation of one case" if cases == 1 else f"simulation of {cases} cases"
+    if isinstance(data, dict) and data.get("rig") == "calibration":
+        load_calibration(source)
+        return "calibration"
+    return f"campaign of {len(read_fit(source).recordings)} bursts"

@@ -14,7 +14,6 @@ from multilayer.measurements.campaign import load_calibration, load_campaign, lo
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
-from multilayer.stack import load_stack
 
 FIT_FILE = "fit.yaml"
 _METHODS = ("least-squares", "nelder-mead")
@@ -55,25 +54,6 @@ def read_fit(source: Path, method: str | None = None) -> FitJob:
     if settings.calibration is not None:
         calibration = load_calibration(_beside(_fit_file(source), "calibration", settings.calibration))
     return FitJob(campaign, load_recordings(campaign), settings, calibration)
-
-
-def read_any(source: Path) -> str:
-    """Read any input file or folder and say what it is.
-
-    Raises
-    ------
-    InputError
-        With every mistake in it.
-    """
-    data = read_yaml(source, keep_problems=True).data if source.is_file() else None
-    if isinstance(data, dict) and "layers" in data:
-        load_stack(source)
-        return "stack"
-    if isinstance(data, dict) and data.get("rig") == "calibration":
-        load_calibration(source)
-        return "calibration"
-    job = read_fit(source)
-    return f"campaign of {len(job.recordings)} bursts"
 
 
 def _fit_file(source: Path) -> Path:

@@ -36,6 +36,19 @@ class Layer(Model):
 
     summary: ClassVar[str] = ""
     composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
+    vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
+
+    @classmethod
+    def fields_taken(cls, data: Mapping[str, Any]) -> frozenset[str]:
+        """Return the fields that a layer of such data may have; of a library's material, the others are left out.
+
+        Parameters
+        ----------
+        data : mapping
+            What stands in an input, not validated.
+        """
+        del data
+        return frozenset(cls.model_fields)
 
     @abstractmethod
     def faces(self, wave: Wave) -> Faces:

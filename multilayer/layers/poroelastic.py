@@ -9,12 +9,12 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
+from multilayer.layers.pores import PoreLayer
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import POROELASTIC
 from multilayer.matrix.wave import Wave
 from multilayer.media.biot import BiotMedium, biot_medium, compressional_waves, shear_wave
 from multilayer.media.elastic import decaying_root
-from multilayer.media.porous import champoux_allard_modulus, johnson_density
 from multilayer.units import (
     Density,
     FlowResistivity,
@@ -24,16 +24,18 @@ from multilayer.units import (
 )
 
 
-class Poroelastic(ElasticLayer):
-    """Isotropic poroelastic material: Biot's frame, Johnson-Champoux-Allard pores filled with the ambient gas.
+class Poroelastic(PoreLayer, ElasticLayer):
+    """Isotropic poroelastic material: Biot's frame, pores filled with the ambient gas.
 
     Fields: `thickness` (m), `porosity`, `flow_resistivity` (N s/m4), `tortuosity`, `viscous_length`,
     `thermal_length` (m), `frame_density` (kg/m3, of the frame per volume of material), `young_modulus` (Pa, in vacuo),
-    `poisson_ratio`, `loss_factor`. State (v1s, v3s, v3f, s33s, s13s, s33f).
+    `poisson_ratio`, `loss_factor`; `model` of the pores: `jca` (Johnson-Champoux-Allard), `jcal` with
+    `thermal_permeability` (m2), `jcapl` with `static_viscous_tortuosity` and `static_thermal_tortuosity` besides. State
+    (v1s, v3s, v3f, s33s, s13s, s33f). Warns (`ValidityWarning`) where pores are not small beside the wavelength.
     """
 
     type: Literal["poroelastic"] = "poroelastic"
-    thickness: Length
+    model: Literal["jca", "jcal", "jcapl"] = "jca"
     porosity: Porosity
     flow_resistivity: FlowResistivity
     tortuosity: Tortuosity
@@ -41,16 +43,12 @@ class Poroelastic(ElasticLayer):
     thermal_length: Length
     frame_density: Density
 
-    summary: ClassVar[str] = "porous material with an elastic frame (Biot 6x6, Johnson-Champoux-Allard pores)"
+    summary: ClassVar[str] = "porous material with an elastic frame (Biot 6x6)"
 
     def medium(self, wave: Wave) -> BiotMedium:
         """Return the Biot coefficients at the frequencies of `wave`."""
-        gas, omega = wave.ambient, wave.omega
-        density = johnson_density(
-            omega, self.porosity, self.flow_resistivity, self.tortuosity, self.viscous_length, gas
-        )
-        bulk = champoux_allard_modulus(omega, self.porosity, self.thermal_length, gas)
-        modulus = self.complex_modulus(wave)
+        density, bulk = self.pore_fluid(wave)
+        modulus, gas = self.complex_modulus(wave), wave.ambient
         return biot_medium(modulus, self.poisson_ratio, self.frame_density, self.porosity, density, bulk, gas.density)
 
     def faces(self, wave: Wave) -> Faces:
@@ -66,7 +64,7 @@ def poroelastic_faces(wave: Wave, thickness: Numeric, medium: BiotMedium) -> tup
     amplitudes = [value for each in waves for value in each]
     coefficients = (getattr(medium, field.name) for field in fields(medium))
     arguments = (wave.omega, wave.kx, thickness, wave.ambient.impedance, *coefficients, *k3, *amplitudes)
-    return choose(is_thin(k3, wave.kx, thickness), _series, _waves, arguments)
+    return choose(is_thin(k3, wave.kx, thickness, waves[2][0]), _series, _waves, arguments)
 
 
 def _waves(

@@ -77,7 +77,7 @@ def layer_table(described: list[dict[str, Any]]) -> None:
             table.add_column(heading, min_width=12)
         for field in entry["fields"]:
             default = (
-                "required" if field["required"] else "ambient" if field["default"] is None else str(field["default"])
+                "required" if field["required"] else "optional" if field["default"] is None else str(field["default"])
             )
             table.add_row(field["name"], field["unit"] or "-", default, field["allowed"])
         out.print(table)

@@ -36,6 +36,21 @@ _DENSE_FOAM = {
     "loss_factor": 0.3,
 }
 
+_PORE_FIELDS = ("porosity", "flow_resistivity", "tortuosity", "viscous_length", "thermal_length")
+_PORES = {name: _MELAMINE[name] for name in _PORE_FIELDS}
+_DENSE_PORES = {name: _DENSE_FOAM[name] for name in _PORE_FIELDS}
+_JCAL = {"model": "jcal", "thermal_permeability": 6e-9}
+_JCAPL = {**_JCAL, "model": "jcapl", "static_viscous_tortuosity": 1.3, "static_thermal_tortuosity": 1.4}
+_WILSON = {"porosity": 0.98, "tortuosity": 1.05}
+_WOOD = {
+    "thickness": 0.01,
+    "density": 450.0,
+    "young_modulus_x": 11e9,
+    "young_modulus_y": 5e8,
+    "poisson_ratio_xy": 0.4,
+    "shear_modulus_xy": 7e8,
+}
+
 LAYER_SAMPLES: dict[str, list[Sample]] = {
     "fluid": [
         ("ambient gap", {"thickness": 0.1}, True),
@@ -62,6 +77,60 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("dense foam", {"thickness": 0.01, **_DENSE_FOAM}, False),
         ("very thick", {"thickness": 1.5, **_DENSE_FOAM}, False),
         ("by a law", {"thickness": 0.05, **_MELAMINE, "young_modulus": _ZENER, "loss_factor": 0.0}, False),
+        ("thermal permeability", {"thickness": 0.03, **_MELAMINE, **_JCAL}, False),
+        ("static tortuosities", {"thickness": 0.03, **_MELAMINE, **_JCAPL}, False),
+    ],
+    "equivalent_fluid": [
+        ("johnson-champoux-allard", {"thickness": 0.05, **_PORES}, False),
+        ("dense", {"thickness": 0.02, **_DENSE_PORES}, False),
+        ("lafarge", {"thickness": 0.05, **_PORES, **_JCAL}, False),
+        ("pride-lafarge", {"thickness": 0.05, **_PORES, **_JCAPL}, False),
+        ("wilson", {"model": "wilson", "thickness": 0.05, **_WILSON, "flow_resistivity": 1e4}, False),
+        (
+            "wilson by its times",
+            {"model": "wilson", "thickness": 0.05, **_WILSON, "vorticity_time": 1e-4, "entropy_time": 2e-4},
+            False,
+        ),
+        (
+            "horoshenkov-swift",
+            {
+                "model": "horoshenkov_swift",
+                "thickness": 0.05,
+                "porosity": 0.4,
+                "median_pore_size": 1e-4,
+                "pore_size_deviation": 0.4,
+            },
+            False,
+        ),
+    ],
+    "limp": [
+        ("johnson-champoux-allard", {"thickness": 0.05, **_PORES, "frame_density": 30.0}, False),
+        ("dense", {"thickness": 0.02, **_DENSE_PORES, "frame_density": 600.0}, False),
+        ("lafarge", {"thickness": 0.05, **_PORES, **_JCAL, "frame_density": 9.0}, False),
+    ],
+    "screen": [
+        ("held still", {"flow_resistance": 400.0}, False),
+        ("free to move", {"flow_resistivity": 1e6, "thickness": 5e-4, "surface_density": 0.2}, False),
+    ],
+    "membrane": [
+        ("septum", {"surface_density": 5.0}, True),
+        ("film", {"surface_density": 0.02, "tension": 1000.0}, True),
+        ("damped", {"surface_density": 0.3, "tension": 5000.0, "loss_factor": 0.1}, False),
+    ],
+    "orthotropic_plate": [
+        ("wood", {**_WOOD, "loss_factor": 0.02, "azimuth": 30.0}, False),
+        ("along the grain", _WOOD, True),
+        ("by a law", {**_WOOD, "young_modulus_x": _ZENER, "poisson_ratio_xy": 0.0}, False),
+    ],
+    "perforated_plate": [
+        ("perforated", {"thickness": 1e-3, "hole_radius": 5e-4, "perforation": 0.05}, False),
+        ("on a foam", {"thickness": 2e-3, "hole_radius": 1e-3, "perforation": 0.3, "back_tortuosity": 1.5}, False),
+        ("maa", {"model": "maa", "thickness": 2e-4, "hole_radius": 1e-4, "perforation": 0.01}, False),
+    ],
+    "viscothermal_fluid": [
+        ("gap", {"thickness": 1e-4}, False),
+        ("honeycomb", {"thickness": 0.03, "tube_radius": 3e-4, "open_area": 0.8}, False),
+        ("slats", {"thickness": 0.03, "slit_width": 3e-4}, False),
     ],
 }
 

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,6 +15,7 @@ from multilayer.response import base_motion, plane_wave
 from multilayer.stack import FluidHalfSpace, LayerContact, Stack
 from tests.contract.samples import LAYER_SAMPLES
 
+pytestmark = pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")  # any fields at any frequency
 laws = settings(deadline=None, max_examples=50)
 
 

@@ -1,0 +1,38 @@
+"""A porous material whose frame does not move."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from multilayer.layers.fluid import fluid_faces
+from multilayer.layers.pores import AnyPoreLayer
+from multilayer.matrix.faces import Faces
+from multilayer.matrix.wave import Wave
+from multilayer.media.pore_models import PoreModelName
+
+
+class EquivalentFluid(AnyPoreLayer):
+    """Pores in a rigid, motionless frame, filled with the ambient gas: a fluid with losses.
+
+    Fields: `thickness` (m), `model`, and what the model takes. State (p, v3). Warns (`ValidityWarning`) outside the
+    range of a model.
+
+    ===================== ==============================================================================================
+    `delany_bazley`       flow_resistivity (N s/m4)
+    `miki`                flow_resistivity
+    `jca`                 porosity, flow_resistivity, tortuosity, viscous_length, thermal_length (m)
+    `jcal`                those of `jca` and thermal_permeability (m2)
+    `jcapl`               those of `jcal` and static_viscous_tortuosity, static_thermal_tortuosity
+    `wilson`              porosity, tortuosity, and flow_resistivity or vorticity_time, entropy_time (s)
+    `horoshenkov_swift`   porosity, median_pore_size (m), pore_size_deviation (of its logarithm to base 2)
+    ===================== ==============================================================================================
+    """
+
+    type: Literal["equivalent_fluid"] = "equivalent_fluid"
+    model: PoreModelName = "jca"
+
+    summary: ClassVar[str] = "porous material with a rigid frame, by one of seven pore models"
+
+    def faces(self, wave: Wave) -> Faces:
+        """Return the face matrices; Allard & Atalla 2009, sections 5.4, 5.5 and 11.3.1."""
+        return fluid_faces(wave, self.thickness, *self.pore_fluid(wave))

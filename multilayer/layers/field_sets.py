@@ -1,0 +1,100 @@
+"""Layers whose fields come in sets, of which one must be given: those of a model, or one of several ways to say it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Self
+
+from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from multilayer.layers.base import Layer
+
+
+class FieldSets(Layer):
+    """A layer that says by `field_sets` which of its optional fields go together."""
+
+    @classmethod
+    def field_sets(cls, data: Mapping[str, Any]) -> tuple[str, tuple[tuple[str, ...], ...]]:
+        """Return what takes the sets, for messages, and the sets; none for data that other checks refuse anyway."""
+        raise NotImplementedError
+
+    @classmethod
+    def governed_fields(cls) -> frozenset[str]:
+        """Return every field that stands in some set; the others are free."""
+        raise NotImplementedError
+
+    @classmethod
+    def fields_taken(cls, data: Mapping[str, Any]) -> frozenset[str]:
+        """Return the fields that a layer of such data may have."""
+        _, sets = cls.field_sets(data)
+        taken = _nearest(cls._given(data), sets) if sets else ()
+        return super().fields_taken(data) - cls.governed_fields() | set(taken)
+
+    @classmethod
+    def _given(cls, data: Mapping[str, Any]) -> set[str]:
+        return {name for name in cls.governed_fields() if data.get(name) is not None}
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _one_set(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        problems = cls._misfits(data) if isinstance(data, Mapping) else []
+        try:
+            layer = handler(data)
+        except ValidationError as error:
+            problems = [*as_mistakes(error), *problems]
+        if problems:
+            raise ValidationError.from_exception_data(cls.__name__, problems)
+        return layer
+
+    @classmethod
+    def _misfits(cls, data: Mapping[str, Any]) -> list[InitErrorDetails]:
+        what, sets = cls.field_sets(data)
+        if not sets:
+            return []
+        given = cls._given(data)
+        wanted = _nearest(given, sets)
+        takes = f"{what} takes {', or '.join(_listed(fields) for fields in sets)}"
+        absent, extra = set(wanted) & cls.governed_fields() - given, given.difference(wanted)
+        return [
+            *(mistake("missing", (name,), f"is missing; {takes}", data) for name in wanted if name in absent),
+            *(
+                mistake("extra_forbidden", (name,), f"does not belong here; {takes}", data[name])
+                for name in data
+                if name in extra
+            ),
+        ]
+
+
+def mistake(kind: Any, place: tuple[str | int, ...], reason: str, value: Any) -> InitErrorDetails:
+    """Return one mistake for a pydantic error, worded already.
+
+    Parameters
+    ----------
+    kind : str
+        ``missing`` and ``extra_forbidden`` are located by the field's name, others by its value.
+    place : tuple
+        Path into the data.
+    reason : str
+        What the user reads.
+    value : Any
+        What was written.
+    """
+    return InitErrorDetails(type=PydanticCustomError(kind, "{reason}", {"reason": reason}), loc=place, input=value)
+
+
+def as_mistakes(error: ValidationError) -> list[InitErrorDetails]:
+    """Return the mistakes of a pydantic error that is worded already, to raise them again among others."""
+    return [
+        mistake(details["type"], details["loc"], details["msg"], details["input"])
+        for details in error.errors(include_url=False)
+    ]
+
+
+def _nearest(given: set[str], sets: Iterable[tuple[str, ...]]) -> tuple[str, ...]:
+    """Return the set with the fewest fields missing or too many."""
+    return min(sets, key=lambda fields: len(given.symmetric_difference(fields)))
+
+
+def _listed(fields: tuple[str, ...]) -> str:
+    return fields[0] if len(fields) == 1 else f"{', '.join(fields[:-1])} and {fields[-1]}"

@@ -1,0 +1,114 @@
+"""`material: NAME` in a layer of a stack file, replaced by the material's fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import ErrorDetails, InitErrorDetails
+
+from multilayer.errors import InputError, show
+from multilayer.layers.base import LAYERS
+from multilayer.layers.field_sets import mistake
+from multilayer.materials import TEXTS, find_material, load_library
+from multilayer.registry import RegistryError
+
+
+@dataclass
+class Expanded:
+    """A stack's data without `library` and `material`.
+
+    Attributes
+    ----------
+    data : Any
+        For the validation.
+    problems : list
+        Libraries and materials that are missing.
+    lost : set of int
+        Layers whose material is missing: what else is wrong with them is not worth telling.
+    borrowed : dict
+        By layer, the material's name and the fields that come from it.
+    """
+
+    data: Any
+    problems: list[InitErrorDetails] = field(default_factory=list)
+    lost: set[int] = field(default_factory=set)
+    borrowed: dict[int, tuple[str, set[str]]] = field(default_factory=dict)
+
+    def told(self, error: ErrorDetails) -> InitErrorDetails | None:
+        """Return a mistake found in `data` as one in the file; None for those of lost layers."""
+        place, reason = error["loc"], error["msg"]
+        index = place[1] if len(place) > 1 and place[0] == "layers" and isinstance(place[1], int) else None
+        if index in self.lost:
+            return None
+        if index in self.borrowed and len(place) > 2 and place[2] in self.borrowed[index][1]:
+            reason = f"{place[2]} of its material '{self.borrowed[index][0]}': {reason}"
+        return mistake(error["type"], place, reason, error["input"])
+
+
+def expand_materials(data: Any, folder: Path) -> Expanded:
+    """Replace the materials of a stack's data.
+
+    Parameters
+    ----------
+    data : Any
+        What stands in a stack file, not validated: ``library`` names a library file, a layer may have a ``material``.
+    folder : Path
+        That paths are relative to.
+    """
+    if not isinstance(data, Mapping) or ("library" not in data and not _uses_materials(data)):
+        return Expanded(data)
+    result = Expanded({key: value for key, value in data.items() if key != "library"})
+    own = _own_library(data["library"], folder, result.problems) if "library" in data else {}
+    layers = data.get("layers")
+    if isinstance(layers, list | tuple):
+        result.data["layers"] = [_layer(layer, i, own, result) for i, layer in enumerate(layers)]
+    return result
+
+
+def _uses_materials(data: Mapping[str, Any]) -> bool:
+    layers = data.get("layers")
+    return isinstance(layers, list | tuple) and any(isinstance(one, Mapping) and "material" in one for one in layers)
+
+
+def _own_library(written: Any, folder: Path, problems: list[InitErrorDetails]) -> dict[str, dict[str, Any]] | None:
+    """Return the user's library, or None when it cannot be read."""
+    try:
+        if not isinstance(written, str):
+            raise InputError(f"must be the path of a library file, not {show(written)}")
+        return load_library(folder / written)
+    except InputError as error:
+        problems.append(mistake("library", ("library",), str(error), written))
+        return None
+
+
+def _layer(layer: Any, index: int, own: dict[str, dict[str, Any]] | None, result: Expanded) -> Any:
+    """Return a layer with its material's fields, its own ones before them."""
+    if not isinstance(layer, Mapping) or "material" not in layer:
+        return layer
+    name = layer["material"]
+    rest = {key: value for key, value in layer.items() if key != "material"}
+    try:
+        if not isinstance(name, str):
+            raise InputError(f"must be the name of a material, not {show(name)}")
+        found = find_material(name, own or {})
+    except InputError as error:
+        if own is not None:  # else the library is to blame
+            result.problems.append(mistake("material", ("layers", index, "material"), str(error), name))
+        result.lost.add(index)
+        return rest
+    merged = {**{key: value for key, value in found.items() if key not in TEXTS}, **rest}
+    taken = _fields_taken(merged)
+    result.borrowed[index] = name, {key for key in merged if key not in rest and key in taken}
+    return {key: value for key, value in merged.items() if key in rest or key in taken}
+
+
+def _fields_taken(data: Mapping[str, Any]) -> frozenset[str]:
+    """Return which of the fields its layer type has; all when there is no such type, which others tell."""
+    kind = data.get("type")
+    try:
+        return LAYERS[str(kind)].fields_taken(data) if kind in LAYERS else frozenset(data)
+    except RegistryError:
+        return frozenset(data)

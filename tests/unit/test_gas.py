@@ -1,0 +1,111 @@
+"""Air, dry and humid, against published numbers."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pydantic import ValidationError
+
+from multilayer.errors import ValidityWarning
+from multilayer.media.gas import dry_air
+from multilayer.media.humid_air import humid_air
+from multilayer.stack import Ambient
+
+ZERO = 273.15
+
+
+class TestDensity:
+    """CIPM-2007."""
+
+    def test_reference_conditions(self):
+        """IEC 61094-2:2009, annex F: 23 degC, 101325 Pa, 50 %, by the same equation of state."""
+        assert humid_air(ZERO + 23, 101325.0, 0.5).density == pytest.approx(1.18608, abs=1e-5)
+
+    def test_tabulated(self):
+        """S. V. Gupta, Mass Metrology, p. 205: 10 degC, 730 mmHg, 40 %."""
+        assert humid_air(ZERO + 10, 730 * 133.322, 0.4).density == pytest.approx(1.19569, abs=6e-6)
+
+    def test_vapour_is_lighter_than_air(self):
+        assert humid_air(relative_humidity=1.0).density < humid_air(relative_humidity=0.0).density
+
+
+class TestSoundSpeed:
+    # (temperature in degC, relative humidity, m/s) read off figure 1 of Cramer 1993, at 101325 Pa, 314 ppm of CO2
+    FIGURE = np.array(
+        [
+            (0, 0.00474, 331.508), (0, 0.30174, 331.627), (0, 0.60032, 331.706), (0, 0.99526, 331.905),
+            (10, 0.00632, 337.460), (10, 0.30332, 337.698), (10, 0.6019, 337.857), (10, 0.9921, 338.175),
+            (20, 0.0079, 343.333), (20, 0.30174, 343.730), (20, 0.6019, 344.167), (20, 0.98736, 344.683),
+            (30, 0.00474, 349.167), (30, 0.30332, 349.881), (30, 0.6019, 350.556), (30, 0.98894, 351.508),
+        ]
+    )  # fmt: skip
+
+    def test_figure(self):
+        ours = [humid_air(ZERO + t, 101325.0, h).sound_speed for t, h, _ in self.FIGURE]
+        assert_allclose(ours, self.FIGURE[:, 2], atol=0.15)
+
+    def test_dry_air_at_the_freezing_point(self):
+        """331.45 m/s with an uncertainty of 0.05 m/s (Cramer 1993)."""
+        assert humid_air(ZERO, 101325.0, 0.0).sound_speed == pytest.approx(331.45, abs=0.05)
+
+    def test_reference_conditions(self):
+        """345.866 m/s; IEC 61094-2:2009, annex F, by the same formula."""
+        air = humid_air(ZERO + 23, 101325.0, 0.5)
+        assert air.sound_speed == pytest.approx(345.866, abs=1e-3)
+        assert air.heat_capacity_ratio == pytest.approx(1.40076, abs=1e-5)
+
+    def test_agrees_with_density_and_heat_capacities(self):
+        """The formulae are of different authors; an almost ideal gas ties them: rho c^2 = gamma P to 0.1 %."""
+        for t in (0.0, 15.0, 30.0):
+            for h in (0.0, 0.5, 1.0):
+                air = humid_air(ZERO + t, 101325.0, h)
+                ratio = air.density * air.sound_speed**2 / (air.heat_capacity_ratio * air.pressure)
+                assert ratio == pytest.approx(1, abs=1e-3)
+
+
+class TestTransport:
+    @pytest.mark.parametrize("t", [0.0, 10.0, 20.0, 30.0])
+    def test_prandtl_number_of_saturated_air(self, t):
+        """Tsilingiris 2008, table 4: his fit to his own result."""
+        fit = np.polyval([4.969218948e-9, -4.162785412e-7, 2.240599044e-5, -3.703124976e-4, 0.7215798365], t)
+        assert humid_air(ZERO + t, 101325.0, 1.0).prandtl == pytest.approx(fit, abs=0.002)
+
+    def test_viscosity_of_dry_air_is_sutherlands(self):
+        for t in (0.0, 20.0, 30.0):
+            assert humid_air(ZERO + t, 101325.0, 0.0).viscosity == pytest.approx(dry_air(ZERO + t).viscosity, rel=0.005)
+
+
+class TestRange:
+    @pytest.mark.parametrize(
+        ("temperature", "pressure", "words"),
+        [
+            (ZERO - 10, 101325.0, r"temperatures \(degC\) from .* to 30; here it is -10$"),
+            (ZERO + 35, 101325.0, r"temperatures .* here it is 35$"),
+            (ZERO + 20, 6e4, r"pressures \(Pa\) from 75000 to 102000; here it is 6e\+04$"),
+        ],
+    )
+    def test_outside(self, temperature, pressure, words):
+        with pytest.warns(ValidityWarning, match=words):
+            humid_air(temperature, pressure, 0.5)
+
+    def test_ends_are_inside(self):
+        humid_air(273.15, 101325.0, 0.5)
+        humid_air(303.15, 101325.0, 0.5)
+
+
+class TestAmbient:
+    def test_dry_without_humidity(self):
+        assert Ambient(temperature=290.0, pressure=1e5).gas == dry_air(290.0, 1e5)
+
+    def test_humid(self):
+        ambient = Ambient.model_validate({"temperature": "20 degC", "relative_humidity": "50 %"})
+        assert ambient.gas == humid_air(293.15, 101325.0, 0.5)
+
+    def test_given_properties_win(self):
+        gas = Ambient(relative_humidity=0.5, prandtl=0.7).gas
+        assert gas.prandtl == 0.7
+        assert gas.density == humid_air(293.15, 101325.0, 0.5).density
+
+    @pytest.mark.parametrize("value", [-0.1, 1.5, "50 Pa"])
+    def test_no_fraction(self, value):
+        with pytest.raises(ValidationError, match="relative_humidity"):
+            Ambient.model_validate({"relative_humidity": value})
