@@ -9,8 +9,10 @@ import sys
 import typer
 
 from multilayer.cli.check import check
+from multilayer.cli.compare import compare
 from multilayer.cli.fit import fit
 from multilayer.cli.layers import layers
+from multilayer.cli.simulate import simulate
 
 app = typer.Typer(
     name="multilayer",
@@ -31,6 +33,8 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
         raise typer.Exit
 
 
+app.command()(simulate)
+app.command()(compare)
 app.command()(fit)
 app.command()(layers)
 app.command()(check)

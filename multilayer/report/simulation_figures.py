@@ -1,0 +1,177 @@
+"""Figures of a simulation: one per quantity, a line per case, a band where there are tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.report.style import COLOURS, colour, figure_style, plain, png
+from multilayer.simulation.bands import third_octave_edges
+from multilayer.simulation.compare import Comparison
+from multilayer.simulation.quantities import QUANTITIES, Quantity
+from multilayer.simulation.result import CaseResult, SimulationResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_DRAWN = {
+    "absorption": "absorption.png",
+    "transmission_loss": "transmission_loss.png",
+    "insertion_loss": "insertion_loss.png",
+    "normalised_impedance": "impedance.png",
+}
+_TICKS = (16, 31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000)
+_MOST_IN_LEGEND = 12
+_MOST_MARKERS = 150
+
+
+def simulation_figures(result: SimulationResult) -> dict[str, bytes]:
+    """Return the figures of a simulation as PNG files by name, only those with a meaning."""
+    there = {name for case in result.cases for name in case.quantities}
+    with figure_style():
+        return {file: png(draw_quantity(result, name)) for name, file in _DRAWN.items() if name in there}
+
+
+def comparison_figures(comparison: Comparison) -> dict[str, bytes]:
+    """Return the figures of a comparison, measured over predicted, as PNG files by name."""
+    with figure_style():
+        drawn = {
+            name: draw_quantity(comparison.predicted, name, comparison.measured.quantities[name])
+            for name in comparison.quantities
+        }
+        return {f"comparison_{name}.png": png(figure) for name, figure in drawn.items()}
+
+
+def draw_quantity(result: SimulationResult, name: str, measured: Any = None) -> Figure:
+    """Draw a quantity of every case that has it over frequency; of a complex one both parts.
+
+    Parameters
+    ----------
+    result : SimulationResult
+    name : str
+        Of `QUANTITIES`.
+    measured : array, optional
+        Drawn over the cases; at the same frequencies.
+    """
+    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
+
+    quantity = QUANTITIES[name]
+    columns = quantity.columns
+    figure = NewFigure(figsize=(7.5, 4.2) if len(columns) == 1 else (7.5, 5.6))
+    axes = figure.subplots(len(columns), 1, squeeze=False, sharex=True)[:, 0]
+    cases = [case for case in result.cases if name in case.quantities]
+    points = {} if measured is None else quantity.parts(np.asarray(measured))
+    for axis, column in zip(axes, columns, strict=True):
+        _draw_column(axis, result, cases, column, points)
+        axis.set_ylabel(_label(quantity, column))
+        axis.set_ylim(*_limits(quantity, cases, column, points))
+    _frequency_axis(axes[-1], result)
+    _legend(axes[0], cases)
+    over = ", measured over predicted" if points else ""
+    figure.suptitle(f"{plain(result.name)}: {quantity.title}{over}")
+    return figure
+
+
+def _label(quantity: Quantity, column: str) -> str:
+    unit = f" / {quantity.unit}" if quantity.unit else ""
+    part = {"_re": "real part of ", "_im": "imaginary part of "}.get(column[-3:], "") if quantity.is_complex else ""
+    return f"{part}{quantity.title}{unit}".replace(" of surface impedance", " of Z")
+
+
+def _draw_column(
+    axis: Axes, result: SimulationResult, cases: Sequence[CaseResult], column: str, measured: Mapping[str, RealArray]
+) -> None:
+    for case, tint in zip(cases, _tints(len(cases)), strict=True):
+        values = case.columns[column]
+        if column in case.percentiles:
+            low, _, high = case.percentiles[column]
+            _fill(axis, result, low, high, tint)
+        _line(axis, result, values, color=tint, label=_case_label(case))
+    if column in measured:
+        options: dict[str, Any] = {"color": "black", "linewidth": 0.8, "markersize": 3, "zorder": 5}
+        form = "o-" if len(result.frequency) <= _MOST_MARKERS else "-"
+        axis.plot(result.frequency, measured[column], form, label="measured", **options)
+
+
+def _tints(n: int) -> list[Any]:
+    """Return a colour per case: told apart by anyone up to seven, along a scale beyond."""
+    if n <= len(COLOURS):
+        return [colour(i) for i in range(n)]
+    from matplotlib import colormaps
+
+    return [colormaps["viridis"](i / (n - 1) * 0.95) for i in range(n)]
+
+
+def _line(axis: Axes, result: SimulationResult, values: RealArray, **options: Any) -> None:
+    if result.bands:
+        axis.stairs(values, third_octave_edges(result.frequency), baseline=None, linewidth=1.3, **options)
+    else:
+        axis.plot(result.frequency, values, "o-" if len(values) == 1 else "-", **options)
+
+
+def _fill(axis: Axes, result: SimulationResult, low: RealArray, high: RealArray, tint: Any) -> None:
+    options: dict[str, Any] = {"color": tint, "alpha": 0.2, "linewidth": 0}
+    if result.bands:
+        edges = third_octave_edges(result.frequency)
+        low, high = (np.append(values, values[-1]) for values in (low, high))
+        axis.fill_between(edges, low, high, step="post", **options)
+    else:
+        axis.fill_between(result.frequency, low, high, **options)
+
+
+def _case_label(case: CaseResult) -> str:
+    """Return the swept values; what they are stands above."""
+    return plain(", ".join(case.shown.values())) if case.shown else "predicted"
+
+
+def _legend(axis: Axes, cases: Sequence[CaseResult]) -> None:
+    from matplotlib.patches import Patch
+
+    handles, labels = axis.get_legend_handles_labels()
+    if len(handles) > _MOST_IN_LEGEND:
+        chosen = np.unique(np.linspace(0, len(handles) - 1, _MOST_IN_LEGEND).round().astype(int))
+        handles, labels = [handles[i] for i in chosen], [labels[i] for i in chosen]
+    if any(case.percentiles for case in cases):
+        handles.append(Patch(color="0.5", alpha=0.3, linewidth=0))
+        labels.append("5 to 95 % of samples")
+    if len(handles) == 1:
+        return
+    title = plain(", ".join(cases[0].shown)) or None
+    columns = 2 if len(handles) > 6 else 1
+    axis.legend(handles, labels, title=title, fontsize=7, title_fontsize=7, ncols=columns)
+
+
+def _frequency_axis(axis: Axes, result: SimulationResult) -> None:
+    low, high = result.frequency.min(), result.frequency.max()
+    if result.bands:
+        low, high = third_octave_edges(result.frequency)[[0, -1]]
+    axis.set_xlabel("frequency / Hz")
+    if high > low:
+        axis.set_xlim(low, high)
+    if high < 4 * low:
+        return
+    axis.set_xscale("log")
+    ticks = [tick for tick in _TICKS if low <= tick <= high]
+    axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
+
+
+def _limits(
+    quantity: Quantity, cases: Sequence[CaseResult], column: str, measured: Mapping[str, RealArray]
+) -> tuple[float | None, float | None]:
+    """Return limits of the axis: 0 to 1 for an absorption, without the poles of an impedance."""
+    drawn = [case.columns[column] for case in cases] + [measured[column] for _ in (1,) if column in measured]
+    drawn += [band for case in cases for band in case.percentiles.get(column, ())]
+    values = np.concatenate(drawn)
+    values = values[np.isfinite(values)]
+    if quantity.name == "absorption":
+        return min(0.0, *values), max(1.0, *(1.02 * values))
+    if quantity.name == "normalised_impedance" and values.size:
+        low, high = np.percentile(values, (2, 98))
+        margin = 0.15 * max(high - low, 1.0)
+        return float(low - margin), float(high + margin)
+    return None, None

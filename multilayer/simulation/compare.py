@@ -1,0 +1,154 @@
+"""Measured over predicted."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+from multilayer.simulation.measured import Measured
+from multilayer.simulation.quantities import QUANTITIES
+from multilayer.simulation.result import CaseResult, SimulationResult, plain_list
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How far a prediction lies from what was measured.
+
+    Attributes
+    ----------
+    case, quantity : str
+    rms, largest : float
+        Of the difference, of its absolute value where it is complex; in the unit of the quantity.
+    worst_frequency : float
+        Hz, where the difference is largest.
+    inside : float or None
+        Share of the measured values between the 5 and 95 % percentiles; None without tolerances.
+    """
+
+    case: str
+    quantity: str
+    rms: float
+    largest: float
+    worst_frequency: float
+    inside: float | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A measurement and its prediction at the same frequencies."""
+
+    measured: Measured
+    predicted: SimulationResult
+
+    @property
+    def quantities(self) -> list[str]:
+        """What was measured and is predicted, in the order of `QUANTITIES`."""
+        return [name for name in QUANTITIES if name in self.measured.quantities and self._is_predicted(name)]
+
+    @property
+    def left_out(self) -> list[str]:
+        """What was measured and is not predicted."""
+        return [name for name in self.measured.quantities if not self._is_predicted(name)]
+
+    def _is_predicted(self, name: str) -> bool:
+        return all(name in case.quantities for case in self.predicted.cases)
+
+    @property
+    def misfits(self) -> list[Misfit]:
+        """One per case and quantity."""
+        return [self._misfit(case, name) for case in self.predicted.cases for name in self.quantities]
+
+    def _misfit(self, case: CaseResult, name: str) -> Misfit:
+        difference = np.abs(case.quantities[name] - self.measured.quantities[name])
+        worst = int(np.argmax(difference))
+        rms = float(np.sqrt(np.mean(difference**2)))
+        frequency = float(self.predicted.frequency[worst])
+        return Misfit(case.label, name, rms, float(difference[worst]), frequency, self._inside(case, name))
+
+    def _inside(self, case: CaseResult, name: str) -> float | None:
+        if not case.percentiles:
+            return None
+        measured = QUANTITIES[name].parts(self.measured.quantities[name])
+        within = [
+            (case.percentiles[column][0] <= values) & (values <= case.percentiles[column][-1])
+            for column, values in measured.items()
+        ]
+        return float(np.mean(within))
+
+    def _columns(self, case: CaseResult) -> dict[str, RealArray]:
+        """Return what was measured, as ``NAME_measured``, and the columns of the prediction."""
+        found: dict[str, RealArray] = {}
+        for name in self.quantities:
+            for column, values in QUANTITIES[name].parts(self.measured.quantities[name]).items():
+                found[f"{column}_measured"] = values
+                alike = {k: v for k, v in case.columns.items() if k == column or k.startswith(f"{column}_p")}
+                found |= {key.replace(column, f"{column}_predicted", 1): value for key, value in alike.items()}
+        return found
+
+    def to_csv(self) -> str:
+        """Return one row per case and frequency."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        for n, case in enumerate(self.predicted.cases):
+            columns = self._columns(case)
+            if n == 0:
+                writer.writerow(["case", "frequency_hz", *columns])
+            for f, *row in zip(self.predicted.frequency, *columns.values(), strict=True):
+                writer.writerow([case.label, f"{f:.9g}", *(f"{value:.9g}" for value in row)])
+        return text.getvalue()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return {
+            "version": 1,
+            "name": self.predicted.name,
+            "measured": self.measured.name,
+            "settings": dict(self.predicted.settings),
+            "misfits": [_misfit_dict(misfit) for misfit in self.misfits],
+            "frequency_hz": self.predicted.frequency.tolist(),
+            "cases": [
+                {"label": case.label, **{name: plain_list(values) for name, values in self._columns(case).items()}}
+                for case in self.predicted.cases
+            ],
+        }
+
+
+def _misfit_dict(misfit: Misfit) -> Mapping[str, Any]:
+    return {
+        "case": misfit.case,
+        "quantity": misfit.quantity,
+        "unit": QUANTITIES[misfit.quantity].unit,
+        **dict(zip(("rms", "largest"), plain_list(np.array([misfit.rms, misfit.largest])), strict=True)),
+        "worst_frequency_hz": misfit.worst_frequency,
+        "inside_percentiles": misfit.inside,
+    }
+
+
+def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
+    """Return a measurement beside its prediction.
+
+    Parameters
+    ----------
+    measured : Measured
+    predicted : SimulationResult
+        At the measured frequencies.
+
+    Raises
+    ------
+    InputError
+        When the simulation predicts nothing of what was measured.
+    """
+    comparison = Comparison(measured, predicted)
+    if not comparison.quantities:
+        raise InputError(
+            f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
+            f"{', '.join(predicted.cases[0].quantities)}; change its termination, incidence, frequency or reference"
+        )
+    return comparison

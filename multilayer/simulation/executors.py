@@ -1,0 +1,190 @@
+"""Where tasks run: in this process, in processes beside it, on a Dask cluster, or in any executor."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any, TypeVar
+from warnings import warn
+
+from multilayer.errors import InputError, MultilayerError, show
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+CONNECT_SECONDS = 10
+_RETRIES = 3
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class LostWorkerWarning(UserWarning):
+    """Workers failed; what they left was computed in this process, with the same result."""
+
+
+def run_all(
+    function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, done: Callable[[int], None]
+) -> list[R]:
+    """Return what `function` makes of every task, in the order of the tasks.
+
+    What an executor fails to give back, whatever the reason, is computed in this process: a worker that is lost costs
+    time, not results.
+
+    Parameters
+    ----------
+    function : callable
+        Gives the same for the same task wherever it runs; pickled, as the tasks are.
+    tasks : sequence
+    executor : Executor or None
+        None for this process.
+    done : callable
+        Called with the index of each task that is done.
+
+    Raises
+    ------
+    MultilayerError
+        The first that a task raises; what has not begun is not begun.
+    """
+    results: dict[int, R] = {}
+    reasons: list[Exception] = []
+    if executor is not None:
+        for index, outcome in _outcomes(function, tasks, executor):
+            if isinstance(outcome, Exception):
+                reasons.append(outcome)
+                continue
+            results[index] = outcome
+            done(index)
+    for index, task in enumerate(tasks):
+        if index not in results:
+            results[index] = function(task)
+            done(index)
+    if reasons:
+        warn(_told(reasons, len(tasks)), LostWorkerWarning, stacklevel=3)
+    return [results[index] for index in range(len(tasks))]
+
+
+def _told(reasons: list[Exception], n_tasks: int) -> str:
+    first = f"{type(reasons[0]).__name__}: {reasons[0]}".splitlines()[0]
+    return f"workers failed on {len(reasons)} of {n_tasks} tasks, which were computed here instead ({first})"
+
+
+def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor) -> Iterator[tuple[int, Any]]:
+    """Give index and result of each task as they arrive; an exception where the executor failed."""
+    running: dict[Future[R], int] = {}
+    try:
+        for index, task in enumerate(tasks):
+            try:
+                running[executor.submit(function, task)] = index
+            except Exception as error:  # a pool that has broken takes no more
+                yield index, error
+        for future in as_completed(running):
+            try:
+                yield running[future], future.result()
+            except MultilayerError:
+                raise
+            except Exception as error:
+                yield running[future], error
+    finally:
+        for future in running:
+            future.cancel()
+
+
+@contextmanager
+def local_pool(jobs: int) -> Iterator[Executor | None]:
+    """Give `jobs` processes of this machine as an executor; None, for this process, where one is asked for.
+
+    Each process computes with one thread.
+
+    Raises
+    ------
+    InputError
+        For less than one.
+    """
+    if jobs < 1:
+        raise InputError(f"--jobs: {jobs} is not allowed; it must be at least 1")
+    if jobs == 1:
+        yield None
+        return
+    # new processes, not forks: a fork copies a process whose threads may hold locks, and its settings of BLAS
+    with _one_thread_each(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        yield pool
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let processes that start inside use one thread for linear algebra: there is one of them per job."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Give the workers of a Dask cluster as an executor.
+
+    Tasks of a worker that is lost go to another one.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, as ``tcp://10.0.0.1:8786``.
+
+    Raises
+    ------
+    InputError
+        When `distributed` is not installed, nothing answers, there is no worker, or the workers cannot run this.
+    """
+    with _client(address) as client:
+        yield client.get_executor(retries=_RETRIES, pure=False)
+
+
+@contextmanager
+def _client(address: str) -> Iterator[Any]:
+    try:
+        import distributed
+    except ImportError:
+        text = "--cluster needs the package 'distributed'; install it with: pip install 'multilayer[cluster]'"
+        raise InputError(text) from None
+    if not _ADDRESS.fullmatch(address):
+        raise InputError(f"--cluster: {show(address)} is no address of a scheduler; write it as tcp://10.0.0.1:8786")
+    try:
+        connect: Any = distributed.Client
+        client = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except OSError:  # TimeoutError is one
+        text = f"--cluster: no Dask scheduler answers at {address} within {CONNECT_SECONDS} s"
+        raise InputError(f"{text}; start one with 'dask scheduler'") from None
+    with client:
+        _check_workers(client, address)
+        yield client
+
+
+def _check_workers(client: Any, address: str) -> None:
+    here = _version()
+    try:
+        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
+        versions = client.submit(_version, pure=False, retries=_RETRIES).result(timeout=CONNECT_SECONDS)
+    except TimeoutError:
+        text = f"--cluster: no worker of the scheduler at {address} answers; start one with 'dask worker {address}'"
+        raise InputError(text) from None
+    except ImportError as error:
+        text = f"--cluster: the workers of {address} lack what this needs ({error}); install it there"
+        raise InputError(text) from None
+    if versions != here:
+        raise InputError(f"--cluster: the workers run multilayer {versions}, this is {here}; install the same version")
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("multilayer")

@@ -1,0 +1,175 @@
+"""A simulation file: a stack, and what to compute of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    PlainSerializer,
+    PlainValidator,
+    PrivateAttr,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from multilayer.config.validate import read
+from multilayer.errors import InputError, show
+from multilayer.models import refuse
+from multilayer.simulation.located import locate, unit_of
+from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
+from multilayer.simulation.sweep import again, expand, mistakes
+from multilayer.simulation.tolerances import Tolerance, parse_tolerance
+from multilayer.stack import Stack, load_stack
+
+
+def _parse_reference(value: Any, info: ValidationInfo) -> Stack:
+    if isinstance(value, Stack):
+        return value
+    folder = (info.context or {}).get("folder", Path())
+    try:
+        return load_stack(Path(folder) / str(value))
+    except InputError as error:
+        reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
+        raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
+
+
+Reference = Annotated[Stack, PlainValidator(_parse_reference), PlainSerializer(Stack.to_dict)]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One combination of swept values.
+
+    Attributes
+    ----------
+    values : mapping
+        What the sweep writes at each path; empty without a sweep.
+    simulation : SimulationFile
+        The file with these values, and without a sweep.
+    """
+
+    values: Mapping[str, Any]
+    simulation: SimulationFile
+
+    @property
+    def shown(self) -> dict[str, str]:
+        """The values as text, by path without ``layers.``: numbers with the unit of their field."""
+        return {path.removeprefix("layers."): self._shown(path, value) for path, value in self.values.items()}
+
+    def _shown(self, path: str, value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        unit = unit_of(self.simulation, path) if isinstance(value, int | float) else None
+        return f"{value:g} {unit}" if unit else show(value)
+
+    @property
+    def label(self) -> str:
+        """The values in words, as ``foam.thickness = 10 mm``."""
+        return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
+
+
+class SimulationFile(Stack):
+    """A stack and what to compute of it; see ``docs/simulation.md``.
+
+    Read one with `load_simulation`.
+    """
+
+    frequency: FrequencyGrid = FrequencyRange()
+    incidence: Incidence = PlaneIncidence()
+    finite_size: FiniteSize | None = None
+    reference: Reference | None = None
+    sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
+    tolerances: dict[str, Any] = Field(default_factory=dict)
+    samples: Annotated[int, Field(ge=2, le=1_000_000)] = 200
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    _cases: tuple[Case, ...] = PrivateAttr(default=())
+    _scatter: dict[str, Tolerance] = PrivateAttr(default_factory=dict)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _expand(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        swept = data.get("sweep") if isinstance(data, Mapping) else None
+        if not swept:
+            model = handler(data)
+            model._scatter = model._parsed_tolerances()
+            model._cases = model._cases or (Case({}, model),)
+            return model
+        single = {key: value for key, value in data.items() if key != "sweep"}
+
+        def validated(changed: Any) -> SimulationFile:
+            return cls.model_validate(changed, context=info.context)
+
+        try:
+            model, known = handler(data), []
+            model._scatter = model._parsed_tolerances()
+        except ValidationError as error:
+            known = error.errors(include_url=False)
+        wrong = [*map(again, known), *mistakes(single, swept, validated, known)]
+        if wrong:
+            raise ValidationError.from_exception_data(cls.__name__, wrong)
+        model._cases = tuple(Case(values, case) for values, case in expand(single, model.sweep, validated))
+        return model
+
+    @model_validator(mode="after")
+    def _lets_sound_through(self) -> Self:
+        for stack, which in ((self, "this stack"), (self.reference, "the reference")):
+            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
+                text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
+                refuse(self, [(("reference",), text, None)])
+        return self
+
+    def _parsed_tolerances(self) -> dict[str, Tolerance]:
+        found: dict[str, Tolerance] = {}
+        wrong: list[tuple[tuple[str, ...], str, Any]] = []
+        for path, written in self.tolerances.items():
+            try:
+                field = locate(self.stack, path)
+            except InputError as error:
+                wrong.append((("tolerances", path, "[key]"), str(error), path))
+                continue
+            try:
+                found[path] = parse_tolerance(written, field)
+            except InputError as error:
+                wrong.append((("tolerances", path), str(error), written))
+        refuse(self, wrong)
+        return found
+
+    @property
+    def cases(self) -> tuple[Case, ...]:
+        """Every combination of swept values, in the order of the file; one case without a sweep."""
+        return self._cases
+
+    @property
+    def scatter(self) -> Mapping[str, Tolerance]:
+        """Tolerances by path."""
+        return self._scatter
+
+    @property
+    def stack(self) -> Stack:
+        """The stack alone."""
+        return Stack(**{name: getattr(self, name) for name in Stack.model_fields})
+
+
+def load_simulation(path: str | Path) -> SimulationFile:
+    """Read a simulation file, or a stack file with what a simulation file may leave out.
+
+    Parameters
+    ----------
+    path : path
+        A YAML file as described in ``docs/simulation.md``.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the file, each with its line and column.
+    """
+    file = Path(path)
+    return read(file, SimulationFile, context={"folder": file.parent})

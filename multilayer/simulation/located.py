@@ -1,0 +1,162 @@
+"""Paths into a model: from ``layers.foam.thickness`` to the field it names, and back with another value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from multilayer.errors import InputError, show, suggest
+from multilayer.units import UnitLabel
+
+M = TypeVar("M", bound=BaseModel)
+Tokens = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Located:
+    """A field of a model: the model inside which it stands, its name, its value, and its unit."""
+
+    owner: BaseModel
+    field: str
+    value: Any
+    unit: str | None
+
+
+def locate(model: BaseModel, path: str) -> Located:
+    """Return the field that a dotted path names.
+
+    Parameters
+    ----------
+    model : BaseModel
+        Layers are named by their `name` or index.
+    path : str
+        As ``layers.foam.thickness`` or ``layers.foam.young_modulus.order``.
+
+    Raises
+    ------
+    InputError
+        When the path leads nowhere, with the nearest that does.
+    """
+    *parents, field = path.split(".")
+    item: Any = model
+    for done, token in enumerate(parents):
+        item = _child(item, token, ".".join(parents[:done]))
+    value = _child(item, field, ".".join(parents))
+    if not isinstance(item, BaseModel):
+        raise InputError(f"leads to no single value; {_inside(value)}")
+    return Located(item, field, value, _unit(type(item).model_fields[field]))
+
+
+def unit_of(model: BaseModel, path: str) -> str | None:
+    """Return the unit of the field at a path; None where there is none, or no single field."""
+    try:
+        return locate(model, path).unit
+    except InputError:
+        return None
+
+
+def _inside(value: Any) -> str:
+    names = sorted(type(value).model_fields) if isinstance(value, BaseModel) else []
+    return f"name one of its fields: {', '.join(names)}" if names else "name one of its fields"
+
+
+def _child(item: Any, token: str, where: str) -> Any:
+    if isinstance(item, tuple):
+        return item[index_of(item, token, where)]
+    if not isinstance(item, BaseModel):
+        raise InputError(f"leads nowhere: {where} is {show(item)}, which has no fields")
+    if token not in type(item).model_fields:
+        raise InputError(f"leads nowhere: there is no '{token}'; {suggest(token, type(item).model_fields)}")
+    return getattr(item, token)
+
+
+def index_of(items: Sequence[Any], token: str, where: str) -> int:
+    """Return the position that a name or an index has in a list of models or mappings.
+
+    Raises
+    ------
+    InputError
+        When there is none, with the nearest name.
+    """
+    names = {str(i): i for i in range(len(items))}
+    names |= {str(name): i for i, item in enumerate(items) if (name := _name(item)) is not None}
+    if token not in names:
+        called = [name for name in names if not name.isdecimal()] or names
+        raise InputError(f"leads nowhere: there is no '{token}' in {where}; {suggest(token, called)}")
+    return names[token]
+
+
+def _name(item: Any) -> Any:
+    return item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None)
+
+
+def _unit(info: FieldInfo) -> str | None:
+    """Return the unit a field is annotated with, also inside ``T | None``; None for what is no quantity."""
+    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
+    labels = [item for item in (*info.metadata, *inner) if isinstance(item, UnitLabel)]
+    return labels[0].symbol if labels else None
+
+
+def _metadata(annotation: Any) -> tuple[Any, ...]:
+    return tuple(getattr(annotation, "__metadata__", ()))
+
+
+def with_values(model: M, values: Mapping[str, Any]) -> M:
+    """Return a copy of `model` with some fields changed, not validated: arrays may stand where numbers do.
+
+    Parameters
+    ----------
+    model : BaseModel
+    values : mapping
+        By dotted path, as for `locate`.
+    """
+    for path, value in values.items():
+        model = _changed(model, path.split("."), value)
+    return model
+
+
+def _changed(item: Any, tokens: Sequence[str], value: Any) -> Any:
+    if not tokens:
+        return value
+    head, rest = tokens[0], tokens[1:]
+    if isinstance(item, tuple):
+        i = index_of(item, head, "")
+        return (*item[:i], _changed(item[i], rest, value), *item[i + 1 :])
+    return item.model_copy(update={head: _changed(getattr(item, head), rest, value)})
+
+
+def with_entry(data: Any, path: str, value: Any) -> Any:
+    """Return a copy of plain data, as YAML holds it, with one entry changed or added.
+
+    Parameters
+    ----------
+    data : dict or list
+    path : str
+        As for `locate`.
+    value : object
+
+    Raises
+    ------
+    InputError
+        When the path leads through what has no entries.
+    """
+    return _with_entry(data, path.split("."), value, [])
+
+
+def _with_entry(data: Any, tokens: Sequence[str], value: Any, done: list[str]) -> Any:
+    if not tokens:
+        return value
+    head, rest, where = tokens[0], tokens[1:], ".".join(done)
+    if isinstance(data, list | tuple):
+        i = index_of(data, head, where)
+        return [*data[:i], _with_entry(data[i], rest, value, [*done, head]), *data[i + 1 :]]
+    if isinstance(data, BaseModel):  # a model written in Python
+        data = data.model_dump(mode="json", by_alias=True, exclude_none=True)
+    if data is not None and not isinstance(data, Mapping):
+        raise InputError(f"leads nowhere: {where} is {show(data)}, which has no fields")
+    data = data or {}
+    return {**data, head: _with_entry(data.get(head), rest, value, [*done, head])}

@@ -1,0 +1,67 @@
+"""What a simulation gives: names, columns of tables, units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import RealArray
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One quantity over frequency.
+
+    Attributes
+    ----------
+    name : str
+        As in `CaseResult.quantities`.
+    title : str
+        As a figure writes it.
+    unit : str
+        ``dB``, or empty for a pure number.
+    is_complex : bool
+    """
+
+    name: str
+    title: str
+    unit: str = ""
+    is_complex: bool = False
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of a table: one, or real and imaginary part."""
+        if self.is_complex:
+            return (f"{self.name}_re", f"{self.name}_im")
+        return (f"{self.name}_{self.unit.lower()}" if self.unit else self.name,)
+
+    def parts(self, values: NDArray[Any]) -> dict[str, RealArray]:
+        """Return the columns of `values`."""
+        parts = (values.real, values.imag) if self.is_complex else (values,)
+        return {column: np.asarray(part, dtype=float) for column, part in zip(self.columns, parts, strict=True)}
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity("absorption", "absorption coefficient"),
+        Quantity("transmission_loss", "transmission loss", "dB"),
+        Quantity("insertion_loss", "insertion loss", "dB"),
+        Quantity("normalised_impedance", "surface impedance / (ρ c)", is_complex=True),
+        Quantity("reflection", "reflection coefficient", is_complex=True),
+        Quantity("transmission", "transmission coefficient", is_complex=True),
+    )
+}
+
+
+def columns_of(quantities: Mapping[str, NDArray[Any]]) -> dict[str, RealArray]:
+    """Return the columns of several quantities, in the order of `QUANTITIES`."""
+    found: dict[str, RealArray] = {}
+    for name, quantity in QUANTITIES.items():
+        if name in quantities:
+            found |= quantity.parts(quantities[name])
+    return found

@@ -1,0 +1,150 @@
+"""What a simulation found, as arrays, as a table and as plain data."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.simulation.quantities import columns_of
+
+PERCENTILES = (5, 50, 95)
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """One combination of swept values; arrays over frequency.
+
+    Attributes
+    ----------
+    label : str
+        As ``foam.thickness = 10 mm``; empty without a sweep.
+    shown : mapping
+        The swept values as text, by path without ``layers.``.
+    characteristic_impedance : float
+        Of the ambient gas, Pa s/m.
+    quantities : mapping
+        Nominal values by name, see `multilayer.simulation.quantities`; only those that exist.
+    percentiles : mapping
+        By column, shape (3, n_frequency): 5, 50 and 95 % of the samples; empty without tolerances.
+    ratings : mapping
+        Single numbers by name, where the frequencies suffice for them.
+    """
+
+    label: str
+    shown: Mapping[str, str]
+    characteristic_impedance: float
+    quantities: Mapping[str, NDArray[Any]]
+    percentiles: Mapping[str, RealArray] = field(default_factory=dict)
+    ratings: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def absorption(self) -> RealArray:
+        """Absorption coefficient."""
+        return self.quantities["absorption"]
+
+    @property
+    def transmission_loss(self) -> RealArray | None:
+        """Transmission loss, dB; None without a half-space behind the stack."""
+        return self.quantities.get("transmission_loss")
+
+    @property
+    def insertion_loss(self) -> RealArray | None:
+        """Insertion loss against the reference, dB; None without one."""
+        return self.quantities.get("insertion_loss")
+
+    @property
+    def reflection(self) -> ComplexArray | None:
+        """Reflected over incident pressure; None in a diffuse field and in bands, as the two below."""
+        return self.quantities.get("reflection")
+
+    @property
+    def transmission(self) -> ComplexArray | None:
+        """Transmitted over incident pressure; None without a half-space behind the stack."""
+        return self.quantities.get("transmission")
+
+    @property
+    def surface_impedance(self) -> ComplexArray | None:
+        """Pressure over normal velocity at the front face, Pa s/m."""
+        normalised: ComplexArray | None = self.quantities.get("normalised_impedance")
+        return None if normalised is None else np.asarray(normalised * self.characteristic_impedance)
+
+    @property
+    def columns(self) -> dict[str, RealArray]:
+        """Columns of a table: nominal values, each followed by its percentiles as ``NAME_p05``."""
+        found: dict[str, RealArray] = {}
+        for name, values in columns_of(self.quantities).items():
+            found[name] = values
+            for percent, band in zip(PERCENTILES, self.percentiles.get(name, ()), strict=False):
+                found[f"{name}_p{percent:02d}"] = band
+        return found
+
+
+@dataclass(frozen=True)
+class SimulationResult:
+    """All cases of a simulation.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    frequency : array
+        Hz; nominal centres of third-octave bands where `bands`.
+    bands : bool
+        Whether values are averages over third-octave bands.
+    cases : tuple of CaseResult
+    settings : mapping
+        The simulation file as plain data.
+    """
+
+    name: str
+    frequency: RealArray
+    bands: bool
+    cases: tuple[CaseResult, ...]
+    settings: Mapping[str, Any]
+
+    def to_csv(self) -> str:
+        """Return one row per case and frequency; columns that a case lacks stay empty there."""
+        columns = list(dict.fromkeys(column for case in self.cases for column in case.columns))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["case", "frequency_hz", *columns])
+        for case in self.cases:
+            values = case.columns
+            for i, frequency in enumerate(self.frequency):
+                cells = [f"{values[name][i]:.9g}" if name in values else "" for name in columns]
+                writer.writerow([case.label, f"{frequency:.9g}", *cells])
+        return text.getvalue()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; infinite values become None, as JSON knows none."""
+        return {
+            "version": 1,
+            "name": self.name,
+            "settings": dict(self.settings),
+            "bands": "third octaves" if self.bands else None,
+            "frequency_hz": self.frequency.tolist(),
+            "cases": [_case_dict(case) for case in self.cases],
+        }
+
+
+def _case_dict(case: CaseResult) -> dict[str, Any]:
+    return {
+        "label": case.label,
+        "values": dict(case.shown),
+        "characteristic_impedance_pa_s_m": case.characteristic_impedance,
+        "ratings": dict(case.ratings),
+        **{name: plain_list(values) for name, values in case.columns.items()},
+    }
+
+
+def plain_list(values: RealArray) -> list[float | None]:
+    """Return numbers that JSON can hold: None for what is not finite."""
+    return [value if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]

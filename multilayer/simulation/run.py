@@ -1,0 +1,164 @@
+"""Running a simulation: from a file to tasks, from their outcomes to the result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from warnings import warn
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import ValidityWarning
+from multilayer.simulation.bands import Grid, grid_of
+from multilayer.simulation.executors import run_all
+from multilayer.simulation.file import Case, SimulationFile, load_simulation
+from multilayer.simulation.quantities import columns_of
+from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
+from multilayer.simulation.settings import DiffuseIncidence
+from multilayer.simulation.single_numbers import ratings
+from multilayer.simulation.tasks import Arrays, Outcome, Task, run_task
+from multilayer.simulation.tolerances import draw
+
+_MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
+_MOST_SAMPLES = 50
+_ANGLES_OF_DIFFUSE_FIELD = 60
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All tasks of a simulation, in order: of each case its nominal one, then its samples in chunks."""
+
+    name: str
+    simulation: SimulationFile
+    grid: Grid
+    tasks: tuple[Task, ...]
+    case_of: tuple[int, ...]
+
+
+def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None = None) -> Plan:
+    """Return what is to be computed; draws all samples.
+
+    Parameters
+    ----------
+    simulation : SimulationFile
+    name : str
+        Of the result.
+    grid : Grid, optional
+        Frequencies in place of those of the simulation.
+
+    Raises
+    ------
+    InputError
+        When hardly any draw within the tolerances is allowed.
+    """
+    grid = grid or grid_of(simulation.frequency)
+    tasks, case_of = [], []
+    for i, case in enumerate(simulation.cases):
+        found = list(_tasks(case, grid))
+        tasks += found
+        case_of += [i] * len(found)
+    return Plan(name, simulation, grid, tuple(tasks), tuple(case_of))
+
+
+def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
+    file = case.simulation
+    nominal = Task(file.stack, grid.points, file.incidence, file.finite_size, file.reference)
+    yield nominal
+    if not file.scatter:
+        return
+    drawn = draw(file.stack, file.scatter, file.samples, file.seed)
+    angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
+    size = int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
+    for start in range(0, file.samples, size):
+        yield replace(nominal, samples={path: values[start : start + size] for path, values in drawn.items()})
+
+
+def run(
+    plan: Plan, executor: Executor | None = None, progress: Callable[[str], None] | None = None
+) -> SimulationResult:
+    """Return the result of a plan.
+
+    The numbers are the same whatever the executor.
+
+    Parameters
+    ----------
+    plan : Plan
+    executor : Executor, optional
+        Of `concurrent.futures`, or anything alike; this process when left out.
+    progress : callable, optional
+        Called with the label of the case after each task.
+
+    Raises
+    ------
+    InputError
+        When a stack has no finite response.
+
+    Warns
+    -----
+    ValidityWarning
+        Where a model is used outside its range, once per text.
+    LostWorkerWarning
+        When an executor failed on some tasks, which were then computed here.
+    """
+    cases = plan.simulation.cases
+
+    def done(index: int) -> None:
+        if progress is not None:
+            progress(cases[plan.case_of[index]].label)
+
+    outcomes = run_all(run_task, plan.tasks, executor, done)
+    _warn_once(plan.tasks, outcomes)
+    grouped = [[o for o, i in zip(outcomes, plan.case_of, strict=True) if i == k] for k in range(len(cases))]
+    return SimulationResult(
+        plan.name,
+        plan.grid.frequency,
+        plan.grid.bands,
+        tuple(_case_result(case, group, plan.grid) for case, group in zip(cases, grouped, strict=True)),
+        plan.simulation.to_dict(),
+    )
+
+
+def _warn_once(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> None:
+    """Warn of what nominal cases met; of what samples met only where no nominal one met anything."""
+    texts: dict[bool, dict[str, None]] = {True: {}, False: {}}
+    for task, outcome in zip(tasks, outcomes, strict=True):
+        texts[not task.samples].update(dict.fromkeys(outcome.warnings))
+    of_samples = [f"within the tolerances, {text}" for text in list(texts[False])[:1]]
+    for text in list(texts[True]) or of_samples:
+        warn(text, ValidityWarning, stacklevel=3)
+
+
+def _case_result(case: Case, outcomes: Sequence[Outcome], grid: Grid) -> CaseResult:
+    nominal, *chunks = (outcome.quantities for outcome in outcomes)
+    impedance = case.simulation.ambient.gas.impedance
+    return CaseResult(case.label, case.shown, impedance, nominal, _percentiles(chunks), ratings(nominal, grid))
+
+
+def _percentiles(chunks: Sequence[Arrays]) -> dict[str, RealArray]:
+    if not chunks:
+        return {}
+    samples = {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
+    with np.errstate(invalid="ignore"):  # infinite values beside each other
+        return {name: np.percentile(values, PERCENTILES, axis=0) for name, values in columns_of(samples).items()}
+
+
+def simulate(
+    source: str | Path | SimulationFile,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> SimulationResult:
+    """Return what a simulation file asks for.
+
+    Parameters
+    ----------
+    source : path or SimulationFile
+        A file as in ``docs/simulation.md``, or what `load_simulation` made of it.
+    executor, progress
+        As for `run`.
+    """
+    if isinstance(source, SimulationFile):
+        return run(plan(source), executor, progress)
+    return run(plan(load_simulation(source), Path(source).stem), executor, progress)

@@ -1,0 +1,153 @@
+"""What a simulation file says beside its stack: frequencies, incidence, size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import (
+    Discriminator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from multilayer.arrays import RealArray
+from multilayer.errors import show, suggest
+from multilayer.models import Model, refuse
+from multilayer.units import Frequency, Length, Unit, parse_quantity
+
+MOST_POINTS = 100_000
+POINTS_PER_BAND = 21
+
+
+def _unknown(key: str, reason: str) -> InitErrorDetails:
+    return InitErrorDetails(
+        type=PydanticCustomError("extra_forbidden", "{reason}", {"reason": reason}), loc=(key,), input=key
+    )
+
+
+class FrequencyRange(Model, populate_by_name=True):
+    """Frequencies `from` ... `to`, both included, equally spaced on a logarithmic or linear axis."""
+
+    start: Annotated[Frequency, Field(alias="from")] = 100.0
+    stop: Annotated[Frequency, Field(alias="to")] = 5000.0
+    points: Annotated[int, Field(ge=1, le=MOST_POINTS)] = 200
+    spacing: Literal["log", "linear"] = "log"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        known = ("from", "to", "points", "spacing")
+        unknown = [key for key in data if key not in (*known, *cls.model_fields)] if isinstance(data, Mapping) else []
+        words = {key: f"there is no such field; {suggest(str(key), (*known, 'third_octaves'))}" for key in unknown}
+        if unknown:
+            raise ValidationError.from_exception_data(cls.__name__, [_unknown(key, words[key]) for key in unknown])
+        return data
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if self.stop <= self.start and self.points > 1:
+            text = f"{self.stop:g} Hz is not allowed: it must be above 'from', {self.start:g} Hz"
+            refuse(self, [(("to",), text, self.stop)])
+        return self
+
+    def values(self) -> RealArray:
+        """Return the frequencies, Hz."""
+        space = np.geomspace if self.spacing == "log" else np.linspace
+        return np.asarray(space(self.start, self.stop, self.points))
+
+
+class ThirdOctaves(Model):
+    """The third-octave bands whose centres lie from the first to the second frequency."""
+
+    third_octaves: tuple[Frequency, Frequency]
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        low, high = self.third_octaves
+        if high < low:
+            text = f"{high:g} Hz is not allowed: the last band must not lie below the first, {low:g} Hz"
+            refuse(self, [(("third_octaves", 1), text, high)])
+        return self
+
+
+def _kind_of_grid(value: Any) -> str:
+    if isinstance(value, ThirdOctaves) or (isinstance(value, Mapping) and "third_octaves" in value):
+        return "bands"
+    return "range" if isinstance(value, FrequencyRange | Mapping) else "list"
+
+
+FrequencyList = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=MOST_POINTS)]
+FrequencyGrid = Annotated[
+    Annotated[FrequencyRange, Tag("range")]
+    | Annotated[ThirdOctaves, Tag("bands")]
+    | Annotated[FrequencyList, Tag("list")],
+    Discriminator(_kind_of_grid),
+]
+
+
+class PlaneIncidence(Model):
+    """One plane wave, `angle` degrees from the normal."""
+
+    angle: Annotated[float, Field(ge=0, lt=90), Unit("degree")] = 0.0
+
+
+class DiffuseField(Model):
+    """How far from the normal waves of a diffuse field arrive, degrees."""
+
+    max_angle: Annotated[float, Field(gt=0, le=90), Unit("degree")] = 78.0
+
+
+class DiffuseIncidence(Model):
+    """Waves from all directions up to a largest angle."""
+
+    diffuse: DiffuseField = DiffuseField()
+
+
+def _parse_incidence(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, PlaneIncidence | DiffuseIncidence):
+        return value
+    if value == "normal":
+        return PlaneIncidence()
+    if value == "diffuse":
+        return DiffuseIncidence()
+    if isinstance(value, Mapping):
+        return DiffuseIncidence.model_validate(dict(value), context=info.context)
+    try:
+        angle = parse_quantity(value, "degree")
+    except ValueError:
+        raise _refused(value) from None
+    if not 0 <= angle < 90:
+        raise _refused(value)
+    return PlaneIncidence(angle=angle)
+
+
+def _refused(value: Any) -> PydanticCustomError:
+    reason = (
+        f"{show(value)} is not allowed; allowed: normal, an angle in degrees from 0 to below 90, diffuse, "
+        "or {diffuse: {max_angle: 78}}"
+    )
+    return PydanticCustomError("incidence", "{reason}", {"reason": reason})
+
+
+def _plain_incidence(incidence: PlaneIncidence | DiffuseIncidence) -> Any:
+    return incidence.angle if isinstance(incidence, PlaneIncidence) else incidence.model_dump()
+
+
+Incidence = Annotated[
+    PlaneIncidence | DiffuseIncidence, PlainValidator(_parse_incidence), PlainSerializer(_plain_incidence)
+]
+
+
+class FiniteSize(Model):
+    """A panel or sample in a baffle: its two sides."""
+
+    width: Length
+    height: Length

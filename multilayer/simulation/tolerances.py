@@ -1,0 +1,177 @@
+"""Tolerances of fields, and samples drawn within them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from multilayer.arrays import BoolArray, RealArray
+from multilayer.errors import InputError, show
+from multilayer.simulation.located import Located, locate
+from multilayer.units import parse_quantity
+
+_FORMS = "'5 %', a quantity such as '1 mm', {normal: '5 %'}, {normal: [mean, std]} or {uniform: [low, high]}"
+_MOST_ROUNDS = 50
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How a field scatters.
+
+    Attributes
+    ----------
+    shape : {"uniform", "normal"}
+        Anywhere within ± `width`, or normal with `width` as its standard deviation.
+    centre : float or None
+        None for the nominal value of the field.
+    width : float
+        In SI, or a share of the nominal value where `relative`.
+    relative : bool
+    """
+
+    shape: Literal["uniform", "normal"]
+    centre: float | None
+    width: float
+    relative: bool = False
+
+    def values(self, nominal: Any, standard: RealArray) -> Any:
+        """Return samples from those of the standard distribution: uniform in [-1, 1], or normal of variance 1."""
+        if self.relative:
+            return nominal * (1 + self.width * standard)
+        return (nominal if self.centre is None else self.centre) + self.width * standard
+
+
+def parse_tolerance(written: Any, field: Located) -> Tolerance:
+    """Return the tolerance that an input says of a field.
+
+    Raises
+    ------
+    InputError
+        When it is none, or its unit does not fit the field.
+    """
+    if field.value is None:
+        raise InputError("a tolerance needs a nominal value, and this field is left to its default; write it out")
+    if field.unit is None or not isinstance(field.value, int | float | complex) or isinstance(field.value, bool):
+        raise InputError(f"a tolerance needs a number, and the nominal value is {show(_shown(field.value))}")
+    try:
+        return _parse(written, field)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def _shown(value: Any) -> Any:
+    return f"{type(value).__name__}(...)" if isinstance(value, BaseModel) else value
+
+
+def _parse(written: Any, field: Located) -> Tolerance:
+    assert field.unit is not None
+    if not isinstance(written, Mapping):
+        return _about_nominal("uniform", written, field.unit)
+    if len(written) != 1 or next(iter(written)) not in ("normal", "uniform"):
+        raise ValueError(f"{show(dict(written))} is no tolerance; write {_FORMS}")
+    (shape, given), *_ = written.items()
+    if not isinstance(given, list | tuple):
+        return _about_nominal(shape, given, field.unit)
+    if len(given) != 2 or isinstance(field.value, complex):
+        about = "a complex value scatters by a share, as '5 %'" if len(given) == 2 else "two values are needed"
+        raise ValueError(f"{show(list(given))} is no tolerance here: {about}")
+    first = _finite(given[0], field.unit)
+    if shape == "uniform":
+        last = _finite(given[1], field.unit)
+        return Tolerance("uniform", (first + last) / 2, _positive((last - first) / 2, "high must lie above low"))
+    about_mean = _about_nominal("normal", given[1], field.unit)
+    width = about_mean.width * abs(first) if about_mean.relative else about_mean.width
+    return Tolerance("normal", first, width)
+
+
+def _about_nominal(shape: Literal["uniform", "normal"], written: Any, unit: str) -> Tolerance:
+    if isinstance(written, str) and written.strip().endswith("%"):
+        return Tolerance(shape, None, _positive(parse_quantity(written, ""), "it must be above 0 %"), relative=True)
+    if not isinstance(written, str | int | float) or isinstance(written, bool):
+        raise ValueError(f"{show(written)} is no tolerance; write {_FORMS}")
+    return Tolerance(shape, None, _positive(_difference(written, unit), "it must be above 0"))
+
+
+def _difference(written: str | float, unit: str) -> float:
+    """Return a difference in SI: one of 2 degC would be taken for 275.15 K."""
+    if isinstance(written, str) and unit == "K" and not written.rstrip().endswith("K"):
+        raise ValueError(f"{show(written)} is no difference of temperatures; write it in K, as '2 K'")
+    return _finite(written, unit)
+
+
+def _finite(written: Any, unit: str) -> float:
+    value = parse_quantity(written, unit)
+    if not np.isfinite(value):
+        raise ValueError(f"{show(written)} is not finite")
+    return value
+
+
+def _positive(width: float, otherwise: str) -> float:
+    if not (np.isfinite(width) and width > 0):
+        raise ValueError(f"a tolerance of {width:g} is not allowed: {otherwise}")
+    return width
+
+
+def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, seed: int) -> dict[str, Any]:
+    """Return `samples` values of each field within its tolerance, independent of each other.
+
+    What a field's model refuses, such as a porosity above 1, is drawn again.
+
+    Parameters
+    ----------
+    model : BaseModel
+        Holds the fields, with their nominal values.
+    tolerances : mapping
+        By path.
+    samples : int
+    seed : int
+        The same seed gives the same draws, whatever is computed from them where.
+
+    Raises
+    ------
+    InputError
+        When hardly any draw is allowed.
+    """
+    rng = np.random.default_rng(seed)
+    fields = {path: locate(model, path) for path in tolerances}
+    drawn = _draw(fields, tolerances, samples, rng)
+    for _ in range(_MOST_ROUNDS):
+        bad = ~_allowed(fields, drawn)
+        if not bad.any():
+            return drawn
+        for path, values in _draw(fields, tolerances, int(bad.sum()), rng).items():
+            drawn[path][bad] = values
+    raise InputError(
+        f"tolerances: of {', '.join(tolerances)} hardly any draw is allowed; narrow the tolerances, or move their means"
+    )
+
+
+def _draw(
+    fields: Mapping[str, Located], tolerances: Mapping[str, Tolerance], n: int, rng: np.random.Generator
+) -> dict[str, Any]:
+    def standard(shape: str) -> RealArray:
+        return rng.uniform(-1, 1, n) if shape == "uniform" else rng.standard_normal(n)
+
+    return {path: one.values(fields[path].value, standard(one.shape)) for path, one in tolerances.items()}
+
+
+def _allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArray:
+    """Return which draws every model that holds such fields takes."""
+    n = len(next(iter(drawn.values())))
+    good = np.ones(n, dtype=bool)
+    for owner in {id(field.owner): field.owner for field in fields.values()}.values():
+        inside = {field.field: drawn[path] for path, field in fields.items() if field.owner is owner}
+        good &= [_fits(owner, {name: values[i].item() for name, values in inside.items()}) for i in range(n)]
+    return good
+
+
+def _fits(owner: BaseModel, values: Mapping[str, Any]) -> bool:
+    try:
+        type(owner).model_validate({**dict(owner), **values})
+    except ValidationError:
+        return False
+    return True

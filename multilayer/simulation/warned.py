@@ -1,0 +1,63 @@
+"""Warnings of validity, collected where they arise: also in threads that compute side by side."""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from multilayer.errors import ValidityWarning
+
+_here = threading.local()
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[str]]:
+    """Give a list that takes the texts of every `ValidityWarning` of this thread, in place of showing them."""
+    _here.texts = []
+    _state.enter()
+    try:
+        yield _here.texts
+    finally:
+        _here.texts = None
+        _state.leave()
+
+
+class _State:
+    """Python's warnings belong to the whole process: who enters first sets them up, who leaves last restores them."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.inside = 0
+        self.before: warnings.catch_warnings[Any] = warnings.catch_warnings()
+
+    def enter(self) -> None:
+        with self.lock:
+            if self.inside == 0:
+                self.before = warnings.catch_warnings()
+                self.before.__enter__()
+                warnings.simplefilter("always", ValidityWarning)
+                warnings.showwarning = _collecting(warnings.showwarning)
+            self.inside += 1
+
+    def leave(self) -> None:
+        with self.lock:
+            self.inside -= 1
+            if self.inside == 0:
+                self.before.__exit__(None, None, None)
+
+
+_state = _State()
+
+
+def _collecting(show: Any) -> Any:
+    def collect(message: Any, category: type[Warning], *rest: Any, **more: Any) -> None:
+        texts = getattr(_here, "texts", None)
+        if texts is not None and issubclass(category, ValidityWarning):
+            texts.append(str(message))
+        else:
+            show(message, category, *rest, **more)
+
+    return collect
