@@ -35,7 +35,7 @@ def compare(
     Prints the rms and the largest misfit of every case; writes comparison.csv, comparison.json and figures. Exit
     status: 0 done, whatever the misfit, 2 the input cannot be used (nothing is written).
 
-    Example: multilayer compare examples/foam_absorption.yaml examples/foam_absorption_measured.csv
+    Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.simulation_table import comparison_table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -68,7 +69,7 @@ def run_all(
 
 
 def _told(reasons: list[Exception], n_tasks: int) -> str:
-    first = f"{type(reasons[0]).__name__}: {reasons[0]}".splitlines()[0]
+    first = f"{type(reasons[0]).__name__}: {reasons[0]}".splitlines()[0].removesuffix(": ")
     return f"workers failed on {len(reasons)} of {n_tasks} tasks, which were computed here instead ({first})"
 
 
@@ -164,9 +165,20 @@ def _client(address: str) -> Iterator[Any]:
     except OSError:  # TimeoutError is one
         text = f"--cluster: no Dask scheduler answers at {address} within {CONNECT_SECONDS} s"
         raise InputError(f"{text}; start one with 'dask scheduler'") from None
-    with client:
+    with _quiet("distributed.client"), client:  # what it logs of lost connections is told in a line, once
         _check_workers(client, address)
         yield client
+
+
+@contextmanager
+def _quiet(name: str) -> Iterator[None]:
+    logger = logging.getLogger(name)
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
 
 
 def _check_workers(client: Any, address: str) -> None:

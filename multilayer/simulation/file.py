@@ -32,6 +32,8 @@ from multilayer.stack import Stack, load_stack
 def _parse_reference(value: Any, info: ValidationInfo) -> Stack:
     if isinstance(value, Stack):
         return value
+    if isinstance(value, Mapping):
+        return Stack.model_validate(value, context=info.context)
     folder = (info.context or {}).get("folder", Path())
     try:
         return load_stack(Path(folder) / str(value))
@@ -115,7 +117,8 @@ class SimulationFile(Stack):
         wrong = [*map(again, known), *mistakes(single, swept, validated, known)]
         if wrong:
             raise ValidationError.from_exception_data(cls.__name__, wrong)
-        model._cases = tuple(Case(values, case) for values, case in expand(single, model.sweep, validated))
+        read_once = single if model.reference is None else {**single, "reference": model.reference}
+        model._cases = tuple(Case(values, case) for values, case in expand(read_once, model.sweep, validated))
         return model
 
     @model_validator(mode="after")

@@ -65,7 +65,7 @@ def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None
 
 def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     file = case.simulation
-    nominal = Task(file.stack, grid.points, file.incidence, file.finite_size, file.reference)
+    nominal = Task(file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference)
     yield nominal
     if not file.scatter:
         return
@@ -111,7 +111,9 @@ def run(
 
     outcomes = run_all(run_task, plan.tasks, executor, done)
     _warn_once(plan.tasks, outcomes)
-    grouped = [[o for o, i in zip(outcomes, plan.case_of, strict=True) if i == k] for k in range(len(cases))]
+    grouped: list[list[Outcome]] = [[] for _ in cases]
+    for outcome, i in zip(outcomes, plan.case_of, strict=True):
+        grouped[i].append(outcome)
     return SimulationResult(
         plan.name,
         plan.grid.frequency,

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, show, suggest
 from multilayer.simulation.located import with_entry
 
 T = TypeVar("T")
@@ -54,9 +54,10 @@ def expand(
         case = dict(zip(sweep, values, strict=True))
         try:
             found.append((case, validated(_with_entries(data, case))))
-        except ValidationError as error:
-            label = ", ".join(f"{path} = {value}" for path, value in case.items())
-            details = [mistake(("sweep",), f"{label}: {_told(problem)}", case) for problem in error.errors()]
+        except (ValidationError, InputError) as error:
+            told = [str(error)] if isinstance(error, InputError) else [_told(problem) for problem in error.errors()]
+            label = ", ".join(f"{path} = {show(value)}" for path, value in case.items())
+            details = [mistake(("sweep",), f"{label}: {text}", case) for text in told]
             raise ValidationError.from_exception_data("sweep", details) from None
     return found
 
@@ -127,4 +128,4 @@ def _told(problem: ErrorDetails, path: str | None = None) -> str:
 
 
 def _ends_alike(problem: ErrorDetails, path: str) -> bool:
-    return str(problem["loc"][-1:]) == str((path.rpartition(".")[2],))
+    return bool(problem["loc"]) and str(problem["loc"][-1]) == path.rpartition(".")[2]

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.errors import InputError, MultilayerError
 from multilayer.response.diffuse_field import diffuse_field
-from multilayer.response.plane_wave import plane_wave
+from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
+from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.simulation.bands import band_average
 from multilayer.simulation.located import with_values
 from multilayer.simulation.quantities import QUANTITIES
@@ -32,6 +34,8 @@ class Task:
     frequency : array
         Hz; of shape (n_bands, n_points) to be averaged over the last axis.
     incidence : PlaneIncidence or DiffuseIncidence
+    label : str
+        Of the case, for messages.
     size : FiniteSize or None
     reference : Stack or None
         For the insertion loss.
@@ -43,6 +47,7 @@ class Task:
     stack: Stack
     frequency: RealArray
     incidence: PlaneIncidence | DiffuseIncidence
+    label: str = ""
     size: FiniteSize | None = None
     reference: Stack | None = None
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
@@ -57,9 +62,20 @@ class Outcome:
 
 
 def run_task(task: Task) -> Outcome:
-    """Return what one stack does, or a chunk of samples of it."""
+    """Return what one stack does, or a chunk of samples of it.
+
+    Raises
+    ------
+    MultilayerError
+        When it has no response, naming the case.
+    """
     with collected_warnings() as warnings:
-        quantities = _sampled(task) if task.samples else _respond(task.stack, task)
+        try:
+            quantities = _sampled(task) if task.samples else _respond(task.stack, task)
+        except MultilayerError as error:
+            if not task.label:
+                raise
+            raise InputError(f"{task.label}: {error}") from error
     return Outcome(quantities, tuple(dict.fromkeys(warnings)))
 
 
@@ -95,14 +111,29 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
+    window = None if task.size is None else Window(task.size.width, task.size.height)
     if isinstance(task.incidence, DiffuseIncidence):
-        field = diffuse_field(stack, frequency, task.incidence.diffuse.max_angle)
+        field = diffuse_field(stack, frequency, task.incidence.diffuse.max_angle, window=window)
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
-    return {
+    found = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
         "normalised_impedance": wave.surface_impedance / stack.ambient.gas.impedance,
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
+    return found if window is None else found | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+
+
+def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict[str, NDArray[Any] | None]:
+    """Return what the size of a panel changes; impedance and coefficients stay those of an infinite one."""
+    angle = np.deg2rad(wave.angle)
+    wavenumber = 2 * np.pi * wave.frequency / sound_speed
+    radiation = radiation_impedance(window, wavenumber, wavenumber * np.sin(angle))
+    found = {"absorption": finite_absorption(wave.reflection, radiation, np.cos(angle)), "transmission_loss": None}
+    if wave.transmission_loss is not None:
+        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation, np.cos(angle))
+        with np.errstate(divide="ignore"):
+            found["transmission_loss"] = -10 * np.log10(power)
+    return found

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from multilayer.inverse.rod import rod_transmissibility
-from multilayer.response import base_motion
+from multilayer.response import base_motion, plane_wave
 from multilayer.stack import load_stack
 from tests.cli.command import run
 
@@ -57,8 +57,58 @@ def three_layers(source, folder):
     assert abs(found / rod(mass) - 1) < 1.1 * share * gain
 
 
+def simulated(source, folder):
+    """Return the rows that ``multilayer simulate`` writes."""
+    done = run("simulate", source, "--out", folder)
+    assert (done.status, done.err) == (0, "")
+    return list(csv.DictReader((folder / "simulation.csv").read_text().splitlines()))
+
+
+def foam_absorption(source, folder):
+    """The foam is a fluid of complex density and stiffness in front of a wall: Z = -i Zc cot(k h)."""
+    rows = [row for row in simulated(source, folder) if row["case"] == "foam.thickness = 50 mm"]
+    row = min(rows, key=lambda row: abs(float(row["frequency_hz"]) - 1000))
+    assert float(row["absorption"]) == pytest.approx(0.869, abs=0.001)
+
+    # Johnson, Champoux and Allard, with the numbers of the file
+    gas = load_stack(source).ambient.gas
+    thickness, porosity, resistivity, tortuosity, viscous, thermal = 0.05, 0.99, 1e4, 1.02, 1e-4, 1.5e-4
+    omega = 2j * np.pi * float(row["frequency_hz"])
+    drag = resistivity * porosity / (omega * gas.density * tortuosity)
+    inertia = np.sqrt(
+        1 + 4 * omega * gas.viscosity * gas.density * (tortuosity / (resistivity * viscous * porosity)) ** 2
+    )
+    density = tortuosity * gas.density / porosity * (1 + drag * inertia)
+    heat = omega * gas.density * gas.prandtl * thermal**2 / gas.viscosity
+    ratio = gas.heat_capacity_ratio
+    stiffness = ratio * gas.pressure / porosity / (ratio - (ratio - 1) / (1 + 8 / heat * np.sqrt(1 + heat / 16)))
+    impedance = np.sqrt(density * stiffness) / np.tanh(omega * np.sqrt(density / stiffness) * thickness)
+    reflection = (impedance - gas.impedance) / (impedance + gas.impedance)
+    assert float(row["absorption"]) == pytest.approx(1 - abs(reflection) ** 2, rel=1e-6)
+    assert float(row["absorption_p05"]) < float(row["absorption"]) < float(row["absorption_p95"])
+
+
+def double_wall(source, folder):
+    """Far below its resonance the wall is one mass; above, the table has what it had before."""
+    rows = {row["frequency_hz"]: row for row in simulated(source, folder) if row["case"] == "incidence = 45 deg"}
+    assert len(rows) == 18
+    assert float(rows["1000"]["transmission_loss_db"]) == pytest.approx(57.2, abs=0.1)
+
+    stack, frequency = load_stack(source), 20.0
+    mass = sum(layer.density * layer.thickness for layer in (stack.layers[0], stack.layers[3]))
+    mass += stack.layers[1].frame_density * stack.layers[1].thickness
+    pull = np.pi * frequency * mass * np.cos(np.pi / 4) / stack.ambient.gas.impedance
+    found = plane_wave(stack, frequency, 45).transmission_loss
+    assert found == pytest.approx(10 * np.log10(1 + pull**2), abs=0.02)
+
+
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith("."))
-CHECKS = {"foam_b": foam_b, "three_layers.yaml": three_layers}
+CHECKS = {
+    "double_wall.yaml": double_wall,
+    "foam_absorption.yaml": foam_absorption,
+    "foam_b": foam_b,
+    "three_layers.yaml": three_layers,
+}
 
 
 def test_every_example_is_checked():

@@ -1,0 +1,136 @@
+"""Executors that fail, and what is left of their work."""
+
+import os
+import signal
+import sys
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+from multilayer.errors import InputError
+from multilayer.simulation import executors
+from multilayer.simulation.executors import LostWorkerWarning, cluster, local_pool, run_all
+
+
+def square(x):
+    return x * x
+
+
+def square_or_die(x):
+    """End this process the hard way on 3, unless it is the one the tests run in."""
+    if x == 3 and os.environ.get("MULTILAYER_TEST_MAIN") != str(os.getpid()):
+        os.kill(os.getpid(), signal.SIGKILL)
+    return x * x
+
+
+def refuse(x):
+    raise InputError([f"{x} is bad"])
+
+
+def stumble(x):
+    raise ZeroDivisionError(f"{x} fell")
+
+
+def threads(_):
+    return [os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")]
+
+
+class Forgetful(Executor):
+    """Fails on every other task, and takes no more after some."""
+
+    def __init__(self, most):
+        self.left = most
+
+    def submit(self, function, /, *arguments):
+        self.left -= 1
+        if self.left < 0:
+            raise RuntimeError("no more")
+        future = Future()
+        if self.left % 2:
+            future.set_exception(OSError("gone\nfor good"))
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def ignore(index):
+    pass
+
+
+def test_in_this_process():
+    done = []
+    assert run_all(square, [1, 2, 3], None, done.append) == [1, 4, 9]
+    assert done == [0, 1, 2]
+
+
+def test_nothing_to_do():
+    assert run_all(square, [], None, ignore) == []
+
+
+def test_what_an_executor_loses_is_computed_here():
+    done = []
+    with pytest.warns(LostWorkerWarning, match=r"failed on 4 of 6 tasks, .* computed here instead \((OS|Runtime)Error"):
+        assert run_all(square, range(6), Forgetful(4), done.append) == [0, 1, 4, 9, 16, 25]
+    assert sorted(done) == list(range(6))
+
+
+def test_a_killed_worker_of_a_process_pool(monkeypatch):
+    monkeypatch.setenv("MULTILAYER_TEST_MAIN", str(os.getpid()))
+    with (
+        ProcessPoolExecutor(2, get_context("spawn")) as pool,
+        pytest.warns(LostWorkerWarning, match="BrokenProcessPool"),
+    ):
+        assert run_all(square_or_die, range(8), pool, ignore) == [x * x for x in range(8)]
+
+
+def test_mistakes_of_the_input_are_not_repeated_here():
+    with local_pool(2) as pool, pytest.raises(InputError, match="is bad"):
+        run_all(refuse, [1, 2, 3], pool, ignore)
+
+
+def test_a_bug_is_raised_here():
+    with local_pool(2) as pool, pytest.raises(ZeroDivisionError, match="1 fell"):
+        run_all(stumble, [1, 2, 3], pool, ignore)
+
+
+def test_a_local_worker_computes_with_one_thread(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with local_pool(2) as pool:
+        assert run_all(threads, [0], pool, ignore) == [["1", "1", "1"]]
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_one_job_is_this_process():
+    with local_pool(1) as pool:
+        assert pool is None
+
+
+@pytest.mark.parametrize("jobs", [0, -2])
+def test_jobs(jobs):
+    with pytest.raises(InputError, match=r"--jobs: .* at least 1"), local_pool(jobs):
+        pass
+
+
+class TestCluster:
+    def test_without_distributed(self, monkeypatch):
+        monkeypatch.setitem(sys.modules, "distributed", None)
+        with pytest.raises(InputError, match=r"pip install 'multilayer\[cluster\]'"), cluster("tcp://127.0.0.1:8786"):
+            pass
+
+    @pytest.mark.parametrize("address", ["here", "http://127.0.0.1:1", "127.0.0.1", "a b:1"])
+    def test_no_address(self, address):
+        pytest.importorskip("distributed")
+        with pytest.raises(InputError, match="is no address of a scheduler; write it as"), cluster(address):
+            pass
+
+    def test_nothing_answers(self, monkeypatch):
+        pytest.importorskip("distributed")
+        monkeypatch.setattr(executors, "CONNECT_SECONDS", 0.5)
+        with (
+            pytest.raises(InputError, match=r"no Dask scheduler answers at 127.0.0.1:9 within"),
+            cluster("127.0.0.1:9"),
+        ):
+            pass

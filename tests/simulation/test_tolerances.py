@@ -1,0 +1,94 @@
+"""Tolerances and what is drawn within them."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest, norm, uniform
+
+from multilayer.errors import InputError
+from multilayer.simulation import SimulationFile
+from multilayer.simulation.tolerances import draw
+from tests.simulation.files import FOAM
+
+THICKNESS, POROSITY = "layers.foam.thickness", "layers.foam.porosity"
+LAW = "layers.foam.young_modulus"
+
+
+@pytest.fixture
+def simulation(tmp_path):
+    """Give a function that returns the foam with tolerances."""
+    from multilayer.config import parse_yaml
+
+    def read(tolerances, **fields):
+        data = parse_yaml(FOAM, tmp_path / "foam.yaml").data
+        foam = {**data["layers"][0], **fields}
+        return SimulationFile.model_validate({**data, "layers": [foam], "tolerances": tolerances})
+
+    return read
+
+
+def drawn(simulation, n=4000, seed=0):
+    return draw(simulation.stack, simulation.scatter, n, seed)
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("10 %", uniform(0.045, 0.01)),
+        ("5 mm", uniform(0.045, 0.01)),
+        (0.005, uniform(0.045, 0.01)),
+        ({"uniform": "10 %"}, uniform(0.045, 0.01)),
+        ({"uniform": ["40 mm", "70 mm"]}, uniform(0.04, 0.03)),
+        ({"normal": "10 %"}, norm(0.05, 0.005)),
+        ({"normal": "1 mm"}, norm(0.05, 0.001)),
+        ({"normal": ["60 mm", "1 mm"]}, norm(0.06, 0.001)),
+        ({"normal": [0.06, "5 %"]}, norm(0.06, 0.003)),
+    ],
+)
+def test_distribution(simulation, written, expected):
+    values = drawn(simulation({THICKNESS: written}))[THICKNESS]
+    assert values.shape == (4000,)
+    assert kstest(values, expected.cdf).pvalue > 0.01
+
+
+def test_a_share_of_a_complex_value_keeps_its_loss_factor(simulation):
+    values = drawn(simulation({LAW: "10 %"}, young_modulus="1e5+2e4j"))[LAW]
+    np.testing.assert_allclose(values.imag / values.real, 0.2)
+    assert 9e4 < values.real.min() < 9.1e4
+
+
+def test_complex_values_have_no_mean_of_their_own(simulation):
+    with pytest.raises(ValueError, match="a complex value scatters by a share"):
+        simulation({LAW: {"normal": ["1e5", "1e4"]}}, young_modulus="1e5+2e4j")
+
+
+def test_what_a_field_refuses_is_drawn_again(simulation):
+    values = drawn(simulation({POROSITY: "5 %"}))[POROSITY]
+    assert 0.95 * 0.98 < values.min() < 0.94
+    assert 0.995 < values.max() < 1
+    assert kstest(values, uniform(0.931, 0.069).cdf).pvalue > 0.01
+
+
+def test_what_fields_refuse_together_is_drawn_again(simulation):
+    law = {"law": "fractional_zener", "relaxed_modulus": 1e5, "unrelaxed_modulus": 1.2e5, "order": 0.5}
+    tolerances = {f"{LAW}.relaxed_modulus": "20 %", f"{LAW}.unrelaxed_modulus": "20 %"}
+    low, high = drawn(simulation(tolerances, young_modulus={**law, "relaxation_time": 1e-3})).values()
+    assert np.all(high >= low)
+    assert np.any(high < 1.05e5)
+
+
+def test_hardly_any_is_allowed(simulation):
+    with pytest.raises(InputError, match=r"of layers.foam.porosity hardly any draw is allowed"):
+        drawn(simulation({POROSITY: {"normal": [3, "1 %"]}}))
+
+
+def test_seed(simulation):
+    scattered = simulation({THICKNESS: "10 %", POROSITY: "1 %"})
+    first, again, other = (drawn(scattered, 50, seed) for seed in (1, 1, 2))
+    for path in (THICKNESS, POROSITY):
+        np.testing.assert_array_equal(first[path], again[path])
+        assert np.all(first[path] != other[path])
+
+
+def test_independent(simulation):
+    thickness, porosity = drawn(simulation({THICKNESS: "10 %", POROSITY: "1 %"})).values()
+    assert abs(np.corrcoef(thickness, porosity)[0, 1]) < 0.05
