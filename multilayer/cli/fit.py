@@ -28,6 +28,10 @@ def fit(
         str | None,
         typer.Option(help="least-squares (default) or nelder-mead (the 2015 paper to the letter)."),
     ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
+    ] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst.
@@ -38,15 +42,14 @@ def fit(
     Example: multilayer fit examples/foam_b --out results/foam_b
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.inverse.fit import fit_campaign
+    from multilayer.inverse.fit import fit_campaign, number_of_steps
     from multilayer.inverse.sources import read_fit
     from multilayer.report.files import refuse_unusable
     from multilayer.report.fit_table import fit_table
 
-    job = read_fit(source, method)
+    job = read_fit(source, method, model)
     refuse_unusable(out or Path("results"))
-    n_bursts = sum(len(configuration.bursts) for configuration in job.campaign.configurations)
-    with progress_bar("fit", 2 * n_bursts) as advance:
+    with progress_bar("fit", number_of_steps(job.campaign, job.settings)) as advance:
         result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, advance)
     folder = out or Path("results") / result.campaign
     written = _write(folder, result, job.campaign, job.settings, figures)

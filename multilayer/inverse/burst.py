@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
-from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.inverse.rig import Rig
 from multilayer.signals.envelope import envelope, level_difference_db
 from multilayer.signals.spectra import Noise, band, frequencies, padded_length, to_signal, to_spectrum
 from multilayer.signals.time_of_flight import time_of_flight
@@ -119,7 +119,8 @@ class BurstProblem:
     Attributes
     ----------
     data : BurstData
-    rig : PlaneWaveRig
+    rig : Rig
+        A model of the rig.
     dispersive : bool
         Whether the modulus follows ``E (f/fc)^n``, ``n = (2/pi) atan(E2/E1)``, within the band: the causal law of
         constant loss factor, (i w)^n, which one complex number determines. Its slope is that of eq. (12) for small
@@ -127,7 +128,7 @@ class BurstProblem:
     """
 
     data: BurstData
-    rig: PlaneWaveRig
+    rig: Rig
     dispersive: bool = True
 
     def modulus(self, x: ArrayLike, frequency: RealArray) -> ComplexArray:
@@ -152,7 +153,7 @@ class BurstProblem:
     def _predict_cut_short(self, x: ArrayLike) -> ComplexArray:
         data = self.data
         f, base, _ = data.spectra
-        wide = np.flatnonzero(band(base, _WIDE_THRESHOLD) & (f > 0))
+        wide = np.flatnonzero(band(base, _WIDE_THRESHOLD) & self._within_reach(f))
         kept = np.searchsorted(f, data.in_band[0])
         ratio = self.rig.transmissibility(f[wide], self.modulus(x, f[wide]))
         spectrum = np.zeros((*ratio.shape[:-1], len(f)), dtype=complex)
@@ -194,12 +195,19 @@ class BurstProblem:
     def signal(self, x: ArrayLike) -> RealArray:
         """Return the modelled acceleration of the top plate, shape (n_samples,), from all bins up to Fs/2.
 
-        Steps 1 of the paper's inversion: spectrum of the base times transmissibility, back to time.
+        Steps 1 of the paper's inversion: spectrum of the base times transmissibility, back to time. Beyond the reach
+        of the rig's model the burst has next to no energy, and the plate is taken to move as the base does.
         """
         f, base, _ = self.data.spectra
+        inside = self._within_reach(f)
         ratio = np.ones(len(f), dtype=complex)  # at 0 Hz all moves as one
-        ratio[1:] = self.rig.transmissibility(f[1:], self.modulus(x, f[1:]))
+        ratio[inside] = self.rig.transmissibility(f[inside], self.modulus(x, f[inside]))
         return to_signal(ratio * base, self.data.n_fft, self.data.n_samples)
+
+    def _within_reach(self, frequency: RealArray) -> BoolArray:
+        low, high = self.rig.reach
+        relative = frequency / self.data.frequency
+        return np.asarray((frequency > 0) & (relative >= low) & (relative <= high))
 
     def discrepancy(self, signal: RealArray, *, subsample: bool = True) -> tuple[float, float]:
         """Return the differences of eq. (10), measured minus modelled: time of flight (s) and level (dB)."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.acceptance import Criteria, discrepancies_in_band
 from multilayer.inverse.branches import Candidates, Choice, choose_branches, find_candidates
 from multilayer.inverse.burst import BurstData, BurstProblem
+from multilayer.inverse.finite import ModulusRange, finite_rigs
 from multilayer.inverse.nelder_mead import minimise_envelope_cost
 from multilayer.inverse.region import Region, explore
 from multilayer.inverse.result import BurstFit, FitResult, Solution
@@ -62,17 +63,16 @@ def fit_campaign(
     """
     settings = settings or FitSettings()
     tell = progress or (lambda text: None)
-    problems = list(burst_problems(campaign, recordings, settings, calibration))
-    low, high = search_bounds(settings)
-    candidates: list[Candidates] = []
-    for problem in problems:
-        candidates.append(find_candidates(problem, low, high))
-        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: searched")
-    choices = choose_branches([p.data.frequency for p in problems], candidates)
+    problems = burst_problems(campaign, recordings, settings, calibration)
+    bounds = [search_bounds(settings)] * len(problems)
+    candidates, choices = _search(problems, bounds, tell)
+    if settings.model == "finite":
+        problems, bounds = _with_free_rim(campaign, problems, choices, settings, tell)
+        candidates, choices = _search(problems, bounds, tell)
     known = campaign.uncertainty if campaign.uncertainty != Uncertainty() else None
     bursts = []
-    for problem, found, choice in zip(problems, candidates, choices, strict=True):
-        bursts.append(_Finish(problem, found, choice, settings, known).fit())
+    for problem, found, choice, limits in zip(problems, candidates, choices, bounds, strict=True):
+        bursts.append(_Finish(problem, found, choice, settings, known, limits).fit())
         tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: solved")
     return FitResult(
         campaign.folder.resolve().name,
@@ -80,6 +80,47 @@ def fit_campaign(
         settings.model_dump(mode="json", exclude_none=True),
         bursts,
     )
+
+
+def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
+    """Return how often `fit_campaign` reports progress."""
+    n_bursts = sum(len(configuration.bursts) for configuration in campaign.configurations)
+    return 2 * n_bursts if settings.model == "plane_wave" else 3 * n_bursts + len(campaign.configurations)
+
+
+def _search(
+    problems: Sequence[BurstProblem], bounds: Sequence[tuple[RealArray, RealArray]], tell: Progress
+) -> tuple[list[Candidates], list[Choice]]:
+    candidates = []
+    for problem, (low, high) in zip(problems, bounds, strict=True):
+        candidates.append(find_candidates(problem, low, high))
+        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: searched")
+    return candidates, choose_branches([p.data.frequency for p in problems], candidates)
+
+
+def _with_free_rim(
+    campaign: Campaign,
+    problems: Sequence[BurstProblem],
+    choices: Sequence[Choice],
+    settings: FitSettings,
+    tell: Progress,
+) -> tuple[list[BurstProblem], list[tuple[RealArray, RealArray]]]:
+    """Return the problems with finite elements for a rig, and bounds around what the plane-wave model found."""
+    (low, least_loss), (high, most_loss) = search_bounds(settings)
+    nu = campaign.specimen.poisson_ratio
+    ranges = {}
+    for configuration in campaign.configurations:
+        pairs = zip(problems, choices, strict=True)
+        found = [choice.minimum.x for problem, choice in pairs if problem.data.configuration == configuration.name]
+        ranges[configuration.name] = ModulusRange.around(found, nu, float(most_loss))
+    rigs = finite_rigs(campaign, ranges, tell)
+    problems = [replace(problem, rig=rigs[problem.data.configuration]) for problem in problems]
+    held = [ranges[problem.data.configuration] for problem in problems]
+    bounds = [
+        (np.array([max(low, np.log(r.low)), least_loss]), np.array([min(high, np.log(r.high)), most_loss]))
+        for r in held
+    ]
+    return problems, bounds
 
 
 def search_bounds(settings: FitSettings) -> tuple[RealArray, RealArray]:
@@ -125,6 +166,7 @@ class _Finish:
     choice: Choice
     settings: FitSettings
     known: Uncertainty | None
+    bounds: tuple[RealArray, RealArray]
 
     @property
     def criteria(self) -> Criteria:
@@ -171,11 +213,11 @@ class _Finish:
         start = self.choice.minimum.x
         if (given := self.settings.quasi_static) is not None:
             start = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
-        return minimise_envelope_cost(self.problem, start, *search_bounds(self.settings))
+        return minimise_envelope_cost(self.problem, start, *self.bounds)
 
     def _region(self, x: RealArray) -> Region:
         """Return the accepted region: eq. (10) to the letter, or what noise and stated uncertainties leave open."""
-        low, high = search_bounds(self.settings)
+        low, high = self.bounds
         response = pseudo_inverse(self.problem.jacobian(x))
         if self.literal or self.known is None:
             shape = response @ self._tolerances()

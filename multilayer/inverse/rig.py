@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from multilayer.arrays import ArrayLike, ComplexArray
 from multilayer.measurements.description import Campaign, Configuration
@@ -19,6 +20,20 @@ _FIELDS: dict[str, str] = {
 }
 
 
+class Rig(Protocol):
+    """What an inverse problem asks of a model of the rig."""
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Lowest and highest frequency it answers for, relative to a burst's."""
+
+    def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
+        """Return top over base motion, for frequencies (n,) in Hz and moduli (..., n) in Pa."""
+
+    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> Rig:
+        """Return the rig with an uncertain quantity changed by `amount`."""
+
+
 @dataclass(frozen=True)
 class PlaneWaveRig:
     """The model of Bonfiglio & Pompoli 2015: three solid layers of infinite extent in plane motion.
@@ -27,6 +42,11 @@ class PlaneWaveRig:
     """
 
     stack: Stack
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """All frequencies."""
+        return 0.0, math.inf
 
     @classmethod
     def of(

@@ -7,11 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from multilayer.models import Model
+from multilayer.models import Model, refuse
 from multilayer.stack import Ambient
 from multilayer.units import Duration, Frequency, Positive, Pressure, Ratio, Unit
 
 Method = Literal["least-squares", "nelder-mead"]
+RigModel = Literal["plane_wave", "finite"]
 Level = Annotated[float, Positive, Unit("")]
 
 
@@ -57,6 +58,9 @@ class FitSettings(Model):
         Campaign folder or file, relative to the fit file.
     method : {'least-squares', 'nelder-mead'}
         See ``docs/inverse.md``; ``nelder-mead`` is the method of the paper to the letter.
+    model : {'plane_wave', 'finite'}
+        Of the rig: layers of infinite extent, or finite elements of the disc with its free rim, which need
+        ``method: least-squares``.
     termination : {'free', 'ambient'} or None
         What lies above the top plate: nothing, or the half-space of air of the paper, whose plane-wave radiation
         resistance a plate of a few centimetres does not have. By default what the method is meant with: ``free`` for
@@ -71,6 +75,7 @@ class FitSettings(Model):
     version: Literal[1] = 1
     campaign: Path = Path()
     method: Method = "least-squares"
+    model: RigModel = "plane_wave"
     termination: Literal["free", "ambient"] | None = None
     dispersion: Literal["local", "none"] | None = None
     ambient: Ambient = Ambient()
@@ -78,6 +83,20 @@ class FitSettings(Model):
     acceptance: Acceptance = Acceptance()
     quasi_static: QuasiStatic | None = None
     calibration: Path | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.model == "finite":
+            mistakes: list[tuple[tuple[str], str, str]] = []
+            if self.method != "least-squares":
+                text = (
+                    f"{self.method} is the paper's method with the paper's model; use least-squares with model: finite"
+                )
+                mistakes.append((("method",), text, self.method))
+            if self.termination == "ambient":
+                mistakes.append((("termination",), "the finite model has no air above; leave it out", "ambient"))
+            refuse(self, mistakes)
+        return self
 
     @property
     def air_above(self) -> Literal["free", "ambient"]:

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
+
+from pydantic import ValidationError
 
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, Problem, suggest
-from multilayer.inverse.settings import FitSettings
+from multilayer.inverse.settings import FitSettings, Method, RigModel
 from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 
 FIT_FILE = "fit.yaml"
-_METHODS = ("least-squares", "nelder-mead")
+_CHOICES = {"method": get_args(Method), "model": get_args(RigModel)}
 
 
 @dataclass(frozen=True)
@@ -29,15 +32,15 @@ class FitJob:
     calibration: Calibration | None
 
 
-def read_fit(source: Path, method: str | None = None) -> FitJob:
+def read_fit(source: Path, method: str | None = None, model: str | None = None) -> FitJob:
     """Read a fit file, a campaign folder or a campaign file, and all signals.
 
     Parameters
     ----------
     source : Path
         A folder is taken by its ``fit.yaml`` where it has one, otherwise by its ``campaign.yaml``.
-    method : str, optional
-        In place of the one in the fit file.
+    method, model : str, optional
+        In place of those in the fit file.
 
     Raises
     ------
@@ -45,15 +48,24 @@ def read_fit(source: Path, method: str | None = None) -> FitJob:
         With every mistake found.
     """
     settings, campaign_path = _settings(source)
-    if method is not None:
-        if method not in _METHODS:
-            raise InputError(f"--method: there is no method '{method}'; {suggest(method, _METHODS)}")
-        settings = settings.model_copy(update={"method": method})
+    settings = _with_options(settings, {"method": method, "model": model})
     campaign = load_campaign(campaign_path)
     calibration = None
     if settings.calibration is not None:
         calibration = load_calibration(_beside(_fit_file(source), "calibration", settings.calibration))
     return FitJob(campaign, load_recordings(campaign), settings, calibration)
+
+
+def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> FitSettings:
+    """Return the settings with those of the command line in their place."""
+    given = {name: value for name, value in options.items() if value is not None}
+    for name, value in given.items():
+        if value not in _CHOICES[name]:
+            raise InputError(f"--{name}: there is no {name} '{value}'; {suggest(value, _CHOICES[name])}")
+    try:
+        return FitSettings.model_validate({**settings.model_dump(), **given})
+    except ValidationError as error:
+        raise InputError([f"--{e['loc'][-1]}: {e['msg']}" for e in error.errors()]) from None
 
 
 def _fit_file(source: Path) -> Path:

@@ -1,0 +1,111 @@
+"""The two-plate rig with its free rim, in place of the plane-wave model: the reduced finite elements of `rig`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.inverse.rig import Uncertain
+from multilayer.measurements.description import Campaign, Configuration
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.rig.reduced import Ranges, ReducedRig
+from multilayer.rig.two_plate import TwoPlateRig
+
+REACH = (0.5, 1.5)  # of a burst's frequency: where its spectrum is above 2e-3 of its largest value
+_SPREAD = 1.5  # by which the modulus may vary within that, by its own dispersion
+_ROOM = 1.5  # around what the plane-wave model finds
+_PARTS = 0.05  # relative range of density, thickness and mass
+
+
+@dataclass(frozen=True)
+class FiniteRig:
+    """One configuration of a campaign with its free rim.
+
+    Attributes
+    ----------
+    reduced : ReducedRig
+    density, thickness, plate_mass : float
+        Relative to the nominal ones.
+    """
+
+    reduced: ReducedRig
+    density: float = 1.0
+    thickness: float = 1.0
+    plate_mass: float = 1.0
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Frequencies it answers for, relative to a burst's."""
+        return REACH
+
+    def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
+        """Return top over base motion; see `inverse.rig.PlaneWaveRig.transmissibility`."""
+        return self.reduced.transmissibility(frequency, modulus, self.density, self.thickness, self.plate_mass)
+
+    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> FiniteRig:
+        """Return the rig with an uncertain quantity changed by `amount`."""
+        factor = 1 + (amount if relative else amount / self.reduced.rig.thickness)
+        name = "plate_mass" if quantity == "top_plate_mass" else quantity
+        return replace(self, **{name: getattr(self, name) * factor})
+
+
+@dataclass(frozen=True)
+class ModulusRange:
+    """Where the finite-size modulus of a configuration is sought, Pa and loss factor."""
+
+    low: float
+    high: float
+    loss: float
+
+    @classmethod
+    def around(cls, plane_wave: Sequence[RealArray], poisson_ratio: float, highest_loss: float) -> ModulusRange:
+        """Return the range that holds the moduli whose plane-wave values are (ln E1, loss factor).
+
+        The plane-wave model holds the sample sideways: it finds at least E (1 + nu)(1 - 2 nu)/(1 - nu), and at most E
+        where inertia holds the sample as well.
+        """
+        found = np.exp([x[0] for x in plane_wave])
+        held = float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
+        return cls(float(found.min() / _ROOM), float(found.max() * held * _ROOM), highest_loss)
+
+    @cached_property
+    def of_model(self) -> tuple[float, float]:
+        """The range that the reduced model needs: a burst's modulus varies over its band."""
+        return self.low / _SPREAD, self.high * _SPREAD
+
+
+def two_plate_rig(campaign: Campaign, configuration: Configuration) -> TwoPlateRig:
+    """Return the finite-element rig of a configuration as the campaign describes it."""
+    top = campaign.top_plate
+    return TwoPlateRig(
+        radius=configuration.specimen_radius,
+        thickness=configuration.specimen_thickness,
+        density=campaign.specimen.density,
+        poisson_ratio=campaign.specimen.poisson_ratio,
+        plate_thickness=configuration.top_plate_thickness,
+        plate_density=top.density,
+        plate_modulus=top.young_modulus,
+        plate_poisson_ratio=top.poisson_ratio,
+    )
+
+
+def finite_rigs(
+    campaign: Campaign, ranges: Mapping[str, ModulusRange], tell: Callable[[str], None]
+) -> dict[str, FiniteRig]:
+    """Return the reduced rig of every configuration, by its name."""
+    rigs = {}
+    for configuration in campaign.configurations:
+        moduli = ranges[configuration.name]
+        frequencies = [burst.frequency for burst in configuration.bursts]
+        around = (1 - _PARTS, 1 + _PARTS)
+        box = Ranges(
+            (REACH[0] * min(frequencies), REACH[1] * max(frequencies)), moduli.of_model, (0.0, moduli.loss),
+            around, around, around,
+        )  # fmt: skip
+        rigs[configuration.name] = FiniteRig(ReducedRig.build(two_plate_rig(campaign, configuration), box))
+        tell(f"{configuration.name}: finite elements")
+    return rigs

@@ -1,0 +1,332 @@
+"""A reduced basis: thousands of transmissibilities from a few dozen full solutions.
+
+The equations are a sum of constant matrices (see `assembly`), so a Galerkin projection onto solutions at some points
+answers for any other. The basis holds solutions of the problem and of its dual (the plate's reading as load), which
+squares the error of the reading; real and imaginary parts apart, so that stiffness stays positive. Points are added in
+rounds; the error of a basis is what the next round's full solutions show, before they join it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.errors import InputError, MultilayerError
+from multilayer.rig.assembly import Assembly, Parameters, assemble, coefficients
+from multilayer.rig.solve import Combination
+
+if TYPE_CHECKING:
+    from multilayer.rig.two_plate import TwoPlateRig
+
+FLOOR = 1e-4  # transmissibilities below this count as this in relative errors
+_ROUND = 16
+_MOST_ROUNDS = 24
+_RANK = 1e-12  # singular values of the basis kept, relative
+_CHUNK = 4_000_000  # numbers in a batch of small matrices
+_LEAST_LOSS = 0.01
+_REMEMBERED = 64  # sets of frequencies
+
+
+@dataclass(frozen=True)
+class ReducedBasis:
+    """The projected equations.
+
+    Attributes
+    ----------
+    matrices : array, shape (n_terms, n, n)
+    loads : array, shape (n_terms, n)
+    reading : array, shape (n,)
+    """
+
+    matrices: RealArray
+    loads: RealArray
+    reading: RealArray
+
+    @classmethod
+    def of(cls, assembly: Assembly, snapshots: RealArray) -> ReducedBasis:
+        """Return the projection onto the span of snapshots, shape (n_unknowns, n_snapshots)."""
+        scaled = snapshots / np.linalg.norm(snapshots, axis=0)
+        vectors, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
+        v = vectors[:, sizes > _RANK * sizes[0]]
+        matrices = np.array([v.T @ (matrix @ v) for matrix in assembly.matrices])
+        return cls(matrices, assembly.loads @ v, assembly.reading @ v)
+
+    def trimmed(self, values: ComplexArray, truth: ComplexArray, tolerance: float) -> ReducedBasis:
+        """Return the smallest basis whose error at points of known transmissibility stays below `tolerance`.
+
+        The vectors are in the order of their weight in the snapshots.
+        """
+        low, high = 0, len(self.reading)  # the error is above at the first, below at the second
+        while high - low > 1:
+            middle = (low + high) // 2
+            if relative_error(self._first(middle).solve(values), truth) < tolerance:
+                high = middle
+            else:
+                low = middle
+        return self._first(high)
+
+    def _first(self, n: int) -> ReducedBasis:
+        return ReducedBasis(self.matrices[:, :n, :n], self.loads[:, :n], self.reading[:n])
+
+    def solve(self, values: ComplexArray) -> ComplexArray:
+        """Return the transmissibility at points of coefficients `values`, shape (n_terms, n_points)."""
+        size = max(1, _CHUNK // self.matrices[0].size)
+        parts = [self._solve(values[:, i : i + size]) for i in range(0, values.shape[1], size)]
+        return np.concatenate(parts) if parts else np.empty(0, dtype=complex)
+
+    def _solve(self, values: ComplexArray) -> ComplexArray:
+        n_terms, n = self.loads.shape
+        system = (values.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n)
+        moved = np.linalg.solve(system, (values.T @ self.loads)[..., None])
+        return np.asarray(1 + moved[..., 0] @ self.reading)
+
+    def partial_fractions(self, stiffness: RealArray, rest: RealArray) -> PartialFractions:
+        """Return the transmissibility as a function of the modulus, at many frequencies.
+
+        Parameters
+        ----------
+        stiffness : array, shape (n_terms,)
+            Coefficients of what the modulus multiplies.
+        rest : array, shape (n_terms, n_frequency)
+            Those of everything else, all real.
+        """
+        n_terms, n = self.loads.shape
+        lower = np.linalg.cholesky(np.tensordot(stiffness, self.matrices, 1))
+        unit = np.linalg.inv(lower)
+        others = unit @ (rest.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n) @ unit.T
+        poles, vectors = np.linalg.eigh(0.5 * (others + others.swapaxes(-1, -2)))
+        loads, reading = (rest.T @ self.loads) @ unit.T, unit @ self.reading
+        residues = np.einsum("fi,fij->fj", loads, vectors) * (reading @ vectors)
+        return PartialFractions(poles, residues)
+
+
+@dataclass(frozen=True)
+class PartialFractions:
+    """At a given frequency a rig without other losses is ``1 + sum_i w_i / (E + mu_i)``, mu and w real.
+
+    Attributes
+    ----------
+    poles, residues : array, shape (n_frequency, n)
+        mu and w.
+    """
+
+    poles: RealArray
+    residues: RealArray
+
+    def __call__(self, modulus: ComplexArray) -> ComplexArray:
+        """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""
+        size = max(1, _CHUNK // self.poles.size)
+        rows = modulus.reshape(-1, modulus.shape[-1])
+        parts = [
+            np.sum(self.residues / (rows[i : i + size, :, None] + self.poles), axis=-1)
+            for i in range(0, len(rows), size)
+        ]
+        return np.asarray(1 + np.concatenate(parts).reshape(modulus.shape))
+
+
+def relative_error(found: ComplexArray, truth: ComplexArray) -> float:
+    """Return the largest error, relative to transmissibilities of at least `FLOOR`."""
+    return float(np.max(np.abs(found - truth) / np.maximum(np.abs(truth), FLOOR)))
+
+
+def grow(assembly: Assembly, rounds: Iterator[ComplexArray], tolerance: float) -> tuple[ReducedBasis, float]:
+    """Return a basis that reaches `tolerance`, and its estimated largest relative error.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    rounds : iterator of complex array, shape (n_terms, n_points)
+        Coefficients of the points to solve, round by round; when they end the last error stands.
+    tolerance : float
+
+    Raises
+    ------
+    MultilayerError
+        When many rounds do not reach it.
+    """
+    full = Combination(assembly)
+    snapshots: list[RealArray] = []
+    basis, error = None, np.inf
+    for number, values in enumerate(rounds):
+        exact = np.array([full.primal_and_dual(column) for column in values.T])
+        truth = np.asarray(1 + exact[:, 0] @ assembly.reading, dtype=complex)
+        if basis is not None:
+            error = relative_error(basis.solve(values), truth)
+        if basis is not None and error < tolerance:
+            basis = basis.trimmed(values, truth, tolerance)
+            return basis, relative_error(basis.solve(values), truth)
+        snapshots.append(exact.reshape(-1, assembly.size).T)
+        if number == _MOST_ROUNDS:
+            raise MultilayerError(f"the reduced basis of the rig stays at an error of {error:.1g}; narrow its range")
+        both = np.concatenate(snapshots, axis=1)
+        basis = ReducedBasis.of(assembly, np.concatenate([both.real, both.imag], axis=1))
+    assert basis is not None
+    return basis, error
+
+
+def reduce_along(rig: TwoPlateRig, assembly: Assembly, at: Parameters, tolerance: float = 1e-5) -> ComplexArray:
+    """Return the transmissibility at many given points, by a basis made from some of them."""
+    values = coefficients(rig, assembly.names, at)
+    n = values.shape[1]
+    order = np.argsort(_radical_inverse(n))
+    rounds = (values[:, order[i : i + _ROUND]] for i in range(0, n, _ROUND))
+    basis, _ = grow(assembly, rounds, tolerance)
+    return basis.solve(values)
+
+
+def _radical_inverse(n: int) -> RealArray:
+    """Return van der Corput's sequence: taken in its order, indices fill their range ever more densely."""
+    index, inverse, share = np.arange(1, n + 1), np.zeros(n), 0.5
+    while np.any(index):
+        inverse += share * (index % 2)
+        index //= 2
+        share /= 2
+    return inverse
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Where a reduced rig holds: from lowest to highest value of each parameter.
+
+    Attributes
+    ----------
+    frequency : tuple of float
+        Hz.
+    modulus : tuple of float
+        Storage modulus, Pa.
+    loss_factor : tuple of float
+    density, thickness, plate_mass : tuple of float
+        Relative to the rig's.
+    """
+
+    frequency: tuple[float, float]
+    modulus: tuple[float, float]
+    loss_factor: tuple[float, float] = (0.02, 1.0)
+    density: tuple[float, float] = (1.0, 1.0)
+    thickness: tuple[float, float] = (1.0, 1.0)
+    plate_mass: tuple[float, float] = (1.0, 1.0)
+
+    def draw(self, n: int, skip: int) -> Parameters:
+        """Return points of a quasi-random sequence that fills the ranges evenly in wavenumbers."""
+        from scipy.stats import qmc
+
+        u = qmc.Sobol(6, scramble=True, rng=np.random.default_rng(skip)).random(n).T
+        # the corner of the shortest wavelengths is the hardest: even in frequency and in 1 / wave speed
+        slow, fast = (e**-0.5 for e in self.modulus)
+        storage = (slow + (fast - slow) * u[1]) ** -2
+        low, high = (max(loss, _LEAST_LOSS) for loss in self.loss_factor)
+        loss = low * (high / low) ** u[2]
+        rest = [
+            a + (b - a) * v for (a, b), v in zip((self.density, self.thickness, self.plate_mass), u[3:], strict=True)
+        ]
+        first, last = self.frequency
+        return Parameters(first + (last - first) * u[0], storage * (1 + 1j * loss), *rest)
+
+
+@dataclass(frozen=True)
+class ReducedRig:
+    """A rig's transmissibility over ranges of frequency, modulus, density, thickness and plate mass.
+
+    Attributes
+    ----------
+    rig : TwoPlateRig
+    names : tuple of str
+        Of the terms.
+    basis : ReducedBasis
+    ranges : Ranges
+    error : float
+        Largest error against full solutions at points drawn within the ranges, relative to the modulus of the
+        transmissibility (that below 1e-4 counts as 1e-4).
+    """
+
+    rig: TwoPlateRig
+    names: tuple[str, ...]
+    basis: ReducedBasis
+    ranges: Ranges
+    error: float
+    _fractions: dict[tuple[Any, ...], PartialFractions] = field(default_factory=dict, repr=False, compare=False)
+
+    @classmethod
+    def build(cls, rig: TwoPlateRig, ranges: Ranges, tolerance: float = 1e-5) -> ReducedRig:
+        """Return the reduced model of a rig.
+
+        Raises
+        ------
+        InputError
+            When the shortest wavelength is too short for the finest mesh.
+        MultilayerError
+            When the tolerance is not reached.
+        """
+        softest = ranges.modulus[0] * min(1.0, *ranges.density) / max(ranges.density)
+        assembly = assemble(rig, rig.section(ranges.frequency[1], softest))
+        rounds = (coefficients(rig, assembly.names, ranges.draw(_ROUND, k)) for k in count())
+        basis, error = grow(assembly, rounds, tolerance)
+        return cls(rig, assembly.names, basis, ranges, error)
+
+    def transmissibility(
+        self,
+        frequency: ArrayLike,
+        modulus: ArrayLike,
+        density: ArrayLike = 1.0,
+        thickness: ArrayLike = 1.0,
+        plate_mass: ArrayLike = 1.0,
+    ) -> ComplexArray:
+        """Return top over base motion; all arguments broadcast.
+
+        Parameters
+        ----------
+        frequency : array
+            Hz.
+        modulus : complex array
+            Young's modulus of the sample, Pa.
+        density, thickness, plate_mass : array
+            Relative to those of the rig.
+
+        Raises
+        ------
+        InputError
+            For frequencies or moduli beyond the ranges by more than a thousandth.
+        """
+        shift = (density, thickness, plate_mass)
+        if self._often(frequency, modulus, shift):
+            return self._by_fractions(np.asarray(frequency, dtype=float), np.asarray(modulus), *shift)
+        given = (frequency, modulus, *shift)
+        f, e, *rest = np.broadcast_arrays(*(np.asarray(values) for values in given))
+        self._check(f, e)
+        at = Parameters(f.ravel(), e.ravel(), *(values.ravel() for values in rest))
+        return self.basis.solve(coefficients(self.rig, self.names, at)).reshape(f.shape)
+
+    def _check(self, frequency: RealArray, modulus: ComplexArray) -> None:
+        for name, values, (low, high), unit in (
+            ("frequency", frequency, self.ranges.frequency, "Hz"),
+            ("modulus", modulus.real, self.ranges.modulus, "Pa"),
+        ):
+            if values.size and (values.min() < 0.999 * low or values.max() > 1.001 * high):
+                found = f"{values.min():.4g} to {values.max():.4g} {unit}"
+                raise InputError(f"{name}: {found} leaves the reduced rig's range, {low:.4g} to {high:.4g} {unit}")
+
+    def _often(self, frequency: ArrayLike, modulus: ArrayLike, shift: tuple[ArrayLike, ...]) -> bool:
+        """Tell whether few frequencies meet many moduli, and nothing but the sample is lossy."""
+        lossless = not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
+        rows = lossless and np.ndim(frequency) == 1 and np.shape(modulus)[-1:] == np.shape(frequency)
+        return rows and np.size(modulus) > np.size(frequency) and all(np.ndim(value) == 0 for value in shift)
+
+    def _by_fractions(
+        self, frequency: RealArray, modulus: ComplexArray, density: Any, thickness: Any, plate_mass: Any
+    ) -> ComplexArray:
+        self._check(frequency, modulus)
+        key = (frequency.tobytes(), float(density), float(thickness), float(plate_mass))
+        if key not in self._fractions:
+            if len(self._fractions) >= _REMEMBERED:
+                self._fractions.pop(next(iter(self._fractions)))
+            at = Parameters(frequency, 0.0, density, thickness, plate_mass)
+            unit = Parameters(0.0, 1.0, 0.0, thickness, 0.0)
+            rest, stiffness = (coefficients(self.rig, self.names, point).real for point in (at, unit))
+            own = np.array([name.startswith("sample_") and name != "sample_mass" for name in self.names])
+            self._fractions[key] = self.basis.partial_fractions(np.where(own, stiffness, 0.0), rest)
+        return self._fractions[key](modulus)
