@@ -9,10 +9,10 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.result import BurstFit, FitResult
-from multilayer.inverse.rod import rod_transmissibility
-from multilayer.inverse.settings import FitSettings
+from multilayer.inverse.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.rod import rod_transmissibility
 from multilayer.report.style import colour, figure_style, plain, png
 
 if TYPE_CHECKING:
@@ -172,14 +172,17 @@ def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSe
         _curve(
             axes[:, 0],
             f,
-            _rod(campaign, configuration, f, fitted),
+            _rod(campaign, configuration, f, fitted, settings.model),
             marker=".",
             color=colour(i),
             label="eq. (11), fitted",
         )
+        if settings.model == "finite":
+            finite = np.array([b.modelled_transmissibility for b in bursts])
+            _curve(axes[:, 0], f, finite, linestyle=":", color=colour(i), label="finite elements, fitted")
         if (given := settings.quasi_static) is not None:
             static = np.full(len(f), complex(given.storage_modulus, given.loss_modulus))
-            curve = _rod(campaign, configuration, f, static)
+            curve = _rod(campaign, configuration, f, static, settings.model)
             _curve(axes[:, 0], f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
     axes[0, 0].set(ylabel="amplitude", yscale="log")
     axes[1, 0].set(ylabel="phase / degrees", xlabel="frequency / Hz")
@@ -193,10 +196,10 @@ def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None
     axes[1].plot(f, np.rad2deg(np.unwrap(np.angle(ratio))), **options)
 
 
-def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray) -> ComplexArray:
-    """Return eq. (11) with the modulus of laterally held compression, which is what the plane-wave fit knows."""
+def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray, model: RigModel) -> ComplexArray:
+    """Return eq. (11); for the plane-wave model with the modulus of laterally held compression, all that it knows."""
     geometry = campaign.configuration(configuration)
-    held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio)
+    held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio) if model == "plane_wave" else modulus
     mass = campaign.top_plate.density * geometry.top_plate_thickness
     return rod_transmissibility(f, held, campaign.specimen.density, geometry.specimen_thickness, mass)
 
