@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, cast
+
+import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray
+from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.measurements.description import Campaign, Configuration
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.rod import chain_transmissibility
 from multilayer.response import base_motion
 from multilayer.stack import Ambient, Stack
 
@@ -96,8 +101,20 @@ class PlaneWaveRig:
         modulus : complex array, shape (..., n_frequency) or broadcastable to it
             Young's modulus E1 + i E2 of the sample, Pa.
         """
+        if self.stack.termination == "free":
+            return self._chain(frequency, modulus)
         stack = self.stack.replaced({f"layers.{SPECIMEN}.young_modulus": modulus})
         return base_motion(stack, frequency).transmissibility
+
+    def _chain(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
+        """Return the same in closed form: at normal incidence three solids are a chain of compression waves."""
+        f, sample = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
+        chain = []
+        for layer in self.stack.layers:
+            solid = cast("ElasticSolid", layer)
+            young = sample if solid.name == SPECIMEN else cast("float", solid.young_modulus)
+            chain.append((p_wave_modulus(young, solid.poisson_ratio), solid.density, solid.thickness))
+        return chain_transmissibility(f, chain)
 
     def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> PlaneWaveRig:
         """Return the rig with an uncertain quantity changed by `amount`."""

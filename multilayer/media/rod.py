@@ -1,10 +1,12 @@
-"""The rod under a rigid mass: the transfer function method that the paper compares itself with."""
+"""Longitudinal waves in rods: under a rigid mass (the transfer function method), and in chains."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray
+from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 
 
 def rod_transmissibility(
@@ -30,3 +32,31 @@ def rod_transmissibility(
     propagation = 2j * np.pi * np.asarray(frequency) * np.sqrt(density / np.asarray(modulus, dtype=complex)) * length
     ratio = mass_per_area / (density * length)
     return np.asarray(1 / (np.cosh(propagation) + ratio * propagation * np.sinh(propagation)))
+
+
+def chain_transmissibility(frequency: ArrayLike, layers: Sequence[tuple[Numeric, Numeric, Numeric]]) -> ComplexArray:
+    """Return the motion of the free end of a chain of rods over that of its driven end.
+
+    Parameters
+    ----------
+    frequency : array
+        Hz.
+    layers : sequence of (modulus, density, thickness)
+        From the driven to the free end: Young's modulus for slender rods, lambda + 2 mu for layers of infinite extent
+        (compression waves at normal incidence), Pa; kg/m3; m. All broadcast against `frequency`.
+
+    Notes
+    -----
+    The impedance that each rod sees at its far end, carried from the free end to the driven one. Time exp(+i w t).
+    """
+    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
+    load: Numeric = 0.0  # force over velocity per area at the far end
+    ratio: Numeric = 1.0
+    for modulus, density, thickness in reversed(layers):
+        speed = np.sqrt(np.asarray(modulus, dtype=complex) / density)
+        own = density * speed
+        cosine, sine = np.cos(omega * thickness / speed), 1j * np.sin(omega * thickness / speed)
+        step = cosine + load / own * sine
+        ratio = ratio / step
+        load = (load * cosine + own * sine) / step
+    return np.asarray(ratio)

@@ -197,7 +197,7 @@ def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None
 
 
 def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray, model: RigModel) -> ComplexArray:
-    """Return eq. (11); for the plane-wave model with the modulus of laterally held compression, all that it knows."""
+    """Return eq. (11); with the modulus of laterally held compression for the plane-wave model, which knows no other."""
     geometry = campaign.configuration(configuration)
     held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio) if model == "plane_wave" else modulus
     mass = campaign.top_plate.density * geometry.top_plate_thickness

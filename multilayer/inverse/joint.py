@@ -1,0 +1,307 @@
+"""All bursts of a campaign at once: one causal modulus law, and what the laboratory does not know of its rig.
+
+With E1 and E2 free at every burst a model swallows almost any effect. One law for all bursts and configurations leaves
+it no such freedom: what it cannot explain shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.inverse.burst import BurstData
+from multilayer.inverse.least_squares import distinct, minimise, search
+from multilayer.inverse.priors import Parameter, Prior, values_of
+from multilayer.inverse.problem import Minimum, by_differences
+from multilayer.inverse.rig import Rig, Uncertain
+from multilayer.measurements.description import Campaign, Uncertainty
+from multilayer.media.laws.parameters import LawSpace
+
+MODEL_ERROR = 0.002  # relative, of a solver and of the plates' idealisation: one standard deviation
+_SMOOTH = 0.3  # correlation length of that error in ln f
+_BINS = 6  # kept of each burst: its main lobe holds about as many independent ones
+_NUISANCE_STEP = 0.1
+_COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
+Tell = Callable[[str], None]
+_QUANTITIES: tuple[Uncertain, ...] = ("thickness", "density", "top_plate_mass")
+
+
+@dataclass(frozen=True)
+class ConfigurationData:
+    """Measured ratios of spectra, top over base, of one configuration.
+
+    Attributes
+    ----------
+    name : str
+    thickness : float
+        Of the specimen, m.
+    frequency : array, shape (n,)
+        Hz; the bins of all bursts, one burst after the other.
+    burst : array of int, shape (n,)
+        Index of the burst that each belongs to.
+    ratio : complex array, shape (n,)
+    variance : array, shape (n,)
+        Of the real and of the imaginary part of the noise in ln(ratio).
+    """
+
+    name: str
+    thickness: float
+    frequency: RealArray
+    burst: RealArray
+    ratio: ComplexArray
+    variance: RealArray
+
+    def covariance(self, model_error: float) -> RealArray:
+        """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
+        distance = np.subtract.outer(np.log(self.frequency), np.log(self.frequency)) / _SMOOTH
+        # a hundredth of the model's error has no smoothness: windowing, and bins that are not quite independent
+        rough = (0.1 * model_error) ** 2
+        return np.asarray(np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2))
+
+
+def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
+    """Return the data of every configuration from its bursts.
+
+    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility.
+
+    Raises
+    ------
+    InputError
+        When no burst of a configuration is left.
+    """
+    found = []
+    for configuration in campaign.configurations:
+        own = [b for b in bursts if b.configuration == configuration.name and not b.cut_short]
+        if not own:
+            raise InputError(
+                f"{configuration.name}: every record ends before the top plate's ring-down does; record longer"
+            )
+        parts = [_ratios(burst) for burst in own]
+        index = np.repeat(np.arange(len(own)), [len(part[0]) for part in parts])
+        f, ratio, variance = (np.concatenate(column) for column in zip(*parts, strict=True))
+        found.append(ConfigurationData(configuration.name, configuration.specimen_thickness, f, index, ratio, variance))
+    return found
+
+
+def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray]:
+    f, base, top = burst.in_band
+    kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
+    f, base, top = f[kept], base[kept], top[kept]
+    ratio = top / base
+    power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
+    return f, ratio, power / (2 * np.abs(top) ** 2)
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """The laboratory's stated uncertainties as parameters, and what they do to ln(ratio)."""
+
+    known: Uncertainty
+    configurations: tuple[str, ...]
+    thicknesses: tuple[float, ...]
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """One of gain and delay of the channels, per remounting, per height, of density and of the plates' mass."""
+        known = self.known
+        named = {
+            "channel_gain": known.channel_gain,
+            "channel_delay": known.channel_delay,
+            "density": known.density,
+            "top_plate_mass": known.top_plate_mass,
+        }
+        named |= {f"thickness[{h:g}]": known.thickness for h in sorted(set(self.thicknesses))}
+        named |= {f"remount_gain[{name}]": known.remount_gain for name in self.configurations}
+        units = {"channel_delay": "s", "thickness": "m"}
+        return tuple(
+            Parameter(
+                name=name, prior=Prior(normal=(0.0, spread)), unit=units.get(name.split("[")[0], ""), nuisance=True
+            )
+            for name, spread in named.items()
+            if spread > 0
+        )
+
+    def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> dict[Uncertain, RealArray]:
+        """Return the changes of the rig in one configuration, in units of one standard deviation."""
+        spreads = {"thickness": self.known.thickness, "density": self.known.density}
+        spreads["top_plate_mass"] = self.known.top_plate_mass
+        names = {
+            "thickness": f"thickness[{data.thickness:g}]",
+            "density": "density",
+            "top_plate_mass": "top_plate_mass",
+        }
+        return {q: values[names[q]] / spreads[q] for q in _QUANTITIES if spreads[q] > 0}
+
+    def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
+        """Return what the channels add to ln(ratio), shape (..., n)."""
+        zero = np.zeros(())
+        gain = values.get("channel_gain", zero) + values.get(f"remount_gain[{data.name}]", zero)
+        delay = values.get("channel_delay", zero)
+        return np.asarray(gain[..., None] - 2j * np.pi * data.frequency * delay[..., None])
+
+
+@dataclass(frozen=True)
+class JointProblem:
+    """A campaign as one inverse problem; a `Problem`.
+
+    Attributes
+    ----------
+    data : sequence of ConfigurationData
+    rigs : mapping
+        The model of every configuration.
+    space : LawSpace
+        The law's parameters; its coordinates are uniform within the space's box.
+    known : Uncertainty
+    model_error : float
+        Standard deviation of the model's own relative error, smooth in ln f.
+    """
+
+    data: Sequence[ConfigurationData]
+    rigs: Mapping[str, Rig]
+    space: LawSpace
+    known: Uncertainty = field(default_factory=Uncertainty)
+    model_error: float = MODEL_ERROR
+    _shifted: dict[str, dict[Uncertain, tuple[Rig, Rig]]] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def nuisances(self) -> Nuisances:
+        """What is uncertain of the rig and the channels."""
+        return Nuisances(self.known, tuple(d.name for d in self.data), tuple(d.thickness for d in self.data))
+
+    @cached_property
+    def law_parameters(self) -> tuple[Parameter, ...]:
+        """The law's unknowns, as natural logarithms."""
+        boxes = zip(self.space.names, self.space.low, self.space.high, strict=True)
+        return tuple(
+            Parameter(name=f"ln {name}", prior=Prior(uniform=(float(low), float(high)))) for name, low, high in boxes
+        )
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Law, then nuisances."""
+        return (*self.law_parameters, *self.nuisances.parameters)
+
+    @cached_property
+    def _whitening(self) -> list[RealArray]:
+        return [np.linalg.inv(np.linalg.cholesky(d.covariance(self.model_error))) for d in self.data]
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data): real, then imaginary parts of ln(model/measured)."""
+        parts = [self.whitened(i, logarithm) for i, logarithm in enumerate(self.log_ratios(z))]
+        return np.concatenate(parts, axis=-1)
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative; that by a nuisance from the same motions as the residual."""
+        values, by_law = by_differences(self.residual, z, len(self.law_parameters))
+        if not self.nuisances.parameters:
+            return values, by_law
+        return values, np.concatenate([by_law, self._by_nuisances(z)], axis=-1)
+
+    def _by_nuisances(self, z: RealArray) -> RealArray:
+        """Return the derivative by the nuisances' coordinates, shape (n_data, n_nuisances)."""
+        n, own = len(self.law_parameters), self.nuisances
+        law, m = self.law_coordinates(z), len(own.parameters)
+        # the motions themselves are the same for all these steps: one solution each
+        steps = z[n:] + _NUISANCE_STEP * np.concatenate([np.eye(m), -np.eye(m)])
+        values = values_of(own.parameters, steps)
+        parts = []
+        for i, data in enumerate(self.data):
+            motion = self.log_motion(data, self.space.modulus(law, data.frequency), values)
+            parts.append(self.whitened(i, motion[:m] - motion[m:]) / (2 * _NUISANCE_STEP))
+        return np.concatenate(parts, axis=-1).T
+
+    def whitened(self, index: int, difference: ComplexArray) -> RealArray:
+        """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
+        w = self._whitening[index]
+        return np.concatenate([difference.real @ w.T, difference.imag @ w.T], axis=-1)
+
+    def log_ratios(self, z: RealArray) -> list[ComplexArray]:
+        """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
+        n = len(self.law_parameters)
+        values = values_of(self.nuisances.parameters, z[..., n:])
+        law = self.law_coordinates(z)
+        found = []
+        for data in self.data:
+            modulus = self.space.modulus(law, data.frequency)
+            modelled = self.log_motion(data, modulus, values)
+            difference = modelled - np.log(data.ratio)
+            found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+        return found
+
+    def law_coordinates(self, z: RealArray) -> RealArray:
+        """Return the point of the law's space, shape (..., n_law)."""
+        parts = [p.prior.value(z[..., i]) for i, p in enumerate(self.law_parameters)]
+        return np.stack(parts, axis=-1)
+
+    def log_motion(
+        self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
+    ) -> ComplexArray:
+        """Return ln(top/base) of a configuration as the channels see it, shape (..., n)."""
+        rig = self.rigs[data.name]
+        here = rig.transmissibility(data.frequency, modulus)
+        total = np.log(here) + self.nuisances.of_channels(values, data)
+        for quantity, amount in self.nuisances.of_rig(values, data).items():
+            more, less = (
+                np.log(r.transmissibility(data.frequency, modulus) / here) for r in self._pair(data, quantity)
+            )
+            # a parabola through one standard deviation to either side: no new solution for every value
+            total = total + 0.5 * (more - less) * amount[..., None] + 0.5 * (more + less) * amount[..., None] ** 2
+        return np.asarray(total)
+
+    def _pair(self, data: ConfigurationData, quantity: Uncertain) -> tuple[Rig, Rig]:
+        own = self._shifted.setdefault(data.name, {})
+        if quantity not in own:
+            spread = {"thickness": self.known.thickness, "density": self.known.density}.get(
+                quantity, self.known.top_plate_mass
+            )
+            rig, relative = self.rigs[data.name], quantity != "thickness"
+            own[quantity] = (
+                rig.shifted(quantity, spread, relative=relative),
+                rig.shifted(quantity, -spread, relative=relative),
+            )
+        return own[quantity]
+
+
+def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> tuple[RealArray, ComplexArray]:
+    """Return the constant modulus that fits each configuration best: its frequencies, Hz, and moduli, Pa.
+
+    Where to look for a law: a coarse search over (E1, loss factor).
+    """
+    moduli = np.geomspace(1e3, 1e9, 139)
+    losses = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
+    grid = (moduli[:, None] * (1 + 1j * losses)).reshape(-1, 1)
+    f, found = [], []
+    for one in data:
+        modelled = rigs[one.name].transmissibility(one.frequency, grid + 0 * one.frequency)
+        misfit = np.sum(np.abs(modelled - one.ratio) ** 2 / (np.abs(one.ratio) + np.abs(modelled)) ** 2, axis=-1)
+        best = complex(grid[int(np.argmin(misfit)), 0])
+        f += [float(one.frequency.min()), float(one.frequency.max())]
+        found += [best, best]
+    return np.array(f), np.array(found)
+
+
+def solve_joint(
+    problem: JointProblem, *, n_best: int = 6, n_followed: int = 3, seed: int = 0, tell: Tell | None = None
+) -> list[Minimum]:
+    """Return the distinct minima of a joint problem, the most probable first.
+
+    The law alone is sought first, from many starts; its best minima are then followed with the nuisances.
+    """
+    law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
+    coarse = search(law_only, n_best=n_best, seed=seed, tell=tell)
+    m = len(problem.nuisances.parameters)
+    fine = [minimise(problem, np.concatenate([found.z, np.zeros(m)])) for found in coarse[:n_followed]]
+    return distinct(fine)
+
+
+def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:
+    """Return the space of a law around a guess of its moduli."""
+    from multilayer.inverse.law_fit import law_template
+
+    f, e = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
+    return LawSpace.of(law_template(law, elements, f), {}, {}, f, e)

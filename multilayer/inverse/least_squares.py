@@ -1,0 +1,107 @@
+"""Most probable parameters: least squares from many starts, and the distinct minima they end in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from multilayer.arrays import RealArray
+from multilayer.inverse.problem import Minimum, Problem
+
+_CANDIDATES = 128  # points of the prior that are looked at
+_CHUNK = 32
+_MOST = 200  # evaluations from one start
+_ALIKE = 0.1  # standard deviations: minima nearer than this are one
+_TIGHT = 1e-8
+
+
+def minimise(problem: Problem, start: RealArray) -> Minimum:
+    """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each."""
+    n = start.size
+    last: dict[bytes, tuple[RealArray, RealArray]] = {}
+
+    def both(z: RealArray) -> tuple[RealArray, RealArray]:
+        key = z.tobytes()
+        if key not in last:
+            last.clear()
+            last[key] = problem.linearised(z)
+        return last[key]
+
+    def residual(z: RealArray) -> RealArray:
+        return np.concatenate([problem.residual(z), z])
+
+    def derivative(z: RealArray) -> RealArray:
+        return np.concatenate([both(z)[1], np.eye(n)])
+
+    found = least_squares(
+        residual, start, jac=derivative, method="trf", x_scale=1.0, max_nfev=_MOST,
+        ftol=_TIGHT, xtol=1e-6, gtol=1e-6,
+    )  # fmt: skip
+    values, slopes = both(found.x)
+    return Minimum(found.x, float(values @ values), values, slopes, bool(found.success))
+
+
+def search(
+    problem: Problem,
+    starts: Sequence[RealArray] = (),
+    *,
+    n_best: int = 6,
+    n_candidates: int = _CANDIDATES,
+    seed: int = 0,
+    tell: Callable[[str], None] | None = None,
+) -> list[Minimum]:
+    """Return the distinct minima of a problem, the most probable first.
+
+    Parameters
+    ----------
+    problem : Problem
+    starts : sequence of array, shape (n,)
+        Points to follow besides the best of those drawn from the prior.
+    n_best : int
+        How many of these are followed.
+    n_candidates : int
+        How many are drawn; a power of two fills the prior evenly.
+    seed : int
+    tell : callable, optional
+        Called with a short text after each start.
+    """
+    n = len(problem.parameters)
+    points = draw_prior(n, n_candidates, seed)
+    costs = np.concatenate([_cost(problem, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)])
+    chosen = [*starts, *points[np.argsort(costs, kind="stable")[:n_best]]]
+    minima = []
+    for number, start in enumerate(chosen, start=1):
+        minima.append(minimise(problem, np.asarray(start, dtype=float)))
+        if tell is not None:
+            tell(f"start {number} of {len(chosen)}")
+    return distinct(minima)
+
+
+def draw_prior(n: int, count: int, seed: int) -> RealArray:
+    """Return quasi-random points of the prior, shape (count, n), the first of them its centre."""
+    from scipy.special import ndtri
+
+    points = ndtri(np.clip(qmc.Sobol(n, rng=np.random.default_rng(seed)).random(count), 1e-9, 1 - 1e-9))
+    points[0] = 0.0
+    return np.asarray(points)
+
+
+def _cost(problem: Problem, z: RealArray) -> RealArray:
+    values = problem.residual(z)
+    cost = np.sum(values**2, axis=-1) + np.sum(z**2, axis=-1)
+    return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
+
+
+def distinct(minima: Sequence[Minimum]) -> list[Minimum]:
+    """Return one minimum of every group nearer than a tenth of a standard deviation, the lowest cost first."""
+    kept: list[Minimum] = []
+    for minimum in sorted((m for m in minima if np.isfinite(m.cost)), key=lambda m: m.cost):
+        apart = (minimum.z - other.z for other in kept)
+        if all(
+            np.sqrt(d @ other.precision @ d) > _ALIKE * np.sqrt(d.size) for d, other in zip(apart, kept, strict=True)
+        ):
+            kept.append(minimum)
+    return kept
