@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.media.kramers_kronig import gross_loss_modulus
 
 CSV_COLUMNS = (
     "configuration", "frequency_hz", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "loss_factor", "loss_factor_std",
@@ -159,7 +160,7 @@ class FitResult:
         f, e1, e2 = (
             np.array([getattr(b, n) for b in bursts]) for n in ("frequency", "storage_modulus", "loss_modulus")
         )
-        predicted = np.pi / 2 * e1 * np.gradient(np.log(e1), np.log(f))
+        predicted = gross_loss_modulus(f, e1)
         known = e2 > 0
         error = float(np.mean(np.abs(predicted[known] / e2[known] - 1))) if known.any() else float("nan")
         return GrossCheck(f, predicted, e2, error)
@@ -170,7 +171,7 @@ class FitResult:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(CSV_COLUMNS)
         for burst in self.bursts:
-            writer.writerow([_cell(value) for value in burst.row()])
+            writer.writerow([csv_cell(value) for value in burst.row()])
         return text.getvalue()
 
     def to_dict(self) -> dict[str, Any]:
@@ -190,7 +191,8 @@ class FitResult:
         }
 
 
-def _cell(value: Any) -> str:
+def csv_cell(value: Any) -> str:
+    """Return a value as a table holds it."""
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.9g}" if isinstance(value, float) else str(value)

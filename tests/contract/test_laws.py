@@ -1,4 +1,4 @@
-"""Every registered modulus law, those of plugins included: passive, broadcasting, and read back from a file."""
+"""Every registered modulus law, those of plugins included: passive, causal, broadcasting, read back from a file."""
 
 from pathlib import Path
 
@@ -9,11 +9,35 @@ from numpy.testing import assert_allclose
 from multilayer.config import dump_yaml, parse_yaml
 from multilayer.errors import InputError
 from multilayer.layers.elastic_solid import ElasticSolid
+from multilayer.media.kramers_kronig import kramers_kronig_loss_modulus
 from multilayer.media.laws import LAWS, Table
 from multilayer.stack import Stack
-from tests.contract.samples import LAW_SAMPLES, samples_of
+from tests.contract import samples
 
 FREQUENCIES = np.geomspace(1.0, 5e4, 40)
+EVERYWHERE = np.geomspace(1e-6, 1e12, 361)
+# so far out that the broadest of the samples is on its plateaus
+ALL_TIME = np.geomspace(1e-45, 1e45, 90 * 30 + 1)
+
+_PLATEAUS = {"relaxed_modulus": 1e5, "unrelaxed_modulus": 1e7, "relaxation_time": 1e-4}
+LAW_SAMPLES = {
+    **samples.LAW_SAMPLES,
+    "zener": [_PLATEAUS, {**_PLATEAUS, "unrelaxed_modulus": 1e5}],
+    "havriliak_negami": [
+        {**_PLATEAUS, "order": 0.5, "asymmetry": 0.4},
+        {**_PLATEAUS, "order": 0.4, "asymmetry": 2.5},
+        {**_PLATEAUS, "order": 1.0, "asymmetry": 0.3},
+        {**_PLATEAUS, "relaxation_time": 1e-14, "order": 0.2, "asymmetry": 1.0},
+    ],
+    "maxwell": [
+        {"relaxed_modulus": 1e5, "branch_modulus": (1e5, 0.0, 3e6), "relaxation_time": (1e-2, 1e-3, 1e-6)},
+        {"relaxed_modulus": 1e5, "branch_modulus": (1e5,), "relaxation_time": (1e-12,)},
+    ],
+    "free_form": [
+        {"relaxed_modulus": 1e5, "frequency": (1.0, 30.0, 1e3, 1e6), "rise": (1e5, 0.0, 3e6)},
+        {"relaxed_modulus": 1e5, "frequency": (1e-9, 1e15), "rise": (1e9,)},
+    ],
+}
 
 
 VARIANTS = [
@@ -25,14 +49,45 @@ VARIANTS = [
 
 @pytest.mark.parametrize("name", LAWS.names())
 def test_every_registered_law_has_samples(name):
-    assert samples_of("modulus law", name, LAW_SAMPLES)
+    assert samples.samples_of("modulus law", name, LAW_SAMPLES)
+
+
+def within(law, frequency):
+    """Return the frequencies for which a law has a value."""
+    if not isinstance(law, Table):
+        return frequency
+    return frequency[(frequency >= law.frequency[0]) & (frequency <= law.frequency[-1])]
 
 
 @pytest.mark.parametrize("law", VARIANTS)
 def test_passive(law):
-    modulus = law(FREQUENCIES)
+    modulus = law(within(law, EVERYWHERE))
     assert np.all(modulus.real > 0)
     assert np.all(modulus.imag >= 0)
+
+
+@pytest.mark.parametrize("law", VARIANTS)
+def test_real_strains_have_real_stresses(law):
+    f = within(law, EVERYWHERE)
+    assert_allclose(law(-f), law(f).conj(), rtol=1e-13)
+
+
+@pytest.mark.parametrize("law", [p for p in VARIANTS if p.values[0].causal])
+def test_stress_does_not_precede_strain(law):
+    """Kramers and Kronig: the dispersion of E1 demands E2, but for a dashpot, which is what is left at the far end."""
+    f = ALL_TIME
+    modulus = law(f)
+    loss = modulus.imag - f * modulus.imag[-1] / f[-1]
+    demanded = kramers_kronig_loss_modulus(f, modulus.real)
+    chosen = (f >= EVERYWHERE[0]) & (f <= EVERYWHERE[-1])
+    assert_allclose(demanded[chosen], loss[chosen], atol=2e-3 * np.max(loss) + 1e-9 * modulus.real[0])
+
+
+@pytest.mark.parametrize("law", [p for p in VARIANTS if not p.values[0].causal and not isinstance(p.values[0], Table)])
+def test_a_law_that_says_it_is_not_causal_is_not(law):
+    modulus = law(ALL_TIME)
+    demanded = kramers_kronig_loss_modulus(ALL_TIME, modulus.real)
+    assert np.max(np.abs(demanded - modulus.imag)) == pytest.approx(np.max(modulus.imag))
 
 
 @pytest.mark.parametrize("law", VARIANTS)
@@ -44,14 +99,30 @@ def test_frequencies_of_any_shape(law):
     assert np.shape(law(100.0)) == ()
 
 
+def with_value(law, field, index, value):
+    """Return a law with another value in a field, or in an entry of it; not validated, for it may be an array."""
+    if index is None:
+        return law.model_copy(update={field: value})
+    entries = getattr(law, field)
+    return law.model_copy(update={field: (*entries[:index], value, *entries[index + 1 :])})
+
+
+def numbers(law):
+    """Yield field, index and value of every parameter; the index is None where the field is no list."""
+    for field, value in law:
+        if isinstance(value, float):
+            yield field, None, value
+        elif isinstance(value, tuple):
+            yield from ((field, index, entry) for index, entry in enumerate(value))
+
+
 @pytest.mark.parametrize("law", [p for p in VARIANTS if not isinstance(p.values[0], Table)])
 def test_parameters_of_any_shape(law):
-    fields = [name for name, value in law if isinstance(value, float)]
-    assert fields
-    for field in fields:
-        values = getattr(law, field) * np.array([[1.0], [0.9]])
-        together = law.model_copy(update={field: values})(FREQUENCIES)
-        alone = [law.model_copy(update={field: float(value)})(FREQUENCIES) for value in values[:, 0]]
+    assert list(numbers(law))
+    for field, index, value in numbers(law):
+        values = value * np.array([[1.0], [0.9]])
+        together = with_value(law, field, index, values)(FREQUENCIES)
+        alone = [with_value(law, field, index, float(v))(FREQUENCIES) for v in values[:, 0]]
         assert_allclose(np.broadcast_to(together, (2, FREQUENCIES.size)), alone, rtol=1e-13)
 
 
