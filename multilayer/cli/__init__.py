@@ -12,6 +12,8 @@ from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.fit import fit
 from multilayer.cli.layers import layers
+from multilayer.cli.rig import rig
+from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
 
 app = typer.Typer(
@@ -36,6 +38,8 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
 app.command()(simulate)
 app.command()(compare)
 app.command()(fit)
+app.command("shape-factor")(shape_factor)
+app.command()(rig)
 app.command()(layers)
 app.command()(check)
 

@@ -9,7 +9,9 @@ import typer
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign or fit files, or folders.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit or rig files, or folders.")
+    ],
 ) -> None:
     """Read files without running anything, and report every mistake with its line and column.
 
@@ -49,4 +51,8 @@ def _read(source: Path) -> str:
     if isinstance(data, dict) and data.get("rig") == "calibration":
         load_calibration(source)
         return "calibration"
+    if isinstance(data, dict) and data.get("rig") == "two-plate":
+        from multilayer.rig.file import load_rig  # heavy: finite elements
+
+        return f"virtual rig of {len(load_rig(source).mountings)} configurations"
     return f"campaign of {len(read_fit(source).recordings)} bursts"

@@ -275,6 +275,8 @@ class ReducedRig:
         density: ArrayLike = 1.0,
         thickness: ArrayLike = 1.0,
         plate_mass: ArrayLike = 1.0,
+        *,
+        extrapolate: bool = False,
     ) -> ComplexArray:
         """Return top over base motion; all arguments broadcast.
 
@@ -286,18 +288,22 @@ class ReducedRig:
             Young's modulus of the sample, Pa.
         density, thickness, plate_mass : array
             Relative to those of the rig.
+        extrapolate : bool
+            Answer beyond the ranges, too: passively, but of unknown accuracy. For the steps of a search.
 
         Raises
         ------
         InputError
-            For frequencies or moduli beyond the ranges by more than a thousandth.
+            Without `extrapolate`, for frequencies or moduli beyond the ranges by more than a thousandth.
         """
         shift = (density, thickness, plate_mass)
-        if self._often(frequency, modulus, shift):
-            return self._by_fractions(np.asarray(frequency, dtype=float), np.asarray(modulus), *shift)
+        if not extrapolate:
+            self._check(np.asarray(frequency, dtype=float), np.asarray(modulus))
+        fractions = self._fractions_for(frequency, modulus, shift)
+        if fractions is not None:
+            return fractions(np.asarray(modulus, dtype=complex))
         given = (frequency, modulus, *shift)
         f, e, *rest = np.broadcast_arrays(*(np.asarray(values) for values in given))
-        self._check(f, e)
         at = Parameters(f.ravel(), e.ravel(), *(values.ravel() for values in rest))
         return self.basis.solve(coefficients(self.rig, self.names, at)).reshape(f.shape)
 
@@ -310,23 +316,30 @@ class ReducedRig:
                 found = f"{values.min():.4g} to {values.max():.4g} {unit}"
                 raise InputError(f"{name}: {found} leaves the reduced rig's range, {low:.4g} to {high:.4g} {unit}")
 
-    def _often(self, frequency: ArrayLike, modulus: ArrayLike, shift: tuple[ArrayLike, ...]) -> bool:
-        """Tell whether few frequencies meet many moduli, and nothing but the sample is lossy."""
-        lossless = not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
-        rows = lossless and np.ndim(frequency) == 1 and np.shape(modulus)[-1:] == np.shape(frequency)
-        return rows and np.size(modulus) > np.size(frequency) and all(np.ndim(value) == 0 for value in shift)
+    def _fractions_for(
+        self, frequency: ArrayLike, modulus: ArrayLike, shift: tuple[ArrayLike, ...]
+    ) -> PartialFractions | None:
+        """Return the partial fractions at these frequencies, where nothing but the sample is lossy.
 
-    def _by_fractions(
-        self, frequency: RealArray, modulus: ComplexArray, density: Any, thickness: Any, plate_mass: Any
-    ) -> ComplexArray:
-        self._check(frequency, modulus)
-        key = (frequency.tobytes(), float(density), float(thickness), float(plate_mass))
+        They are worth their making where many moduli meet the same frequencies, and are kept for the next call.
+        """
+        lossless = not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
+        f = np.asarray(frequency, dtype=float)
+        if not lossless or f.ndim != 1 or np.shape(modulus)[-1:] != f.shape or any(np.ndim(v) for v in shift):
+            return None
+        scales = [float(np.asarray(v)) for v in shift]
+        key = (f.tobytes(), *scales)
         if key not in self._fractions:
+            if np.size(modulus) <= f.size:
+                return None
             if len(self._fractions) >= _REMEMBERED:
                 self._fractions.pop(next(iter(self._fractions)))
-            at = Parameters(frequency, 0.0, density, thickness, plate_mass)
-            unit = Parameters(0.0, 1.0, 0.0, thickness, 0.0)
-            rest, stiffness = (coefficients(self.rig, self.names, point).real for point in (at, unit))
-            own = np.array([name.startswith("sample_") and name != "sample_mass" for name in self.names])
-            self._fractions[key] = self.basis.partial_fractions(np.where(own, stiffness, 0.0), rest)
-        return self._fractions[key](modulus)
+            self._fractions[key] = self._expand(f, *scales)
+        return self._fractions[key]
+
+    def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> PartialFractions:
+        at = Parameters(frequency, 0.0, density, thickness, plate_mass)
+        unit = Parameters(0.0, 1.0, 0.0, thickness, 0.0)
+        rest, stiffness = (coefficients(self.rig, self.names, point).real for point in (at, unit))
+        own = np.array([name in ("sample_0", "sample_1", "sample_2") for name in self.names])
+        return self.basis.partial_fractions(np.where(own, stiffness, 0.0), rest)

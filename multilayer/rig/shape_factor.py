@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
+from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.assembly import blocks, isotropic, solid_parts
 from multilayer.rig.mesh import Section, Slab, build_section
 from multilayer.rig.operators import basis_of, operators
+from multilayer.rig.two_plate import ModulusLike, TwoPlateRig
 
 _HALF = 1.0  # thickness of the upper half of the disc, which is a mirror image of the lower
 _ACROSS, _CORNER = 12, 512
+_LOWEST, _STEPS = 1.0, 60  # Hz, and points on the way up from there
+_ITERATIONS, _PROBE = 40, 1e-7
 
 
 def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float = 1.0) -> float:
@@ -44,7 +51,10 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
     (2001) 3032-3040. The energy is an upper bound, so g comes from above.
     """
     if not 0 <= poisson_ratio < 0.5:
-        raise InputError(f"poisson_ratio: {poisson_ratio:g} is not allowed; it must be at least 0 and below 0.5")
+        raise InputError(
+            f"poisson_ratio: {poisson_ratio:g} is not allowed; it must be at least 0 and below 0.5, where a solid is "
+            "incompressible"
+        )
     if not 0 < shape < np.inf:
         raise InputError(f"shape: {shape:g} is not allowed; it must be above 0")
     section = _disc(4 * shape * _HALF, resolution)
@@ -72,3 +82,66 @@ def _axial_stiffness(section: Section, poisson_ratio: float) -> float:
     load = -(stiffness @ moved)
     moved[free] = splu(csc_matrix(stiffness[free][:, free]), permc_spec="MMD_AT_PLUS_A").solve(load[free])
     return float(moved @ (stiffness @ moved))
+
+
+def dynamic_shape_factor(rig: TwoPlateRig, frequency: ArrayLike, modulus: ModulusLike) -> ComplexArray:
+    """Return the apparent over the true modulus of a sample on the rig, frequency by frequency.
+
+    The apparent modulus is the one with which a rod of the same length and density under a rigid mass (of top plate
+    and accelerometer) moves as the finite-element rig does; eq. (11) of Bonfiglio & Pompoli 2015. It tends to
+    `static_shape_factor` for low frequencies, and follows the sample's own waves where these are no longer than its
+    radius.
+
+    Parameters
+    ----------
+    rig : TwoPlateRig
+    frequency : array, shape (n,)
+        Hz.
+    modulus : law, callable of Hz, or array
+        Young's modulus of the sample, Pa.
+
+    Returns
+    -------
+    complex array, shape (n,)
+        NaN where no rod does as the rig.
+    """
+    f = np.atleast_1d(np.asarray(frequency, dtype=float))
+    value = modulus(f) if callable(modulus) else modulus
+    true = np.broadcast_to(np.asarray(value, dtype=complex), f.shape)
+    # from the static limit upwards: at high frequencies several moduli give the same motion
+    steps = np.unique(np.concatenate([np.geomspace(min(f.min(), _LOWEST), f.max(), _STEPS), f]))
+    order = np.argsort(f)
+    along = np.interp(steps, f[order], true[order])
+    factors = _follow(rig, steps, along, rig.transmissibility(steps, along))
+    return np.asarray(factors[np.searchsorted(steps, f)])
+
+
+def _follow(rig: TwoPlateRig, frequency: RealArray, modulus: ComplexArray, motion: ComplexArray) -> ComplexArray:
+    """Return the factor of every frequency, each found from the one below."""
+    load = (rig.static_plate_mass + rig.sensor_mass) / (np.pi * rig.radius**2)
+    factors = np.full(len(frequency), np.nan + 0j)
+    start = complex(static_shape_factor(rig.poisson_ratio, rig.radius / (2 * rig.thickness)))
+    for i, (f, e, t) in enumerate(zip(frequency, modulus, motion, strict=True)):
+
+        def off(g: ArrayLike, f: float = f, e: complex = e, t: complex = t) -> ComplexArray:
+            rod = rod_transmissibility(f, np.asarray(g) * e, rig.density, rig.thickness, load)
+            return np.asarray(rod / t - 1)
+
+        factors[i] = _newton(off, start)
+        if np.isfinite(factors[i]):
+            start = factors[i]
+    return factors
+
+
+def _newton(function: Callable[[ArrayLike], ComplexArray], start: complex) -> complex:
+    """Return the zero of an analytic function near `start`; NaN when there is none."""
+    g = start
+    for _ in range(_ITERATIONS):
+        here, ahead = function([g, g * (1 + _PROBE)])
+        change = here * g * _PROBE / (ahead - here)
+        g -= change
+        if not np.isfinite(g):
+            break
+        if abs(change) < 1e-10 * abs(g):
+            return complex(g)
+    return complex(np.nan)

@@ -1,0 +1,164 @@
+"""One configuration on the virtual rig: what stands there, how it answers, and what the channels make of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import BoolArray, ComplexArray, RealArray
+from multilayer.errors import InputError, MultilayerError, Problem
+from multilayer.rig.draws import Errors
+from multilayer.rig.effect_base import Geometry, Moment, Mounting
+from multilayer.rig.effects_rig import rigid_modulus
+from multilayer.rig.excitation import Timing
+from multilayer.rig.file import RigFile
+from multilayer.rig.specimen import TopPlateSettings
+from multilayer.signals.spectra import frequencies
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A configuration with its errors and effects.
+
+    Attributes
+    ----------
+    settings : RigFile
+    errors : Errors
+    mounting : Mounting
+    """
+
+    settings: RigFile
+    errors: Errors
+    mounting: Mounting
+
+    @cached_property
+    def timing(self) -> Timing:
+        """How the bursts are sampled."""
+        return self.settings.timing(self.mounting)
+
+    @cached_property
+    def bins(self) -> RealArray:
+        """Frequencies of the spectra, Hz, from 0."""
+        return frequencies(self.timing.n_fft, self.settings.sampling_rate)
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """What stands on the rig, the effects included; see `effect_base.Geometry`."""
+        geometry = self._plain_geometry()
+        for effect in self.settings.effects:
+            geometry = effect.apply_to_geometry(geometry, self.mounting, self.settings.specimen)
+        return geometry
+
+    def _plain_geometry(self) -> Geometry:
+        settings, mounting, errors = self.settings, self.mounting, self.errors
+        plate, base = settings.top_plate, settings.base_plate
+        elastic = {
+            "base_thickness": base.thickness,
+            "base_density": base.density,
+            "base_modulus": base.young_modulus,
+            "base_poisson_ratio": base.poisson_ratio,
+        }
+        return {
+            "radius": mounting.radius,
+            "thickness": mounting.thickness + errors.thickness[mounting.thickness],
+            "density": settings.specimen.density * (1 + errors.density),
+            "poisson_ratio": 0.0,
+            "plate_thickness": mounting.top_plate,
+            "plate_density": plate.density * (1 + errors.top_plate_mass),
+            "plate_modulus": _rigid(plate, mounting),
+            "real_plate_modulus": plate.young_modulus,
+            "plate_poisson_ratio": plate.poisson_ratio,
+            **(elastic if base.elastic else {}),
+        }
+
+    def moment(self, frequency: float, repeat: int) -> Moment:
+        """Return where and when a burst is recorded.
+
+        Bursts follow each other, each with all its repeats; a sample that is remounted for each repeat goes through
+        all its bursts in between.
+        """
+        n, repeats = len(self.mounting.frequencies), self.settings.repeats
+        burst = self.mounting.frequencies.index(frequency)
+        again = self.settings.remount is not None
+        elapsed = (repeat * n + burst) / repeats if again else burst + repeat / repeats
+        since = float(burst) if again else elapsed
+        before, total = self.mounting.index * n, float(self.mounting.count * n)
+        return Moment(self.mounting, self.geometry, frequency, repeat, before + elapsed, total, since)
+
+    def modulus(self, frequency: RealArray, moment: Moment) -> ComplexArray:
+        """Return the sample's modulus at a moment, Pa, at frequencies, Hz, above 0."""
+        modulus = self.settings.specimen.modulus(frequency)
+        for effect in self.settings.effects:
+            modulus = effect.apply_to_modulus(frequency, modulus, moment)
+        return modulus * (1 + self.errors.repeat_stiffness[self.mounting.name][moment.repeat])
+
+    @property
+    def varies(self) -> bool:
+        """Whether the modulus differs from recording to recording."""
+        remount = self.settings.remount
+        return any(e.varies for e in self.settings.effects) or (remount is not None and remount.stiffness > 0)
+
+    def response(self, moment: Moment) -> ComplexArray:
+        """Return top over base at the bins, without what the channels do to it.
+
+        Beyond the band of the bursts it goes on as that of a mass: nothing is left there to hear.
+        """
+        inside = self._inside(moment)
+        f, known = self.bins[inside], self._known[self._key(moment)]
+        below, above = self.bins < f[0], self.bins > f[-1]
+        ratio = np.empty(self.bins.shape, dtype=complex)
+        ratio[inside] = known
+        ratio[below] = 1 + (known[0] - 1) * (self.bins[below] / f[0]) ** 2
+        ratio[above] = known[-1] * (f[-1] / self.bins[above]) ** 2
+        return ratio
+
+    def _key(self, moment: Moment) -> tuple[float, int] | None:
+        return (moment.frequency, moment.repeat) if self.varies else None
+
+    def _inside(self, moment: Moment) -> BoolArray:
+        low, high = self.timing.band((moment.frequency,) if self.varies else self.mounting.frequencies)
+        return np.asarray((self.bins >= low) & (self.bins <= high) & (self.bins > 0))
+
+    @cached_property
+    def _known(self) -> dict[tuple[float, int] | None, ComplexArray]:
+        """The transmissibility within the bands; all in one go, for which the finite elements are made."""
+        repeats = range(self.settings.repeats)
+        moments = [self.moment(f, repeat) for f in self.mounting.frequencies for repeat in repeats]
+        distinct = {self._key(moment): moment for moment in moments}
+        f = [self.bins[self._inside(moment)] for moment in distinct.values()]
+        moduli = [self.modulus(at, moment) for at, moment in zip(f, distinct.values(), strict=True)]
+        found = self._transmissibility(np.concatenate(f), np.concatenate(moduli))
+        ends = np.cumsum([len(at) for at in f])[:-1]
+        return dict(zip(distinct, np.split(found, ends), strict=True))
+
+    def _transmissibility(self, frequency: RealArray, modulus: ComplexArray) -> ComplexArray:
+        from multilayer.rig.two_plate import TwoPlateRig  # heavy: SciPy's and scikit-fem's meshes
+
+        arguments: dict[str, Any] = {k: v for k, v in self.geometry.items() if k != "real_plate_modulus"}
+        try:
+            return TwoPlateRig(**arguments).transmissibility(frequency, modulus)
+        except MultilayerError as error:
+            reasons = error.problems if isinstance(error, InputError) else [error]
+            told = [Problem(f"configuration '{self.mounting.name}': {reason}", "configurations") for reason in reasons]
+            raise InputError(told) from None
+
+    def chain(self, repeat: int) -> tuple[ComplexArray, ComplexArray]:
+        """Return what the top channel shows of top and of base, at the bins, in one repeat."""
+        offset = self._shown(np.zeros(self.bins.shape, dtype=complex))
+        factor = self._shown(np.ones(self.bins.shape, dtype=complex)) - offset
+        errors, name = self.errors, self.mounting.name
+        gain = (1 + errors.channel_gain) * (1 + errors.remount_gain[name]) * (1 + errors.repeat_gain[name][repeat])
+        drawn = gain * np.exp(-2j * np.pi * self.bins * errors.channel_delay)
+        return factor * drawn, offset * drawn
+
+    def _shown(self, ratio: ComplexArray) -> ComplexArray:
+        for effect in self.settings.effects:
+            ratio = effect.apply_to_response(self.bins, ratio, self.mounting)
+        return ratio
+
+
+def _rigid(plate: TopPlateSettings, mounting: Mounting) -> float:
+    return rigid_modulus(mounting.radius, mounting.top_plate, plate.density, plate.young_modulus, plate.poisson_ratio)

@@ -1,0 +1,64 @@
+"""The effects of the virtual rig by name, and the field type that takes one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import PlainSerializer, PlainValidator, ValidationError, ValidationInfo
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from multilayer.errors import show, suggest
+from multilayer.registry import Registry, RegistryError
+from multilayer.rig.effect_base import Effect
+from multilayer.rig.effects_reading import ChannelDelay, ChannelGain, Crosstalk, HighPass, Rocking, SensorMount
+from multilayer.rig.effects_rig import Adhesive, Delamination, Flanking, PlateFlexure, SensorMass
+from multilayer.rig.effects_sample import (
+    AmplitudeSoftening,
+    Dispersion,
+    FiniteSize,
+    Preload,
+    SaturatingAir,
+    Skin,
+    TemperatureDrift,
+)
+from multilayer.rig.effects_unlisted import Anisotropy, BaseTilt, CableResonance, ClockSkew, Creep, Grading
+
+EFFECTS: Registry[type[Effect]] = Registry("multilayer.rig_effects", "effect")
+
+for _kind in (
+    FiniteSize, SensorMass, Adhesive, ChannelGain, ChannelDelay, HighPass, Crosstalk, Preload, SaturatingAir,
+    Dispersion, PlateFlexure, SensorMount, Rocking, Delamination, Skin, AmplitudeSoftening, TemperatureDrift, Flanking,
+    ClockSkew, CableResonance, BaseTilt, Creep, Grading, Anisotropy,
+):  # fmt: skip
+    EFFECTS.register(_kind.model_fields["effect"].default, _kind)
+
+
+def _parse(value: Any, info: ValidationInfo) -> Effect:
+    if isinstance(value, Effect):
+        return value
+    if not isinstance(value, Mapping):
+        hint = f"write {{effect: {value}}}" if value in EFFECTS else "write {effect: NAME, ...}"
+        raise _refused("effect", f"must be a mapping of fields, not {show(value)}; {hint}", ())
+    name = value.get("effect")
+    if name is None:
+        raise _refused("effect", f"has no 'effect'; allowed: {', '.join(EFFECTS.names())}", ())
+    if name not in EFFECTS:
+        raise _refused("effect", f"there is no effect {show(name)}; {suggest(str(name), EFFECTS.names())}", ("effect",))
+    try:
+        kind = EFFECTS[str(name)]
+    except RegistryError as error:
+        raise _refused("effect", str(error), ("effect",)) from None
+    return kind.model_validate(dict(value), context=info.context)
+
+
+def _refused(title: str, reason: str, path: tuple[str, ...]) -> ValidationError:
+    error = PydanticCustomError("effect", "{reason}", {"reason": reason})
+    return ValidationError.from_exception_data(title, [InitErrorDetails(type=error, loc=path, input=None)])
+
+
+EffectField = Annotated[
+    Effect, PlainValidator(_parse), PlainSerializer(lambda effect: effect.model_dump(mode="json", exclude_none=True))
+]
+
+__all__ = ["EFFECTS", "Effect", "EffectField"]
