@@ -32,14 +32,19 @@ def fit(
         str | None,
         typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
     ] = None,
+    joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
+    law: Annotated[str, typer.Option(help="The law of a joint fit.")] = "fractional_zener",
+    elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
 ) -> None:
-    """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst.
+    """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
     Writes moduli.csv, fit.json and figures. Exit status: 0 all bursts accepted, 1 some have no accepted solution
     (everything is written all the same), 2 the input cannot be used (nothing is written).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
+
+    Example: multilayer fit examples/foam_b --joint --law fractional_zener --model finite
     """
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.fit import fit_campaign, number_of_steps
@@ -48,6 +53,11 @@ def fit(
     from multilayer.report.fit_table import fit_table
 
     job = read_fit(source, method, model)
+    if joint:
+        from multilayer.cli.joint_fit import fit_one_law
+
+        fit_one_law(job, law, elements, out, as_json, figures)
+        return
     refuse_unusable(out or Path("results"))
     with progress_bar("fit", number_of_steps(job.campaign, job.settings)) as advance:
         result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, advance)

@@ -30,12 +30,15 @@ class FiniteRig:
     reduced : ReducedRig
     density, thickness, plate_mass : float
         Relative to the nominal ones.
+    extrapolate : bool
+        Whether to answer for moduli beyond the range of the reduced model.
     """
 
     reduced: ReducedRig
     density: float = 1.0
     thickness: float = 1.0
     plate_mass: float = 1.0
+    extrapolate: bool = False
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -44,7 +47,13 @@ class FiniteRig:
 
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
         """Return top over base motion; see `inverse.rig.PlaneWaveRig.transmissibility`."""
-        return self.reduced.transmissibility(frequency, modulus, self.density, self.thickness, self.plate_mass)
+        shift = (self.density, self.thickness, self.plate_mass)
+        return self.reduced.transmissibility(frequency, modulus, *shift, extrapolate=self.extrapolate)
+
+    def holds(self, modulus: ComplexArray) -> bool:
+        """Tell whether moduli lie within the range of the reduced model."""
+        low, high = self.reduced.ranges.modulus
+        return bool(low <= modulus.real.min() and modulus.real.max() <= high)
 
     def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> FiniteRig:
         """Return the rig with an uncertain quantity changed by `amount`."""

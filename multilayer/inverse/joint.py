@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
@@ -18,17 +19,17 @@ from multilayer.inverse.burst import BurstData
 from multilayer.inverse.least_squares import distinct, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, values_of
 from multilayer.inverse.problem import Minimum, by_differences
-from multilayer.inverse.rig import Rig, Uncertain
+from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 
 MODEL_ERROR = 0.002  # relative, of a solver and of the plates' idealisation: one standard deviation
 _SMOOTH = 0.3  # correlation length of that error in ln f
 _BINS = 6  # kept of each burst: its main lobe holds about as many independent ones
-_NUISANCE_STEP = 0.1
+_DENSITY_STEP = 0.01
 _COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
 Tell = Callable[[str], None]
-_QUANTITIES: tuple[Uncertain, ...] = ("thickness", "density", "top_plate_mass")
+N_BEST, N_FOLLOWED = 6, 3
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,17 @@ class ConfigurationData:
     ratio : complex array, shape (n,)
     variance : array, shape (n,)
         Of the real and of the imaginary part of the noise in ln(ratio).
+    centres : array, shape (n_bursts,)
+        Stated frequencies of the bursts, Hz.
     """
 
     name: str
     thickness: float
     frequency: RealArray
-    burst: RealArray
+    burst: NDArray[np.intp]
     ratio: ComplexArray
     variance: RealArray
+    centres: RealArray
 
     def covariance(self, model_error: float) -> RealArray:
         """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
@@ -84,7 +88,9 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
         parts = [_ratios(burst) for burst in own]
         index = np.repeat(np.arange(len(own)), [len(part[0]) for part in parts])
         f, ratio, variance = (np.concatenate(column) for column in zip(*parts, strict=True))
-        found.append(ConfigurationData(configuration.name, configuration.specimen_thickness, f, index, ratio, variance))
+        centres = np.array([burst.frequency for burst in own])
+        height = configuration.specimen_thickness
+        found.append(ConfigurationData(configuration.name, height, f, index, ratio, variance, centres))
     return found
 
 
@@ -95,6 +101,62 @@ def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray]:
     ratio = top / base
     power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
     return f, ratio, power / (2 * np.abs(top) ** 2)
+
+
+@dataclass(frozen=True)
+class RigChange:
+    """How a rig differs from its description: density and plate mass relative, thickness in m."""
+
+    density: RealArray
+    thickness: RealArray
+    plate_mass: RealArray
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """ln(transmissibility) of rigs near a given one, to second order in density and thickness.
+
+    Attributes
+    ----------
+    rig : Rig
+    density_step, thickness_step : float
+        Relative, and m; about as large as the changes asked for. A step of 0 for a thickness that is known.
+    """
+
+    rig: Rig
+    density_step: float
+    thickness_step: float
+
+    @cached_property
+    def _around(self) -> list[tuple[Rig, int, int]]:
+        """The rigs at the steps, with the steps taken in density and in thickness."""
+        steps = [(1, 0), (-1, 0)] + ([(0, 1), (0, -1), (1, 1)] if self.thickness_step else [])
+        return [(self._stepped(i, j), i, j) for i, j in steps]
+
+    def _stepped(self, i: int, j: int) -> Rig:
+        rig = self.rig.shifted("density", i * self.density_step, relative=True) if i else self.rig
+        return rig.shifted("thickness", j * self.thickness_step, relative=False) if j else rig
+
+    def log_motion(
+        self, frequency: RealArray, modulus: ComplexArray, density: RealArray, thickness: RealArray
+    ) -> ComplexArray:
+        """Return ln(top/base), shape (..., n); `density` and `thickness` of shape (..., 1)."""
+        here = self.rig.transmissibility(frequency, modulus)
+        total = np.log(here)
+        if not (np.any(density) or np.any(thickness)):
+            return np.asarray(total)
+        change = {(i, j): np.log(rig.transmissibility(frequency, modulus) / here) for rig, i, j in self._around}
+        x = density / self.density_step
+        total = total + _parabola(change[1, 0], change[-1, 0], x)
+        if self.thickness_step:
+            y = thickness / self.thickness_step
+            mixed = change[1, 1] - change[1, 0] - change[0, 1]
+            total = total + _parabola(change[0, 1], change[0, -1], y) + mixed * x * y
+        return np.asarray(total)
+
+
+def _parabola(ahead: ComplexArray, behind: ComplexArray, x: RealArray) -> ComplexArray:
+    return np.asarray(0.5 * (ahead - behind) * x + 0.5 * (ahead + behind) * x**2)
 
 
 @dataclass(frozen=True)
@@ -126,16 +188,10 @@ class Nuisances:
             if spread > 0
         )
 
-    def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> dict[Uncertain, RealArray]:
-        """Return the changes of the rig in one configuration, in units of one standard deviation."""
-        spreads = {"thickness": self.known.thickness, "density": self.known.density}
-        spreads["top_plate_mass"] = self.known.top_plate_mass
-        names = {
-            "thickness": f"thickness[{data.thickness:g}]",
-            "density": "density",
-            "top_plate_mass": "top_plate_mass",
-        }
-        return {q: values[names[q]] / spreads[q] for q in _QUANTITIES if spreads[q] > 0}
+    def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> RigChange:
+        """Return the changes of the rig in one configuration."""
+        names = ("density", f"thickness[{data.thickness:g}]", "top_plate_mass")
+        return RigChange(*(values.get(name, np.zeros(())) for name in names))
 
     def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
         """Return what the channels add to ln(ratio), shape (..., n)."""
@@ -166,7 +222,7 @@ class JointProblem:
     space: LawSpace
     known: Uncertainty = field(default_factory=Uncertainty)
     model_error: float = MODEL_ERROR
-    _shifted: dict[str, dict[Uncertain, tuple[Rig, Rig]]] = field(default_factory=dict, repr=False, compare=False)
+    _neighbourhoods: dict[str, Neighbourhood] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
     def nuisances(self) -> Nuisances:
@@ -196,24 +252,8 @@ class JointProblem:
         return np.concatenate(parts, axis=-1)
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative; that by a nuisance from the same motions as the residual."""
-        values, by_law = by_differences(self.residual, z, len(self.law_parameters))
-        if not self.nuisances.parameters:
-            return values, by_law
-        return values, np.concatenate([by_law, self._by_nuisances(z)], axis=-1)
-
-    def _by_nuisances(self, z: RealArray) -> RealArray:
-        """Return the derivative by the nuisances' coordinates, shape (n_data, n_nuisances)."""
-        n, own = len(self.law_parameters), self.nuisances
-        law, m = self.law_coordinates(z), len(own.parameters)
-        # the motions themselves are the same for all these steps: one solution each
-        steps = z[n:] + _NUISANCE_STEP * np.concatenate([np.eye(m), -np.eye(m)])
-        values = values_of(own.parameters, steps)
-        parts = []
-        for i, data in enumerate(self.data):
-            motion = self.log_motion(data, self.space.modulus(law, data.frequency), values)
-            parts.append(self.whitened(i, motion[:m] - motion[m:]) / (2 * _NUISANCE_STEP))
-        return np.concatenate(parts, axis=-1).T
+        """Return residual and derivative, shapes (n_data,) and (n_data, n_parameters), from one batch."""
+        return by_differences(self.residual, z)
 
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
@@ -242,29 +282,19 @@ class JointProblem:
         self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
     ) -> ComplexArray:
         """Return ln(top/base) of a configuration as the channels see it, shape (..., n)."""
-        rig = self.rigs[data.name]
-        here = rig.transmissibility(data.frequency, modulus)
-        total = np.log(here) + self.nuisances.of_channels(values, data)
-        for quantity, amount in self.nuisances.of_rig(values, data).items():
-            more, less = (
-                np.log(r.transmissibility(data.frequency, modulus) / here) for r in self._pair(data, quantity)
-            )
-            # a parabola through one standard deviation to either side: no new solution for every value
-            total = total + 0.5 * (more - less) * amount[..., None] + 0.5 * (more + less) * amount[..., None] ** 2
-        return np.asarray(total)
+        amounts = self.nuisances.of_rig(values, data)
+        near = self._near(data.name)
+        # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
+        scale = 1 + amounts.plate_mass[..., None]
+        density = (1 + amounts.density[..., None]) / scale - 1
+        motion = near.log_motion(data.frequency, modulus / scale, density, amounts.thickness[..., None])
+        return np.asarray(motion + self.nuisances.of_channels(values, data))
 
-    def _pair(self, data: ConfigurationData, quantity: Uncertain) -> tuple[Rig, Rig]:
-        own = self._shifted.setdefault(data.name, {})
-        if quantity not in own:
-            spread = {"thickness": self.known.thickness, "density": self.known.density}.get(
-                quantity, self.known.top_plate_mass
-            )
-            rig, relative = self.rigs[data.name], quantity != "thickness"
-            own[quantity] = (
-                rig.shifted(quantity, spread, relative=relative),
-                rig.shifted(quantity, -spread, relative=relative),
-            )
-        return own[quantity]
+    def _near(self, name: str) -> Neighbourhood:
+        if name not in self._neighbourhoods:
+            step = self.known.density or _DENSITY_STEP
+            self._neighbourhoods[name] = Neighbourhood(self.rigs[name], step, self.known.thickness)
+        return self._neighbourhoods[name]
 
 
 def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> tuple[RealArray, ComplexArray]:
@@ -286,14 +316,31 @@ def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> t
 
 
 def solve_joint(
-    problem: JointProblem, *, n_best: int = 6, n_followed: int = 3, seed: int = 0, tell: Tell | None = None
+    problem: JointProblem,
+    starts: Sequence[RealArray] = (),
+    *,
+    n_best: int = N_BEST,
+    n_followed: int = N_FOLLOWED,
+    seed: int = 0,
+    tell: Tell | None = None,
 ) -> list[Minimum]:
     """Return the distinct minima of a joint problem, the most probable first.
 
     The law alone is sought first, from many starts; its best minima are then followed with the nuisances.
+
+    Parameters
+    ----------
+    problem : JointProblem
+    starts : sequence of array, shape (n_law,)
+        Coordinates of laws to follow besides the `n_best` drawn from the prior.
+    n_best, n_followed : int
+        How many are followed for the law alone, and with the nuisances.
+    seed : int
+    tell : callable, optional
+        Called with a short text after each start.
     """
     law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
-    coarse = search(law_only, n_best=n_best, seed=seed, tell=tell)
+    coarse = search(law_only, starts, n_best=n_best, seed=seed, tell=tell)
     m = len(problem.nuisances.parameters)
     fine = [minimise(problem, np.concatenate([found.z, np.zeros(m)])) for found in coarse[:n_followed]]
     return distinct(fine)

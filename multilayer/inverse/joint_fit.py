@@ -1,0 +1,296 @@
+"""Fitting one modulus law to a whole campaign, and what comes of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.errors import MultilayerError
+from multilayer.inverse.acceptance import Criteria
+from multilayer.inverse.burst import BurstProblem
+from multilayer.inverse.finite import REACH, FiniteRig, ModulusRange, finite_rigs
+from multilayer.inverse.fit import burst_problems
+from multilayer.inverse.joint import (
+    N_BEST,
+    N_FOLLOWED,
+    JointProblem,
+    configuration_data,
+    first_guess,
+    law_space,
+    solve_joint,
+)
+from multilayer.inverse.problem import Minimum
+from multilayer.inverse.result import CSV_COLUMNS, csv_cell
+from multilayer.inverse.rig import Rig
+from multilayer.inverse.settings import FitSettings
+from multilayer.measurements.description import Campaign
+from multilayer.measurements.recording import Recording
+from multilayer.media.laws import ModulusLaw
+from multilayer.signals.calibration import Calibration
+
+JOINT = "joint"
+Progress = Callable[[str], None]
+_STEP = 1e-4
+_SIGNIFICANT = 0.01
+_MOST_REMADE = 4
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """One law for all bursts of a campaign.
+
+    Attributes
+    ----------
+    campaign : str
+    settings : dict
+    law : ModulusLaw
+        The most probable one.
+    problem : JointProblem
+    minima : list of Minimum
+        The distinct solutions, the most probable first.
+    criteria : Criteria
+        Of eq. (10), for `accepted`.
+    """
+
+    campaign: str
+    settings: dict[str, Any]
+    law: ModulusLaw
+    problem: JointProblem = field(repr=False)
+    minima: list[Minimum] = field(repr=False)
+    criteria: Criteria
+
+    @property
+    def best(self) -> Minimum:
+        """The most probable solution."""
+        return self.minima[0]
+
+    @property
+    def n_data(self) -> int:
+        """Number of real data."""
+        return len(self.best.residual)
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a misfit as large as this if law, rig and stated uncertainties are right."""
+        return float(chi2.sf(self.best.cost, self.n_data))
+
+    def moduli(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
+        """Return E1 + i E2 at frequencies (n,), Hz, and the covariance of (E1, E2), shape (n, 2, 2), Pa."""
+        n = len(self.problem.law_parameters)
+        z = self.best.z
+        steps = np.zeros((2 * n + 1, z.size))
+        steps[1 : n + 1, :n], steps[n + 1 :, :n] = _STEP * np.eye(n), -_STEP * np.eye(n)
+        values = self.problem.space.modulus(self.problem.law_coordinates(z + steps), frequency)
+        slopes = (values[1 : n + 1] - values[n + 1 :]) / (2 * _STEP)
+        parts = np.stack([slopes.real, slopes.imag], axis=-1)  # (n_law, n, 2)
+        covariance = self.best.covariance[:n, :n]
+        return values[0], np.einsum("ifa,ij,jfb->fab", parts, covariance, parts)
+
+    @property
+    def parameters(self) -> dict[str, tuple[float, float]]:
+        """Value and standard deviation of the law's parameters (SI), and of the nuisances, by name."""
+        space, n = self.problem.space, len(self.problem.law_parameters)
+        z, covariance = self.best.z, self.best.covariance
+        steps = z + _STEP * np.concatenate([np.eye(z.size), -np.eye(z.size)])
+        logs = space.logs(self.problem.law_coordinates(steps))
+        slopes = (logs[: z.size] - logs[z.size :]).T / (2 * _STEP)
+        spread = np.sqrt(np.einsum("ki,ij,kj->k", slopes, covariance, slopes))
+        values = np.exp(space.logs(self.problem.law_coordinates(z)))
+        found = {name: (float(v), float(v * s)) for name, v, s in zip(space.names, values, spread, strict=True)}
+        for i, parameter in enumerate(self.problem.nuisances.parameters, start=n):
+            size = parameter.prior.normal[1] if parameter.prior.normal else 1.0
+            found[parameter.name] = (size * float(z[i]), size * float(np.sqrt(covariance[i, i])))
+        return found
+
+    def discrepancies(self) -> dict[str, tuple[RealArray, RealArray, RealArray]]:
+        """Return frequency (Hz), time of flight (s) and level (dB), measured minus modelled, by configuration."""
+        logs = self.problem.log_ratios(self.best.z)
+        return {
+            data.name: (
+                data.frequency,
+                difference.imag / (2 * np.pi * data.frequency),
+                -20 / np.log(10) * difference.real,
+            )
+            for data, difference in zip(self.problem.data, logs, strict=True)
+        }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the rows of ``moduli.csv``: one per frequency of the campaign, configuration ``joint``.
+
+        Differences are the largest among the configurations, each a mean over its burst.
+        """
+        at = sorted({float(f) for data in self.problem.data for f in data.centres})
+        moduli, covariance = self.moduli(np.array(at))
+        delays, levels = self._worst()
+        found = []
+        for f, e, c in zip(at, moduli, covariance, strict=True):
+            slope = np.array([-e.imag / e.real**2, 1 / e.real])
+            values = (
+                JOINT, f, e.real, c[0, 0] ** 0.5, e.imag, c[1, 1] ** 0.5, e.imag / e.real, (slope @ c @ slope) ** 0.5,
+                delays[f], levels[f], not self.criteria.reason(delays[f], levels[f]),
+            )  # fmt: skip
+            found.append(
+                {k: float(v) if isinstance(v, np.floating) else v for k, v in zip(CSV_COLUMNS, values, strict=True)}
+            )
+        return found
+
+    def _worst(self) -> tuple[dict[float, float], dict[float, float]]:
+        delays: dict[float, float] = {}
+        levels: dict[float, float] = {}
+        found = self.discrepancies()
+        for data in self.problem.data:
+            _, delay, level = found[data.name]
+            for index, f in enumerate(data.centres):
+                own = data.burst == index
+                for worst, values in ((delays, delay), (levels, level)):
+                    mean = float(np.mean(values[own]))
+                    worst[float(f)] = max(worst.get(float(f), 0.0), mean, key=abs)
+        return delays, levels
+
+    @property
+    def all_accepted(self) -> bool:
+        """Whether all frequencies meet eq. (10) and the misfit is no larger than chance."""
+        return self.p_value > _SIGNIFICANT and all(row["accepted"] for row in self.rows())
+
+    @property
+    def remark(self) -> str:
+        """What a reader should know, in a sentence; empty when one law explains all."""
+        if self.p_value > _SIGNIFICANT:
+            return ""
+        return (
+            f"one law does not explain all bursts within what is stated: chi-square {self.best.cost:.4g} for "
+            f"{self.n_data} data; something acts that this model lacks"
+        )
+
+    def to_csv(self) -> str:
+        """Return ``moduli.csv``."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(CSV_COLUMNS)
+        for row in self.rows():
+            writer.writerow([csv_cell(value) for value in row.values()])
+        return text.getvalue()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return {
+            "version": 1,
+            "campaign": self.campaign,
+            "settings": self.settings,
+            "law": self.law.model_dump(mode="json"),
+            "parameters": {name: {"value": v, "std": s} for name, (v, s) in self.parameters.items()},
+            "chi_square": self.best.cost,
+            "n_data": self.n_data,
+            "p_value": self.p_value,
+            "remark": self.remark,
+            "moduli": self.rows(),
+            "minima": [
+                {"chi_square": m.cost, "log_evidence": m.log_evidence, "law": self._law_of(m).model_dump(mode="json")}
+                for m in self.minima
+            ],
+        }
+
+    def _law_of(self, minimum: Minimum) -> ModulusLaw:
+        return self.problem.space.law(self.problem.law_coordinates(minimum.z))
+
+
+def fit_joint(
+    campaign: Campaign,
+    recordings: Mapping[tuple[str, float], Recording],
+    law: str = "fractional_zener",
+    *,
+    elements: int | None = None,
+    settings: FitSettings | None = None,
+    calibration: Calibration | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> JointFit:
+    """Find the modulus law of a campaign's specimen from all bursts at once.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    recordings : mapping
+        Signals by (configuration name, frequency).
+    law : str
+        Name of a registered modulus law.
+    elements : int, optional
+        Of laws with lists of branches.
+    settings : FitSettings, optional
+        Its `model`, `termination` and `ambient` count here.
+    calibration : Calibration, optional
+    seed : int
+        Of the points where the search starts.
+    progress : callable, optional
+        Called with a short text after every step.
+
+    Raises
+    ------
+    InputError
+        For unknown laws, or records that end before the ring-down.
+
+    Notes
+    -----
+    Data are the ratios of the spectra of top and base in the main lobe of every burst; their covariance holds the noise
+    of both channels and the model's own error. What the laboratory states of itself are unknowns with normal priors.
+    """
+    settings = settings or FitSettings()
+    tell = progress or (lambda text: None)
+    problems = burst_problems(campaign, recordings, settings.model_copy(update={"model": "plane_wave"}), calibration)
+    problem = _plane_wave_problem(campaign, problems, law, elements)
+    minima = solve_joint(problem, seed=seed, tell=tell)
+    if settings.model == "finite":
+        problem, minima = _with_free_rim(campaign, problem, minima, tell)
+    criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
+    plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
+    name = campaign.folder.resolve().name
+    return JointFit(name, plain, problem.space.law(problem.law_coordinates(minima[0].z)), problem, minima, criteria)
+
+
+def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
+    """Return how often `fit_joint` reports progress, if the finite elements need to be made once only."""
+    plane_wave = N_BEST
+    return plane_wave if settings.model == "plane_wave" else plane_wave + len(campaign.configurations) + 2 * N_FOLLOWED
+
+
+def _plane_wave_problem(
+    campaign: Campaign, problems: list[BurstProblem], law: str, elements: int | None
+) -> JointProblem:
+    data = configuration_data(campaign, [problem.data for problem in problems])
+    rigs: dict[str, Rig] = {problem.data.configuration: problem.rig for problem in problems}
+    space = law_space(law, *first_guess(data, rigs), elements=elements)
+    return JointProblem(data, rigs, space, campaign.uncertainty)
+
+
+def _with_free_rim(
+    campaign: Campaign, problem: JointProblem, minima: list[Minimum], tell: Progress
+) -> tuple[JointProblem, list[Minimum]]:
+    """Return problem and solutions with finite elements, made anew where the solution leaves their range."""
+    n = len(problem.law_parameters)
+    for _ in range(_MOST_REMADE):
+        rigs = _rigs_around(campaign, problem, minima[0], tell)
+        problem = replace(problem, rigs=rigs)
+        minima = solve_joint(problem, [minimum.z[:n] for minimum in minima], n_best=N_FOLLOWED, tell=tell)
+        law = problem.law_coordinates(minima[0].z)
+        if all(rigs[data.name].holds(problem.space.modulus(law, data.frequency)) for data in problem.data):
+            return problem, minima
+    raise MultilayerError("the finite elements' range of moduli does not settle; fit with --model plane_wave first")
+
+
+def _rigs_around(campaign: Campaign, problem: JointProblem, found: Minimum, tell: Progress) -> dict[str, FiniteRig]:
+    """Return reduced finite-element rigs around a law."""
+    ranges = {}
+    for data in problem.data:
+        low, high = float(REACH[0] * data.centres.min()), float(REACH[1] * data.centres.max())
+        e = problem.space.modulus(problem.law_coordinates(found.z), np.geomspace(low, high, 9))
+        points = [np.array([np.log(m.real), m.imag / m.real]) for m in e]
+        ranges[data.name] = ModulusRange.around(points, campaign.specimen.poisson_ratio, 2.0)
+    rigs = finite_rigs(campaign, ranges, tell)
+    return {name: replace(rig, extrapolate=True) for name, rig in rigs.items()}
