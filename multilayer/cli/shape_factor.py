@@ -1,0 +1,92 @@
+"""``multilayer shape-factor``."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+_SHAPES = "0.25,0.5,1,1.5,2.5"
+_RATIOS = "0.1,0.2,0.3,0.4,0.45,0.49"
+_SAMPLE = {"--radius": "m", "--thickness": "m", "--density": "kg/m^3", "--young-modulus": "Pa"}
+
+
+def shape_factor(
+    poisson_ratio: Annotated[
+        str, typer.Option("--poisson-ratio", metavar="NU", help="One, or several with commas; from 0 to below 0.5.")
+    ] = _RATIOS,
+    shape: Annotated[
+        str | None,
+        typer.Option("--shape", metavar="S", help=f"Radius over twice the thickness; several with commas. [{_SHAPES}]"),
+    ] = None,
+    radius: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the sample, as '22.5 mm'.")] = None,
+    thickness: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the sample, as '25 mm'.")] = None,
+    frequency: Annotated[
+        str | None,
+        typer.Option(metavar="F", help="For dynamic factors: one or several with commas, as '100 Hz,1 kHz'."),
+    ] = None,
+    density: Annotated[str | None, typer.Option(metavar="DENSITY", help="Of the sample, as '80 kg/m^3'.")] = None,
+    young_modulus: Annotated[str | None, typer.Option(metavar="E", help="Of the sample, as '200 kPa'.")] = None,
+    loss_factor: Annotated[float, typer.Option(metavar="ETA", help="Of the sample.")] = 0.1,
+    plate_thickness: Annotated[str, typer.Option(metavar="LENGTH", help="Of a top plate of steel.")] = "1 mm",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")] = False,
+) -> None:
+    """Print how much stiffer a glued disc is than a free rod: g = apparent modulus / Young's modulus.
+
+    Static factors g(nu, S) for every Poisson's ratio and shape; with frequencies, dynamic ones of a sample under a top
+    plate: complex, the ratio that a rod model would find.
+
+    Example: multilayer shape-factor --poisson-ratio 0.3 --radius "22.5 mm" --thickness "25 mm"
+    --frequency "100 Hz,500 Hz,1 kHz" --density "80 kg/m^3" --young-modulus "200 kPa"
+    """
+    from multilayer.report.shape_table import ShapeFactors, shape_table
+    from multilayer.rig.shape_factor import dynamic_shape_factor, static_shape_factor
+    from multilayer.rig.two_plate import TwoPlateRig
+
+    ratios = _numbers("--poisson-ratio", poisson_ratio, "")
+    given = {"--radius": radius, "--thickness": thickness, "--density": density, "--young-modulus": young_modulus}
+    if frequency is None:
+        shapes = _shapes(shape, radius, thickness)
+        rows = {nu: [complex(static_shape_factor(nu, s)) for s in shapes] for nu in ratios}
+        result = ShapeFactors("shape", shapes, rows)
+    else:
+        a, h, rho, modulus = (_one(name, text, _SAMPLE[name]) for name, text in given.items())
+        f, plate = _numbers("--frequency", frequency, "Hz"), _one("--plate-thickness", plate_thickness, "m")
+        rigs = {nu: TwoPlateRig(a, h, rho, nu, plate) for nu in ratios}
+        rows = {nu: list(dynamic_shape_factor(rig, f, modulus * (1 + 1j * loss_factor))) for nu, rig in rigs.items()}
+        result = ShapeFactors("frequency_hz", f, rows)
+    if as_json:
+        typer.echo(json.dumps(result.to_dict(), indent=1))
+    else:
+        shape_table(result)
+
+
+def _shapes(shape: str | None, radius: str | None, thickness: str | None) -> list[float]:
+    if radius is None and thickness is None:
+        return _numbers("--shape", shape or _SHAPES, "")
+    return [_one("--radius", radius, "m") / (2 * _one("--thickness", thickness, "m"))]
+
+
+def _one(option: str, text: str | None, unit: str) -> float:
+    from multilayer.errors import InputError
+
+    if text is None:
+        raise InputError(f"{option}: is missing; it is needed here, as {option} '1 {unit}'")
+    numbers = _numbers(option, text, unit)
+    if len(numbers) != 1:
+        raise InputError(f"{option}: one value is wanted, not {len(numbers)}")
+    return numbers[0]
+
+
+def _numbers(option: str, text: str, unit: str) -> list[float]:
+    from multilayer.errors import InputError
+    from multilayer.units import parse_quantity
+
+    try:
+        values = [parse_quantity(part, unit) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"{option}: {error}") from None
+    if unit and not all(0 < value < float("inf") for value in values):
+        raise InputError(f"{option}: {text} is not allowed; it must be above 0")
+    return values
