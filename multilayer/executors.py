@@ -51,21 +51,28 @@ def run_all(
         The first that a task raises; what has not begun is not begun.
     """
     results: dict[int, R] = {}
+    for index, result in as_done(function, tasks, executor):
+        results[index] = result
+        done(index)
+    return [results[index] for index in range(len(tasks))]
+
+
+def as_done(function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None) -> Iterator[tuple[int, R]]:
+    """Give index and result of every task as they are done; see `run_all`."""
+    finished: set[int] = set()
     reasons: list[Exception] = []
     if executor is not None:
         for index, outcome in _outcomes(function, tasks, executor):
             if isinstance(outcome, Exception):
                 reasons.append(outcome)
                 continue
-            results[index] = outcome
-            done(index)
+            finished.add(index)
+            yield index, outcome
     for index, task in enumerate(tasks):
-        if index not in results:
-            results[index] = function(task)
-            done(index)
+        if index not in finished:
+            yield index, function(task)
     if reasons:
-        warn(_told(reasons, len(tasks)), LostWorkerWarning, stacklevel=3)
-    return [results[index] for index in range(len(tasks))]
+        warn(_told(reasons, len(tasks)), LostWorkerWarning, stacklevel=4)
 
 
 def _told(reasons: list[Exception], n_tasks: int) -> str:
@@ -92,6 +99,21 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
     finally:
         for future in running:
             future.cancel()
+
+
+@contextmanager
+def executor_for(jobs: int, address: str | None) -> Iterator[Executor | None]:
+    """Give what ``--jobs`` and ``--cluster`` ask for; see `local_pool` and `cluster`.
+
+    Raises
+    ------
+    InputError
+        When both are given.
+    """
+    if address is not None and jobs != 1:
+        raise InputError("--jobs and --cluster exclude each other: the cluster's workers compute")
+    with local_pool(jobs) if address is None else cluster(address) as executor:
+        yield executor
 
 
 @contextmanager

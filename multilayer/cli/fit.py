@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from multilayer.inverse.result import FitResult
-    from multilayer.inverse.settings import FitSettings
-    from multilayer.measurements.campaign import Campaign
+    from multilayer.report.fit_outcome import FitTask
 
 
 def fit(
-    source: Annotated[
-        Path,
-        typer.Argument(metavar="FILE_OR_CAMPAIGN", help="A campaign folder, its campaign.yaml, or a fit file."),
+    sources: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE_OR_CAMPAIGN...", help="Campaign folders, their campaign.yaml, or fit files."),
     ],
     out: Annotated[
         Path | None,
@@ -35,52 +32,70 @@ def fit(
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
     law: Annotated[str, typer.Option(help="The law of a joint fit.")] = "fractional_zener",
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Leave out what was done with the same input.")] = False,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
-    Writes moduli.csv, fit.json and figures. Exit status: 0 all bursts accepted, 1 some have no accepted solution
-    (everything is written all the same), 2 the input cannot be used (nothing is written).
+    Writes moduli.csv, fit.json (joint.json) and figures; of several campaigns each into a folder of its own, as soon as
+    it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything is written all
+    the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 
     Example: multilayer fit examples/foam_b --joint --law fractional_zener --model finite
+
+    Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
-    from multilayer.cli.progress import progress_bar
-    from multilayer.inverse.fit import fit_campaign, number_of_steps
-    from multilayer.inverse.sources import read_fit
-    from multilayer.report.files import refuse_unusable
-    from multilayer.report.fit_table import fit_table
+    from multilayer.report.fit_outcome import FitTask
 
-    job = read_fit(source, method, model)
-    if joint:
-        from multilayer.cli.joint_fit import fit_one_law
-
-        fit_one_law(job, law, elements, out, as_json, figures)
-        return
-    refuse_unusable(out or Path("results"))
-    with progress_bar("fit", number_of_steps(job.campaign, job.settings)) as advance:
-        result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, advance)
-    folder = out or Path("results") / result.campaign
-    written = _write(folder, result, job.campaign, job.settings, figures)
-    if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+    task = FitTask(sources[0], method, model, joint, law, elements, figures)
+    if len(sources) == 1:
+        accepted = _fit_one(task, out, as_json, resume)
     else:
-        fit_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    if not result.all_accepted:
+        from multilayer.cli.fit_many import fit_many
+
+        accepted = fit_many(task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume)
+    if not accepted:
         raise typer.Exit(1)
 
 
-def _write(folder: Path, result: FitResult, campaign: Campaign, settings: FitSettings, figures: bool) -> list[Path]:
-    from multilayer.report.files import write_files
+def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bool:
+    """Fit one campaign, write and print; tell whether all is accepted."""
+    from multilayer.cli.progress import progress_bar
+    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.report.fit_outcome import done_before, number_of_steps, outcome, run_fit, summary_of
 
-    files: dict[str, bytes | str] = {
-        "moduli.csv": result.to_csv(),
-        "fit.json": json.dumps(result.to_dict(), indent=1) + "\n",
-    }
-    if figures:
-        from multilayer.report.fit_figures import fit_figures
+    job = task.read()
+    refuse_unusable(out or Path("results"))
+    name = job.campaign.folder.resolve().name
+    folder = out or Path("results") / (f"{name}-joint" if task.joint else name)
+    if resume and done_before(task, job, folder):
+        row = summary_of(task, folder)
+        typer.echo(f"{folder} holds the result of the same input: nothing to do")
+        return bool(row["accepted"] == row["of"] and not row["remark"])
+    with progress_bar("fit", number_of_steps(task, job)) as advance:
+        result = run_fit(task, job, advance)
+    found = outcome(task, job, result)
+    written = write_files(folder, found.files)
+    if as_json:
+        typer.echo(found.files[task.record], nl=False)
+    else:
+        _table(task, result)
+        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+    return found.accepted
 
-        files.update(fit_figures(result, campaign, settings))
-    return write_files(folder, files)
+
+def _table(task: FitTask, result: Any) -> None:
+    if task.joint:
+        from multilayer.report.joint_fit import joint_table
+
+        joint_table(result)
+    else:
+        from multilayer.report.fit_table import fit_table
+
+        fit_table(result)

@@ -55,8 +55,8 @@ def _make(file: Path, settings: RigFile, seed: int | None, jobs: int) -> Synthet
     from multilayer.cli.progress import progress_bar
     from multilayer.config.yaml12 import read_yaml
     from multilayer.errors import InputError
+    from multilayer.executors import local_pool, run_all
     from multilayer.rig.synthesis import make_campaign
-    from multilayer.simulation.executors import local_pool, run_all
 
     names = [mounting.name for mounting in settings.mountings]
     with progress_bar("rig", len(names)) as advance, local_pool(jobs) as executor:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,22 +73,12 @@ def _files(result: SimulationResult, figures: bool) -> dict[str, bytes | str]:
 def run_plan(planned: Plan, jobs: int, address: str | None) -> SimulationResult:
     """Run a plan where the options say, with a progress bar; warnings become one line each on standard error."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.executors import executor_for
     from multilayer.simulation.run import run
 
     bar = progress_bar("simulate", len(planned.tasks))
-    with _warnings_as_lines(), _executor(jobs, address) as executor, bar as advance:
+    with _warnings_as_lines(), executor_for(jobs, address) as executor, bar as advance:
         return run(planned, executor, advance)
-
-
-@contextmanager
-def _executor(jobs: int, address: str | None) -> Iterator[Executor | None]:
-    from multilayer.errors import InputError
-    from multilayer.simulation.executors import cluster, local_pool
-
-    if address is not None and jobs != 1:
-        raise InputError("--jobs and --cluster exclude each other: the cluster's workers compute")
-    with local_pool(jobs) if address is None else cluster(address) as executor:
-        yield executor
 
 
 @contextmanager
@@ -97,7 +86,7 @@ def _warnings_as_lines() -> Iterator[None]:
     import warnings
 
     from multilayer.errors import ValidityWarning
-    from multilayer.simulation.executors import LostWorkerWarning
+    from multilayer.executors import LostWorkerWarning
 
     with warnings.catch_warnings(record=True) as caught:
         for category in (ValidityWarning, LostWorkerWarning):

@@ -197,7 +197,7 @@ def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None
 
 
 def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray, model: RigModel) -> ComplexArray:
-    """Return eq. (11); with the modulus of laterally held compression for the plane-wave model, which knows no other."""
+    """Return eq. (11); the plane-wave model knows the modulus of laterally held compression only."""
     geometry = campaign.configuration(configuration)
     held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio) if model == "plane_wave" else modulus
     mass = campaign.top_plate.density * geometry.top_plate_thickness

@@ -4,9 +4,10 @@ import signal
 
 import pytest
 
+from multilayer import executors
 from multilayer.errors import InputError
-from multilayer.simulation import executors, load_simulation, simulate
-from multilayer.simulation.executors import LostWorkerWarning, cluster
+from multilayer.executors import LostWorkerWarning, cluster
+from multilayer.simulation import load_simulation, simulate
 from tests.cli.command import run
 from tests.simulation.dask_cluster import dask_cluster
 from tests.simulation.files import FOAM

@@ -8,9 +8,9 @@ from multiprocessing import get_context
 
 import pytest
 
+from multilayer import executors
 from multilayer.errors import InputError
-from multilayer.simulation import executors
-from multilayer.simulation.executors import LostWorkerWarning, cluster, local_pool, run_all
+from multilayer.executors import LostWorkerWarning, cluster, local_pool, run_all
 
 
 def square(x):
