@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from multilayer.layers import LAYERS, Layer
     from multilayer.measurements import load_campaign, load_recordings
     from multilayer.response import base_motion, diffuse_field, fields, plane_wave, power_balance
+    from multilayer.simulation import SimulationFile, SimulationResult, load_simulation, simulate
     from multilayer.stack import Stack, load_stack
 
 _HOMES = {
@@ -23,6 +24,8 @@ _HOMES = {
     "InputError": "multilayer.errors",
     "Layer": "multilayer.layers",
     "MultilayerError": "multilayer.errors",
+    "SimulationFile": "multilayer.simulation",
+    "SimulationResult": "multilayer.simulation",
     "Stack": "multilayer.stack",
     "base_motion": "multilayer.response",
     "diffuse_field": "multilayer.response",
@@ -30,9 +33,11 @@ _HOMES = {
     "fit_campaign": "multilayer.inverse",
     "load_campaign": "multilayer.measurements",
     "load_recordings": "multilayer.measurements",
+    "load_simulation": "multilayer.simulation",
     "load_stack": "multilayer.stack",
     "plane_wave": "multilayer.response",
     "power_balance": "multilayer.response",
+    "simulate": "multilayer.simulation",
 }
 
 __all__ = [
@@ -42,6 +47,8 @@ __all__ = [
     "InputError",
     "Layer",
     "MultilayerError",
+    "SimulationFile",
+    "SimulationResult",
     "Stack",
     "base_motion",
     "diffuse_field",
@@ -49,9 +56,11 @@ __all__ = [
     "fit_campaign",
     "load_campaign",
     "load_recordings",
+    "load_simulation",
     "load_stack",
     "plane_wave",
     "power_balance",
+    "simulate",
 ]
 
 

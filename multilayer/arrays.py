@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 RealArray: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 BoolArray: TypeAlias = NDArray[np.bool_]
+IndexArray: TypeAlias = NDArray[np.intp]
 Numeric: TypeAlias = float | complex | NDArray[Any]
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "Numeric", "RealArray"]
+__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray"]

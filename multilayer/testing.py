@@ -30,7 +30,7 @@ ANGLES = (0.0, 30.0, 60.0, 85.0, 89.9)  # degrees
 _CREATED = 1e-12  # share of the incident power
 _DIFFERENT = 1e-9
 _PARTS_DIFFERENT = 1e-8  # stiff lossless parts at a sharp resonance
-_SAMPLES_DIFFERENT = 1e-12
+_SAMPLES_DIFFERENT = 1e-10  # rows are exchanged for all systems alike: rounding errors depend on the others beside one
 _FIRST, _SECOND = (
     ElasticSolid(thickness=h, density=1500.0, young_modulus=E, poisson_ratio=0.3, loss_factor=0.05)
     for h, E in ((1e-3, 3e9), (4e-3, 1e7))

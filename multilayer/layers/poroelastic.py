@@ -72,25 +72,21 @@ def _waves(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return the face matrices from Biot's three waves, scaled to velocities of about 1."""
     m, k3, amplitudes = BiotMedium(*rest[:8]), rest[8:11], rest[11:]
+    period = 1 / omega  # of a radian
+    shearing = 2 * m.N * kx * period
     columns = []
     for q, (square, frame, fluid) in zip(k3, (amplitudes[:3], amplitudes[3:6]), strict=False):
         scale = 1 / np.sqrt(np.abs(square))
-        stress = scale / omega
-        moved = frame * scale
-        columns.append(
-            [
-                moved * kx,
-                moved * q,
-                fluid * scale * q,
-                (2 * m.N * frame * kx**2 - (m.P * frame + m.Q * fluid) * square) * stress,
-                -2 * m.N * frame * kx * q * stress,
-                -(m.Q * frame + m.R * fluid) * square * stress,
-            ]
-        )
+        moved, flowed, rate = scale * frame, scale * fluid, square * period
+        along, across = moved * kx, moved * q
+        frame_stress = shearing * along - (m.P * moved + m.Q * flowed) * rate
+        fluid_stress = -(m.Q * moved + m.R * flowed) * rate
+        columns.append([along, across, flowed * q, frame_stress, -shearing * across, fluid_stress])
     square, ratio = amplitudes[6:]
     q, scale = k3[2], 1 / np.sqrt(np.abs(square))
-    twist, bend = m.N * (q**2 - kx**2) * scale / omega, -2 * m.N * q * kx * scale / omega
-    columns.append([-q * scale, kx * scale, ratio * kx * scale, bend, twist, np.zeros_like(twist)])
+    along, across = -scale * q, scale * kx
+    twist = m.N * (q**2 - kx**2) * (scale * period)
+    columns.append([along, across, ratio * across, shearing * along, twist, 0.0])
     states = [list(row) for row in zip(*columns, strict=True)]
     return from_waves(POROELASTIC, states, k3, thickness)
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
 from multilayer.matrix.families import Family
-from multilayer.matrix.small import Entries, aligned, multiply, stack_entries
+from multilayer.matrix.small import Entries, aligned, common_shape, multiply, stack_entries
 
 THIN = 2.0  # largest |k| h of the power series
 _APART = 0.3
@@ -60,21 +60,23 @@ def from_waves(
         k along x3 of each wave, Im(k) <= 0.
     thickness : float or array
     """
-    decay = [np.exp(-1j * k * thickness) for k in wavenumbers]
-    shape = np.broadcast_shapes(*(np.shape(entry) for row in (*forward, decay) for entry in row))
+    shape = common_shape((thickness, *wavenumbers, *(entry for row in forward for entry in row)))
+    half = family.half
+    decay = np.empty((half, *shape), dtype=complex)
     a = np.empty((family.size, family.size, *shape), dtype=complex)
     b = np.empty_like(a)
-    half = family.half
-    for i, row in enumerate(forward):
-        for j, entry in enumerate(row):
-            a[i, j] = entry
-            np.multiply(entry, decay[j], out=b[i, j, ...])
+    for j, k in enumerate(wavenumbers):
+        decay[j] = -1j * thickness * k
+        for i, row in enumerate(forward):
+            a[i, j] = row[j]
+    np.exp(decay, out=decay)
+    np.multiply(a[:, :half], decay, out=b[:, :half])
     for i in range(family.size):
         if i in family.even:
             a[i, half:], b[i, half:] = b[i, :half], a[i, :half]
-        else:
-            np.negative(b[i, :half], out=a[i, half:])
-            np.negative(a[i, :half], out=b[i, half:])
+        else:  # as real numbers, whose signs NumPy turns faster
+            np.negative(b[i, :half].view(float), out=a[i, half:].view(float))
+            np.negative(a[i, :half].view(float), out=b[i, half:].view(float))
     return a, b
 
 

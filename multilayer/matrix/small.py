@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric
+from multilayer.arrays import ComplexArray, Numeric, RealArray
 
 # The C library of Linux gives every freed block above 128 KiB back to the system, and each new one then costs page
 # faults: half of the time of a solution. Freeing one large block, which nothing ever touches, raises that threshold.
@@ -18,12 +18,17 @@ _GOOD_PIVOT = 0.1  # of the largest in its column: growth of errors stays below 
 
 def stack_entries(entries: Entries) -> ComplexArray:
     """Return nested entries, broadcast against each other, as one array of shape (rows, columns, ...)."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for row in entries for entry in row))
+    shape = common_shape(entry for row in entries for entry in row)
     matrix = np.empty((len(entries), len(entries[0]), *shape), dtype=complex)
     for i, row in enumerate(entries):
         for j, entry in enumerate(row):
             matrix[i, j] = entry
     return matrix
+
+
+def common_shape(values: Iterable[Numeric]) -> tuple[int, ...]:
+    """Return the shape that numbers and arrays broadcast to."""
+    return np.broadcast_shapes(*{getattr(value, "shape", ()) for value in values})  # few shapes, mostly one
 
 
 def aligned(*matrices: ComplexArray, ndim: int = 0) -> list[ComplexArray]:
@@ -39,74 +44,83 @@ def aligned(*matrices: ComplexArray, ndim: int = 0) -> list[ComplexArray]:
 
 def multiply(a: ComplexArray, b: ComplexArray) -> ComplexArray:
     """Return the matrix product of entry-first matrices, broadcasting their trailing axes."""
-    result: ComplexArray = np.einsum("ij...,jk...->ik...", *aligned(a, b))
-    return result
-
-
-def beside(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return [a b], the columns of two entry-first matrices with equally many rows."""
     a, b = aligned(a, b)
-    shape = np.broadcast_shapes(a.shape[2:], b.shape[2:])
-    columns = a.shape[1]
-    joined = np.empty((a.shape[0], columns + b.shape[1], *shape), dtype=complex)
-    joined[:, :columns], joined[:, columns:] = a, b
+    product: ComplexArray = a[:, 0, None] * b[None, 0]
+    add_product(a[:, 1:], b[1:], product)
+    return product
+
+
+def add_product(a: ComplexArray, b: ComplexArray, total: ComplexArray) -> None:
+    """Add the matrix product of entry-first matrices to `total`; a few long passes, which einsum would make slowly."""
+    a, b = aligned(a, b)
+    for k in range(len(b)):
+        total += a[:, k, None] * b[None, k]
+
+
+def beside(*matrices: ComplexArray) -> ComplexArray:
+    """Return [a b ...], the columns of entry-first matrices with equally many rows."""
+    blocks = aligned(*matrices)
+    shape = np.broadcast_shapes(*{block.shape[2:] for block in blocks})
+    joined = np.empty((len(blocks[0]), sum(block.shape[1] for block in blocks), *shape), dtype=complex)
+    start = 0
+    for block in blocks:
+        end = start + block.shape[1]
+        joined[:, start:end] = block
+        start = end
     return joined
 
 
-def solve_small(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+def solve_small(work: ComplexArray) -> ComplexArray:
     """Solve many small systems at once by Gaussian elimination.
 
-    Equations are first scaled to a largest coefficient of 1: velocities and stresses differ by orders of magnitude.
-    Rows are exchanged for all systems alike while one row has a good pivot in all of them, and system by system only
-    where none has.
+    Equations are weighed by their largest coefficients: velocities and stresses differ by orders of magnitude. Rows are
+    exchanged for all systems alike while one row has a good pivot in all of them, and system by system only where none
+    has.
 
     Parameters
     ----------
-    matrix : complex array, shape (n, n, ...)
-    right : complex array, shape (n, m, ...)
+    work : complex array, shape (n, m + n, ...)
+        [L M] of ``L + M X = 0``; overwritten. The last unknowns are eliminated first, the first have the fewest
+        rounding errors.
 
     Returns
     -------
     complex array, shape (n, m, ...)
-        Not finite where a system is singular.
+        X, not finite where a system is singular.
 
     Notes
     -----
-    Every step is a pass over contiguous memory, about twice as fast as LAPACK called matrix by matrix at these sizes.
+    Every step is a pass over contiguous memory, faster than LAPACK called matrix by matrix at these sizes.
     """
-    work = beside(matrix, right)
     n, batch = len(work), work.shape[2:]
-    work = work.reshape(n, work.shape[1], -1)
+    m = work.shape[1] - n
+    work = work.reshape(n, m + n, -1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # the caller looks for what is not finite
-        work *= 1 / _size(work[:, :n]).max(axis=1)[:, None]
-        for k in range(n):
-            if k + 1 < n:
-                _bring_up_pivot(work, k)
-            work[k, k + 1 :] /= work[k, k]
-            work[k + 1 :, k + 1 :] -= work[k + 1 :, k, None] * work[None, k, k + 1 :]
-        for k in range(n - 1, 0, -1):
-            work[:k, n:] -= work[:k, k, None] * work[None, k, n:]
-    return work[:, n:].reshape(n, -1, *batch)
+        weight = 1 / np.abs(work[:, m:]).max(axis=1)
+        for k, unknown in enumerate(range(m + n - 1, m - 1, -1)):
+            if unknown > m:
+                _bring_up_pivot(work[k:, : unknown + 1], weight[k:])
+            # the unknown by those before it, in the place of its equation
+            work[k, :unknown] *= -1 / work[k, unknown]
+            work[k + 1 :, :unknown] += work[k + 1 :, unknown, None] * work[None, k, :unknown]
+        for k, unknown in zip(range(n - 1, 0, -1), range(m, m + n), strict=False):
+            work[:k, :m] += work[:k, unknown, None] * work[None, k, :m]
+    return work[::-1, :m].reshape(n, m, *batch)
 
 
-def _size(values: ComplexArray) -> np.ndarray:
-    """Return a modulus that is cheap and right to a factor of 1.5."""
-    size = np.abs(values.real)
-    size += np.abs(values.imag)
-    return size
-
-
-def _bring_up_pivot(work: ComplexArray, k: int) -> None:
-    size = _size(work[k:, k])
+def _bring_up_pivot(work: ComplexArray, weight: RealArray) -> None:
+    """Exchange rows, and their weights, so that the first has a good pivot in the last column."""
+    size = np.abs(work[:, -1]) * weight
     worst = (size / size.max(axis=0)).min(axis=1)
     row = int(np.argmax(worst))
     if worst[row] >= _GOOD_PIVOT:
         if row:
-            work[[k, k + row]] = work[[k + row, k]]
+            work[[0, row]], weight[[0, row]] = work[[row, 0]], weight[[row, 0]]
         return
     rows = np.argmax(size, axis=0)
     moved = np.flatnonzero(rows)
-    chosen = k + rows[moved]
-    held = work[k][:, moved]
-    work[k][:, moved] = work[chosen, :, moved].T
-    work[chosen, :, moved] = held.T
+    chosen = rows[moved]
+    for values in (work, weight[:, None]):
+        held = values[0][:, moved]
+        values[0][:, moved] = values[chosen, :, moved].T
+        values[chosen, :, moved] = held.T

@@ -20,8 +20,8 @@ import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
 from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import FLUID, Family
-from multilayer.matrix.small import aligned, beside, multiply, solve_small
+from multilayer.matrix.families import FLUID
+from multilayer.matrix.small import aligned, beside, common_shape, multiply, solve_small
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,8 @@ def solve(system: System) -> Solution:
     first = layers[0]
     reflected: ComplexArray | None = None
     if isinstance(system.head, HalfSpace):
-        reflection, carry = _join(
-            system.head.faces(first.front.ndim), first.family, first.porosity, _admissible(first, answers[0]),
-            system.contacts[0],
-        )  # fmt: skip
+        head = system.head.faces(first.front.ndim)
+        reflection, carry = _join(head, first, answers[0], system.contacts[0])
         reflected, ahead = reflection[0, 0], carry[:, 0]
     else:
         ahead = _drive(first, answers[0], system.contacts[0])
@@ -123,10 +121,7 @@ def _sweep(system: System, layers: list[Faces]) -> tuple[list[ComplexArray], lis
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
     if isinstance(system.tail, HalfSpace):
-        outgoing = system.tail.faces(last.front.ndim)
-        answer, carry = _join(
-            last, FLUID, 1.0, outgoing.front[:, :1], system.contacts[-1]
-        )  # fmt: skip
+        answer, carry = _join(last, system.tail.faces(last.front.ndim), None, system.contacts[-1])
         answers.append(answer)
         carries.append(carry)
     else:
@@ -135,66 +130,69 @@ def _sweep(system: System, layers: list[Faces]) -> tuple[list[ComplexArray], lis
     for (layer, following), contact in zip(
         reversed(list(pairwise(layers))), reversed(system.contacts[1:-1]), strict=True
     ):
-        behind = _admissible(following, answers[-1])
-        answer, carry = _join(layer, following.family, following.porosity, behind, contact)
+        answer, carry = _join(layer, following, answers[-1], contact)
         answers.append(answer)
         carries.append(carry)
     return answers[::-1], carries[::-1]
 
 
-def _admissible(layer: Faces, answer: ComplexArray) -> ComplexArray:
-    """Return the front states that the stack behind allows, one column per c+."""
-    half = layer.family.half
-    return layer.front[:, :half] + multiply(layer.front[:, half:], answer)
-
-
 def _join(
-    layer: Faces, family: Family, porosity: Numeric, behind: ComplexArray, contact: Contact
+    layer: Faces, following: Faces, answer: ComplexArray | None, contact: Contact
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return (R, F) of one interface: unknown are the layer's c- and the c+ behind, given is the layer's c+."""
+    i_rows, j_rows = couple(layer.family, following.family, contact, layer.porosity, following.porosity)
+    here, behind = apply_rows(i_rows, layer.back), _allowed(j_rows, following, answer)
+    half, n_behind = layer.family.half, following.family.half
+    # c- is eliminated: what passes through a stiff layer is small beside what comes back, and no difference of it
+    solution = solve_small(beside(here[:, :half], behind, here[:, half:]))
+    return solution[n_behind:], solution[:n_behind]
+
+
+def _allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArray:
+    """Return rows @ the front states that the stack behind allows, one column per c+; without an answer no c-."""
     half = layer.family.half
-    i_rows, j_rows = couple(layer.family, family, contact, layer.porosity, porosity)
-    left, right = apply_rows(i_rows, layer.back), apply_rows(j_rows, behind)
-    matrix = beside(left[:, half:], right)
-    solution = solve_small(matrix, -left[:, :half])
-    return solution[:half], solution[half:]
+    if answer is None:
+        return apply_rows(rows, layer.front[:, :half])
+    held = apply_rows(rows, layer.front)
+    allowed = multiply(held[:, half:], answer)
+    allowed += held[:, :half]
+    return allowed
 
 
 def _terminate(layer: Faces, tail: Wall | Void, contact: Contact) -> ComplexArray:
     """Return c- from c+ in front of a wall or a void."""
     rows = wall_rows(layer.family, contact)[0] if isinstance(tail, Wall) else void_rows(layer.family)
-    half = layer.family.half
-    held = apply_rows(rows, layer.back)
-    return solve_small(held[:, half:], -held[:, :half])
+    return solve_small(apply_rows(rows, layer.back))
 
 
 def _drive(layer: Faces, answer: ComplexArray, contact: Contact) -> ComplexArray:
     """Return c+ of the layer on a base that moves with unit velocity along axis 3."""
     rows, normal = wall_rows(layer.family, contact)
-    held = apply_rows(rows, _admissible(layer, answer))
-    velocity = np.reshape(np.array(normal, dtype=complex), (-1, 1, *(1,) * (held.ndim - 2)))
-    given = np.broadcast_to(velocity, (len(rows), 1, *held.shape[2:]))
-    return solve_small(held, given)[:, 0]
+    held = _allowed(rows, layer, answer)
+    base = -np.reshape(np.array(normal, dtype=complex), (-1, 1, *(1,) * (held.ndim - 2)))
+    return solve_small(beside(base, held))[:, 0]
 
 
 def apply_rows(rows: Rows, matrix: ComplexArray) -> ComplexArray:
     """Return rows @ matrix, skipping the zeros that most entries of a coupling are."""
-    lines = []
-    for row in rows:
-        terms = [_times(c, matrix[i]) for i, c in enumerate(row) if not (isinstance(c, int | float) and c == 0)]
-        lines.append(sum(terms[1:], terms[0]) if terms else np.zeros_like(matrix[0]))
-    return _as_one(lines)
+    shape = common_shape((matrix[0, 0], *(factor for row in rows for factor in row)))
+    result = np.empty((len(rows), matrix.shape[1], *shape), dtype=complex)
+    for total, row in zip(result, rows, strict=True):
+        terms = [(c, matrix[i]) for i, c in enumerate(row) if not (isinstance(c, int | float) and c == 0)]
+        _add_up(terms, total)
+    return result
 
 
-def _times(factor: Numeric, line: ComplexArray) -> ComplexArray:
-    return line if isinstance(factor, int) and factor == 1 else np.asarray(factor * line)
-
-
-def _as_one(lines: list[ComplexArray]) -> ComplexArray:
-    stacked = np.empty((len(lines), *np.broadcast_shapes(*(line.shape for line in lines))), dtype=complex)
-    for i, line in enumerate(lines):
-        stacked[i] = line
-    return stacked
+def _add_up(terms: Sequence[tuple[Numeric, ComplexArray]], total: ComplexArray) -> None:
+    if not terms:
+        total[...] = 0
+    for n, (factor, line) in enumerate(terms):
+        if n:
+            total += factor * line
+        elif isinstance(factor, int) and factor == 1:
+            total[...] = line
+        else:
+            np.multiply(factor, line, out=total)
 
 
 def _stacked(a: ComplexArray, b: ComplexArray) -> ComplexArray:

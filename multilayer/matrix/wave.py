@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class Wave:
         f = f.reshape(f.shape + (1,) * theta.ndim)
         return cls(f, 2 * np.pi * f / ambient.sound_speed * np.sin(np.deg2rad(theta)), ambient)
 
-    @property
+    @cached_property
     def omega(self) -> RealArray:
         """Angular frequency, rad/s."""
         return 2 * np.pi * self.frequency

@@ -94,13 +94,13 @@ def compressional_waves(
     c = m.rho11 * m.rho22 - m.rho12**2
     root = np.sqrt(np.asarray(b * b - 4 * a * c, dtype=complex))
     # the root of larger modulus by addition, the other by the product of the roots: no cancellation
-    large = b + np.where(np.real(np.conj(b) * root) >= 0, root, -root)
+    large = b + root * np.where(np.real(np.conj(b) * root) >= 0, 1, -1)
     w2 = np.asarray(omega) ** 2
+    inertia11, inertia12, inertia22 = w2 * m.rho11, w2 * m.rho12, w2 * m.rho22
     waves = []
-    for square in (w2 * 2 * c / large, w2 * large / (2 * a)):
-        frame_row = (P * square - w2 * m.rho11, Q * square - w2 * m.rho12)
-        fluid_row = (Q * square - w2 * m.rho12, R * square - w2 * m.rho22)
-        waves.append((square, *_null_vector(frame_row, fluid_row)))
+    for square in (2 * w2 * c / large, w2 * large / (2 * a)):
+        frame, both, fluid = P * square - inertia11, Q * square - inertia12, R * square - inertia22
+        waves.append((square, *_null_vector(frame, both, fluid)))
     return tuple(waves)
 
 
@@ -108,25 +108,16 @@ def shear_wave(omega: Numeric, medium: BiotMedium) -> tuple[ComplexArray, Comple
     """Return the squared wavenumber of the shear wave and its ratio of fluid to frame motion; eqs. (6.83)-(6.84)."""
     m = medium
     ratio = np.asarray(-m.rho12 / m.rho22, dtype=complex)
-    square = np.asarray(omega) ** 2 / m.N * (m.rho11 + m.rho12 * ratio)
-    return square, ratio
+    square = np.asarray(omega) ** 2 * (m.rho11 + m.rho12 * ratio) / m.N
+    return np.asarray(square), ratio
 
 
-def _null_vector(first: tuple[Numeric, Numeric], second: tuple[Numeric, Numeric]) -> tuple[ComplexArray, ComplexArray]:
-    """Return the vector that both (parallel) rows annihilate, taken from the better scaled row, largest entry 1."""
-    a, b = (np.asarray(entry, dtype=complex) for entry in first)
-    c, d = (np.asarray(entry, dtype=complex) for entry in second)
-    scale = max_abs(a, b, c, d)
-    use_first = np.maximum(np.abs(a), np.abs(b)) >= np.maximum(np.abs(c), np.abs(d))
-    x = np.where(use_first, -b, -d) / scale
-    y = np.where(use_first, a, c) / scale
-    size = np.where(np.abs(x) >= np.abs(y), x, y)
-    return x / size, y / size
+def _null_vector(frame: Numeric, both: Numeric, fluid: Numeric) -> tuple[ComplexArray, ComplexArray]:
+    """Return the vector that [[frame, both], [both, fluid]], a singular matrix, annihilates; its larger entry is 1.
 
-
-def max_abs(*arrays: ComplexArray) -> ComplexArray:
-    """Return the elementwise largest modulus of several broadcast arrays."""
-    largest = np.abs(arrays[0])
-    for array in arrays[1:]:
-        largest = np.maximum(largest, np.abs(array))
-    return largest
+    ``frame fluid = both^2``: the row of the larger diagonal entry is the better scaled one, and its other entry the
+    smaller of the two.
+    """
+    fluid_moves = np.abs(frame) >= np.abs(fluid)
+    ratio = -both / np.where(fluid_moves, frame, fluid)
+    return np.where(fluid_moves, ratio, 1), np.where(fluid_moves, 1, ratio)

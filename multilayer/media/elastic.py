@@ -27,5 +27,9 @@ def decaying_root(square: Numeric) -> ComplexArray:
 
     Im(k) <= 0; a lossless travelling wave (Im = 0) keeps Re(k) >= 0.
     """
-    root = np.sqrt(np.asarray(square, dtype=complex))  # principal branch: Re >= 0
-    return np.asarray(np.where(root.imag > 0, -root, root))
+    if np.isrealobj(square):
+        size = np.sqrt(np.abs(square))
+        return np.where(np.asarray(square) >= 0, size, -1j * size)
+    root = np.asarray(np.sqrt(np.asarray(square, dtype=complex)))  # principal branch: Re >= 0
+    np.negative(root, out=root, where=root.imag > 0)
+    return root

@@ -25,9 +25,9 @@ def johnson_density(
 
     Allard & Atalla 2009, eq. (5.50) with (5.51), divided by the porosity. `omega` in rad/s; arrays broadcast.
     """
-    viscous = flow_resistivity * porosity / (1j * omega * gas.density * tortuosity)
-    shape = 4j * tortuosity**2 * gas.viscosity * gas.density * omega
-    root = np.sqrt(1 + shape / (flow_resistivity * viscous_length * porosity) ** 2)
+    viscous = flow_resistivity * porosity / (1j * gas.density * tortuosity * omega)
+    shape = 4j * tortuosity**2 * gas.viscosity * gas.density / (flow_resistivity * viscous_length * porosity) ** 2
+    root = np.sqrt(1 + shape * omega)
     return np.asarray(tortuosity * gas.density / porosity * (1 + viscous * root))
 
 
@@ -36,7 +36,7 @@ def champoux_allard_modulus(omega: Numeric, porosity: Numeric, thermal_length: N
 
     Allard & Atalla 2009, eq. (5.51), divided by the porosity. `omega` in rad/s; arrays broadcast.
     """
-    thermal = 1j * omega * gas.density * gas.prandtl * thermal_length**2 / gas.viscosity
+    thermal = 1j * gas.density * gas.prandtl * thermal_length**2 / gas.viscosity * omega
     exchange = 1 + 8 / thermal * np.sqrt(1 + thermal / 16)
     return modulus_of_exchange(exchange, porosity, gas)
 

@@ -55,8 +55,10 @@ def chain_transmissibility(frequency: ArrayLike, layers: Sequence[tuple[Numeric,
     for modulus, density, thickness in reversed(layers):
         speed = np.sqrt(np.asarray(modulus, dtype=complex) / density)
         own = density * speed
-        cosine, sine = np.cos(omega * thickness / speed), 1j * np.sin(omega * thickness / speed)
+        # cos and i sin over exp(i k h) / 2, which grows: nothing overflows, however lossy and thick
+        decay = np.exp(-1j * omega * thickness / speed)
+        cosine, sine = 1 + decay**2, 1 - decay**2
         step = cosine + load / own * sine
-        ratio = ratio / step
+        ratio = ratio * 2 * decay / step
         load = (load * cosine + own * sine) / step
     return np.asarray(ratio)

@@ -9,7 +9,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.report.style import COLOURS, colour, figure_style, plain, png
-from multilayer.simulation.bands import third_octave_edges
+from multilayer.response.bands import band_centres, band_edges
 from multilayer.simulation.compare import Comparison
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
@@ -24,7 +24,6 @@ _DRAWN = {
     "insertion_loss": "insertion_loss.png",
     "normalised_impedance": "impedance.png",
 }
-_TICKS = (16, 31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000)
 _MOST_IN_LEGEND = 12
 _MOST_MARKERS = 150
 
@@ -108,7 +107,7 @@ def _tints(n: int) -> list[Any]:
 
 def _line(axis: Axes, result: SimulationResult, values: RealArray, **options: Any) -> None:
     if result.bands:
-        axis.stairs(values, third_octave_edges(result.frequency), baseline=None, linewidth=1.3, **options)
+        axis.stairs(values, band_edges(result.frequency, result.bands), baseline=None, linewidth=1.3, **options)
     else:
         axis.plot(result.frequency, values, "o-" if len(values) == 1 else "-", **options)
 
@@ -116,7 +115,7 @@ def _line(axis: Axes, result: SimulationResult, values: RealArray, **options: An
 def _fill(axis: Axes, result: SimulationResult, low: RealArray, high: RealArray, tint: Any) -> None:
     options: dict[str, Any] = {"color": tint, "alpha": 0.2, "linewidth": 0}
     if result.bands:
-        edges = third_octave_edges(result.frequency)
+        edges = band_edges(result.frequency, result.bands)
         low, high = (np.append(values, values[-1]) for values in (low, high))
         axis.fill_between(edges, low, high, step="post", **options)
     else:
@@ -148,14 +147,14 @@ def _legend(axis: Axes, cases: Sequence[CaseResult]) -> None:
 def _frequency_axis(axis: Axes, result: SimulationResult) -> None:
     low, high = result.frequency.min(), result.frequency.max()
     if result.bands:
-        low, high = third_octave_edges(result.frequency)[[0, -1]]
-    axis.set_xlabel("frequency / Hz")
+        low, high = band_edges(result.frequency, result.bands)[[0, -1]]
+    axis.set_xlabel(f"frequency / Hz, {result.bands}" if result.bands else "frequency / Hz")
     if high > low:
         axis.set_xlim(low, high)
     if high < 4 * low:
         return
     axis.set_xscale("log")
-    ticks = [tick for tick in _TICKS if low <= tick <= high]
+    ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
     axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)
 

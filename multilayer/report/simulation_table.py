@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from multilayer.report.console import console
-from multilayer.simulation.bands import band_average, third_octaves_of
+from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.compare import Comparison
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
@@ -19,14 +19,14 @@ _PRINTED = ("absorption", "transmission_loss", "insertion_loss")
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies printed as they are; more are averaged over third octaves
 Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
-_OCTAVES = (63, 125, 250, 500, 1000, 2000, 4000, 8000)
 
 
 def simulation_table(result: SimulationResult) -> None:
     """Print one table per quantity, and the single numbers of every case."""
     out = console()
     rows = _rows(result)
-    averaged = ", third-octave averages" if result.bands or len(rows) != len(result.frequency) else ""
+    bands = result.bands or ("third octaves" if len(rows) != len(result.frequency) else None)
+    averaged = f", averages over {bands}" if bands else ""
     through = any("transmission_loss" in case.quantities for case in result.cases)
     for name in _PRINTED[through:]:  # what does not come back from a stack that lets sound through is not absorbed
         cases = [case for case in result.cases if name in case.quantities]
@@ -46,13 +46,13 @@ def _rows(result: SimulationResult) -> Rows:
     """Return what a row stands for: its frequency, and the indices of the values averaged in it."""
     if result.bands or len(result.frequency) <= _MOST_POINTS:
         return [(f, np.array([i])) for i, f in enumerate(result.frequency)]
-    return third_octaves_of(result.frequency)
+    return bands_of(result.frequency)
 
 
 def _cell(case: CaseResult, quantity: Quantity, indices: NDArray[np.intp]) -> str:
     values = case.quantities[quantity.name][indices]
     digits = 1 if quantity.unit == "dB" else 2
-    value = f"{band_average(quantity.name, values, (1, len(indices)))[0]:.{digits}f}"
+    value = f"{quantity.mean(values):.{digits}f}"
     (column,) = quantity.columns
     if len(indices) > 1 or column not in case.percentiles:
         return value
@@ -73,7 +73,7 @@ def _side_by_side(cases: list[CaseResult], quantity: Quantity, rows: Rows) -> Ta
 def _one_below_the_other(cases: list[CaseResult], quantity: Quantity, rows: Rows) -> Table:
     table = Table(box=None, pad_edge=False)
     table.add_column("case")
-    octaves = [row for row in rows if any(abs(row[0] / octave - 1) < 0.01 for octave in _OCTAVES)]
+    octaves = [row for row in rows if np.any(np.abs(row[0] / band_centres(63, 8000, "octaves") - 1) < 0.01)]
     chosen = octaves or rows[:_MOST_COLUMNS]
     for frequency, _ in chosen:
         table.add_column(f"{frequency:.4g} Hz", justify="right")
@@ -87,7 +87,8 @@ def comparison_table(comparison: Comparison) -> None:
     out = console()
     low, high = comparison.predicted.frequency[[0, -1]]
     n = len(comparison.predicted.frequency)
-    heading = f"{comparison.measured.name} over {comparison.predicted.name}: {n} frequencies, {low:g} to {high:g} Hz"
+    what = f"{n} {comparison.predicted.bands or 'frequencies'}, {low:g} to {high:g} Hz"
+    heading = f"{comparison.measured.name} over {comparison.predicted.name}: {what}"
     out.print(Text(heading, style="italic"))
     table = Table(box=None, pad_edge=False)
     for name in ("quantity", "case", "rms", "largest", "at / Hz", "within 5 to 95 %"):

@@ -1,5 +1,6 @@
 """What one asks of a stack."""
 
+from multilayer.response.bands import band_centres, band_edges, band_levels, band_means
 from multilayer.response.base_motion import BaseMotion, base_motion
 from multilayer.response.diffuse_field import DiffuseField, diffuse_field
 from multilayer.response.fields import LayerState, PowerBalance, fields, power_balance
@@ -14,6 +15,10 @@ __all__ = [
     "PlaneWave",
     "PowerBalance",
     "Window",
+    "band_centres",
+    "band_edges",
+    "band_levels",
+    "band_means",
     "base_motion",
     "diffuse_field",
     "fields",

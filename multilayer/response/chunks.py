@@ -7,11 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
+from pydantic import BaseModel
 
 from multilayer.arrays import RealArray
 from multilayer.stack import Stack
 
-POINTS = 2048  # frequencies times angles solved at once
+POINTS = 4096  # frequencies times angles solved at once
 
 T = TypeVar("T")
 
@@ -34,7 +35,7 @@ def in_chunks(
         Threads. NumPy releases the interpreter while it computes; two of them gain on two cores, many do not.
     """
     # threads hand the interpreter to each other between operations: long ones cost them less
-    points = POINTS if workers == 1 else 4 * POINTS
+    points = POINTS if workers == 1 else 2 * POINTS
     step = max(1, points // max(n_angles, 1))
     if frequency.ndim != 1 or len(frequency) <= step or has_arrays(stack):
         return [compute(frequency)]
@@ -46,6 +47,13 @@ def in_chunks(
 
 
 def has_arrays(stack: Stack) -> bool:
-    """Tell whether fields of the stack's layers hold arrays."""
-    values: list[Any] = [value for layer in stack.layers for _, value in layer]
-    return any(np.ndim(value) > 0 for value in values if isinstance(value, np.ndarray))
+    """Tell whether fields of the stack's layers, or of laws in them, hold arrays."""
+    return any(_holds_arrays(value) for layer in stack.layers for _, value in layer)
+
+
+def _holds_arrays(value: Any) -> bool:
+    if isinstance(value, BaseModel):
+        return any(_holds_arrays(inner) for _, inner in value)
+    if isinstance(value, tuple):
+        return any(map(_holds_arrays, value))
+    return isinstance(value, np.ndarray) and value.ndim > 0

@@ -5,22 +5,27 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from multilayer.arrays import ArrayLike, BoolArray, RealArray
-from multilayer.errors import InputError, ValidityWarning
+from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
+from multilayer.errors import InputError, ValidityWarning, suggest
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import has_arrays, in_chunks
-from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
+from multilayer.response.finite_size import (
+    Radiation,
+    Window,
+    finite_absorption,
+    finite_transmission,
+    radiation_at,
+)
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
-IndexArray: TypeAlias = NDArray[np.intp]
 Weighting: TypeAlias = Callable[[RealArray], RealArray]
+WeightingName: TypeAlias = Literal["uniform", "gaussian"]
 
 # Gauss-Kronrod pair of 7 and 15 nodes on [-1, 1] (QUADPACK, Piessens et al. 1983, routine qk15)
 _NODES = np.array([
@@ -80,7 +85,7 @@ def diffuse_field(
     frequency: ArrayLike,
     max_angle: float = 78.0,
     *,
-    weighting: Weighting | None = None,
+    weighting: Weighting | WeightingName = "uniform",
     window: Window | None = None,
     tolerance_db: float = 0.01,
     tolerance: float = 1e-4,
@@ -97,9 +102,9 @@ def diffuse_field(
         Hz.
     max_angle : float
         Degrees from the normal, above 0 and at most 90; 78 is customary.
-    weighting : callable, optional
-        Relative intensity by angle in degrees, as ``lambda a: np.exp(-2 * np.deg2rad(a) ** 2)`` (Kang et al., J. Sound
-        Vib. 2000); uniform when left out.
+    weighting : str or callable
+        Relative intensity by angle: ``uniform``, ``gaussian`` for exp(-2 theta^2), theta in radians (Kang, Ih, Kim &
+        Kim, J. Acoust. Soc. Am. 107 (2000) 1413-1420), or a function of the angle in degrees.
     window : Window, optional
         Size of the panel: corrects transmission (Rhazi & Atalla) and absorption (Thomasson), see `finite_size`.
         Infinite when left out.
@@ -113,7 +118,7 @@ def diffuse_field(
     Raises
     ------
     InputError
-        For a largest angle out of range, or arrays in the stack.
+        For a largest angle out of range, a weighting of another name, or arrays in the stack.
 
     Warns
     -----
@@ -130,12 +135,13 @@ def diffuse_field(
         raise InputError(f"a largest angle of {max_angle:g} degrees is not allowed; it must be above 0 and at most 90")
     if has_arrays(stack):
         raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
-    f = np.asarray(frequency, dtype=float)
+    f, weight = np.asarray(frequency, dtype=float), _weighting(weighting)
+    upper, speed = float(np.sin(np.deg2rad(max_angle)) ** 2), stack.ambient.gas.sound_speed
 
     def compute(piece: RealArray) -> list[RealArray]:
-        weight = weighting or np.ones_like
-        problem = _Quadrature(stack, np.atleast_1d(piece), weight, window, tolerance_db, tolerance)
-        return problem.integrate(float(np.sin(np.deg2rad(max_angle)) ** 2), max_panels)
+        some = np.atleast_1d(piece)
+        radiation = None if window is None else _radiation(window, 2 * np.pi * some / speed, upper)
+        return _Quadrature(stack, some, weight, radiation, tolerance_db, tolerance).integrate(upper, max_panels)
 
     parts = in_chunks(compute, stack, f, 2 * len(NODES), workers)
     alpha, tau, alpha_error, tau_error, angles = (np.concatenate(p).reshape(f.shape) for p in zip(*parts, strict=True))
@@ -154,6 +160,26 @@ def diffuse_field(
     )  # fmt: skip
 
 
+def _gaussian(angle: RealArray) -> RealArray:
+    return np.asarray(np.exp(-2 * np.deg2rad(angle) ** 2))
+
+
+_WEIGHTINGS: dict[str, Weighting] = {"uniform": np.ones_like, "gaussian": _gaussian}
+
+
+def _weighting(wanted: Weighting | str) -> Weighting:
+    if callable(wanted):
+        return wanted
+    if wanted not in _WEIGHTINGS:
+        raise InputError(f"there is no weighting '{wanted}'; {suggest(wanted, _WEIGHTINGS)}")
+    return _WEIGHTINGS[wanted]
+
+
+def _radiation(window: Window, wavenumber: RealArray, upper: float) -> Radiation:
+    # every frequency meets one panel of angles at least, most of them three
+    return radiation_at(window, wavenumber, float(np.max(wavenumber, initial=0.0)) * upper**0.5, 3 * len(NODES))
+
+
 @dataclass(frozen=True)
 class _Quadrature:
     """Adaptive integration over s = sin^2(angle), all frequencies side by side."""
@@ -161,7 +187,7 @@ class _Quadrature:
     stack: Stack
     frequency: RealArray
     weighting: Weighting
-    window: Window | None
+    radiation: Radiation | None
     tolerance_db: float
     tolerance: float
 
@@ -201,16 +227,15 @@ class _Quadrature:
         """Return integrals of weight, absorption and transmission over panels, and errors of the last two."""
         half = 0.5 * (high - low)
         s = (0.5 * (high + low))[:, None] + half[:, None] * NODES
-        f = self.frequency[which]
-        alpha, tau = self._response(f[:, None], s)
+        alpha, tau = self._response(np.broadcast_to(which[:, None], s.shape), s)
         weight = self.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
         fine = half * np.array([(weight * v) @ KRONROD for v in (np.ones_like(s), alpha, tau)])
         coarse = half * np.array([(weight * v) @ GAUSS for v in (alpha, tau)])
         return fine, np.abs(fine[1:] - coarse)
 
-    def _response(self, frequency: RealArray, s: RealArray) -> tuple[RealArray, RealArray]:
-        gas = self.stack.ambient.gas
-        wave = Wave(np.broadcast_to(frequency, s.shape), 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s), gas)
+    def _response(self, which: IndexArray, s: RealArray) -> tuple[RealArray, RealArray]:
+        gas, frequency = self.stack.ambient.gas, self.frequency[which]
+        wave = Wave(frequency, 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s), gas)
         front = wave_impedance(wave, gas.density, gas.sound_speed)
         system = build_system(self.stack, wave, HalfSpace(front))
         solution = solve_or_explain(system)
@@ -219,8 +244,7 @@ class _Quadrature:
         if solution.transmitted is not None and isinstance(system.tail, HalfSpace):
             power = np.real(1 / np.asarray(system.tail.impedance)) / np.real(1 / front)
             tau = np.abs(solution.transmitted) ** 2 * power
-        if self.window is None:
+        if self.radiation is None:
             return 1 - np.abs(reflection) ** 2, tau
-        cosine = np.sqrt(1 - s)
-        radiation = radiation_impedance(self.window, wave.omega / gas.sound_speed, wave.kx)
+        cosine, radiation = np.sqrt(1 - s), self.radiation(which, wave.kx)
         return finite_absorption(reflection, radiation, cosine), finite_transmission(tau, radiation, cosine)

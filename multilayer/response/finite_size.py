@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 from numpy.polynomial.legendre import leggauss
 from scipy.special import j0
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray
 from multilayer.errors import InputError
 
 _NODES, _WEIGHTS = leggauss(24)
-_RADIANS = 16.0  # of phase that a panel of nodes resolves to many digits
+_RADIANS = 32.0  # of phase that a panel of nodes resolves to many digits
 _LEAST_PANELS = 2
+_AT_ONCE = 2**20  # values of the integrand
+
+Radiation: TypeAlias = Callable[[IndexArray, RealArray], ComplexArray]
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,11 @@ class Window:
     def area(self) -> float:
         """Area, m2."""
         return self.width * self.height
+
+    @property
+    def diagonal(self) -> float:
+        """Largest distance of two points, m."""
+        return float(np.hypot(self.width, self.height))
 
 
 def radiation_impedance(window: Window, wavenumber: ArrayLike, trace: ArrayLike) -> ComplexArray:
@@ -68,26 +79,96 @@ def radiation_impedance(window: Window, wavenumber: ArrayLike, trace: ArrayLike)
     C(r) the overlap of the panel with itself displaced by r, summed over all directions: a closed form for rectangles.
     """
     k0, kt = np.broadcast_arrays(np.asarray(wavenumber, dtype=float), np.asarray(trace, dtype=float))
-    radius, weight = _nodes(window, float(np.max(k0 + kt)))
-    shape = _overlap(window, radius) * weight
-    oscillation = j0(kt[..., None] * radius) * np.exp(-1j * k0[..., None] * radius)
-    return np.asarray(1j * k0 / (2 * np.pi * window.area) * (oscillation @ shape))
+    fluid, which = np.unique(k0, return_inverse=True)
+    meetings = kt.size // max(fluid.size, 1)
+    return radiation_at(window, fluid, float(np.max(kt, initial=0.0)), meetings)(which.reshape(kt.shape), kt)
 
 
-def _nodes(window: Window, fastest: float) -> tuple[RealArray, RealArray]:
-    """Return Gauss nodes and weights from 0 to the diagonal, with breaks where the overlap has kinks."""
+def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings: int) -> Radiation:
+    """Return a function that gives `radiation_impedance` at wavenumbers known before, by their indices.
+
+    Parameters
+    ----------
+    window : Window
+    wavenumber : array, shape (n_wavenumbers,)
+        k0 of the fluid, rad/m.
+    largest : float
+        Of the trace wavenumbers, rad/m.
+    meetings : int
+        How many trace wavenumbers each of the others will meet, about.
+
+    Returns
+    -------
+    callable
+        Takes indices of wavenumbers and trace wavenumbers, two arrays of one shape.
+    """
+    if largest > 0 and meetings > 2 and meetings * wavenumber.size > _n_terms(window, largest):
+        return _series(window, wavenumber, largest)
+    return lambda which, trace: _integrals(window, wavenumber[which], trace)
+
+
+def _series(window: Window, wavenumber: RealArray, largest: float) -> Radiation:
+    """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
+
+    J0 alone knows the trace wavenumber, and is an entire function of its square: a few terms more than half the largest
+    argument give all digits, and all wavenumbers of the fluid share the samples of J0.
+    """
+    n = _n_terms(window, largest)
+    x = chebpts1(n)
+    trace = largest * np.sqrt(0.5 * (1 + x))
+    samples = np.zeros((n, len(wavenumber)), dtype=complex)
+    for radius, weight in _nodes(window, float(np.max(wavenumber)) + largest, samples.size):
+        standing = j0(trace[:, None] * radius)
+        # a real matrix times a complex one, which NumPy would take for two complex ones
+        samples.view(float)[:] += standing @ _motion(window, radius, weight, wavenumber).view(float)
+    coefficients = 2 / n * (chebvander(x, n - 1).T @ samples)
+    coefficients[0] /= 2
+
+    def at(which: IndexArray, trace: RealArray) -> ComplexArray:
+        return np.asarray(chebval(2 * (trace / largest) ** 2 - 1, coefficients[:, which], tensor=False))
+
+    return at
+
+
+def _n_terms(window: Window, largest: float) -> int:
+    """Return how many terms hold J0(kt r): they are J_n(z)^2, z half the largest argument, and vanish beyond n = z."""
+    z = 0.5 * largest * window.diagonal
+    return int(z + 7 * z ** (1 / 3)) + 10
+
+
+def _integrals(window: Window, wavenumber: RealArray, trace: RealArray) -> ComplexArray:
+    """Return the impedance for pairs of wavenumbers one by one."""
+    k0, kt = wavenumber.ravel(), trace.ravel()
+    found = np.zeros(k0.shape, dtype=complex)
+    for radius, weight in _nodes(window, float(np.max(k0 + kt, initial=0.0)), found.size):
+        found += np.sum(j0(radius[:, None] * kt) * _motion(window, radius, weight, k0), axis=0)
+    return found.reshape(wavenumber.shape)
+
+
+def _motion(window: Window, radius: RealArray, weight: RealArray, wavenumber: RealArray) -> ComplexArray:
+    """Return what stands beside J0 in the integral, shape (n_nodes, n_wavenumbers)."""
+    phase = radius[:, None] * wavenumber
+    moved = np.empty(phase.shape, dtype=complex)  # i exp(-i phase)
+    np.sin(phase, out=moved.real)
+    np.cos(phase, out=moved.imag)
+    moved *= (_overlap(window, radius) * weight)[:, None] * wavenumber / (2 * np.pi * window.area)
+    return moved
+
+
+def _nodes(window: Window, fastest: float, n_values: int) -> Iterator[tuple[RealArray, RealArray]]:
+    """Return Gauss nodes and weights from 0 to the diagonal, with breaks where the overlap has kinks.
+
+    They come in pieces that bound the memory that an integrand of `n_values` at each node takes.
+    """
     short, long = sorted((window.width, window.height))
-    ends = [0.0, short, long, float(np.hypot(short, long))]
-    points, weights = [], []
-    for low, high in pairwise(ends):
-        if high <= low:
-            continue
+    for low, high in pairwise((0.0, short, long, window.diagonal)):
         n = _LEAST_PANELS + int(2 * fastest * (high - low) / _RADIANS)
-        t = ((np.arange(n)[:, None] + 0.5 * (1 + _NODES)) / n).ravel()
-        # squared towards the lower end: the overlap starts there like a power of 3/2
-        points.append(low + (high - low) * t**2)
-        weights.append((high - low) * t * np.tile(_WEIGHTS, n) / n)
-    return np.concatenate(points), np.concatenate(weights)
+        step = max(1, _AT_ONCE // (len(_NODES) * max(n_values, 1)))
+        for first in range(0, n, step):
+            panels = np.arange(first, min(first + step, n))
+            t = ((panels[:, None] + 0.5 * (1 + _NODES)) / n).ravel()
+            # squared towards the lower end: the overlap starts there like a power of 3/2
+            yield low + (high - low) * t**2, (high - low) * t * np.tile(_WEIGHTS, len(panels)) / n
 
 
 def _overlap(window: Window, radius: RealArray) -> RealArray:

@@ -28,6 +28,7 @@ _SPECTRA = {
 # ASTM E413: the contour relative to its value at 500 Hz, from 125 to 4000 Hz
 _STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
 # ISO 11654:1997, table 1
+_PRACTICAL_OCTAVES = (125, 250, 500, 1000, 2000, 4000)
 _ABSORPTION_CURVE = {250: 0.80, 500: 1.00, 1000: 1.00, 2000: 1.00, 4000: 0.90}
 _CLASSES = (("A", 0.90), ("B", 0.80), ("C", 0.60), ("D", 0.30), ("E", 0.15))
 
@@ -125,19 +126,35 @@ def practical_absorption(absorption: Bands) -> dict[int, float]:
     bands are missing.
     """
     practical = {}
-    for centre in (125, 250, 500, 1000, 2000, 4000):
+    for centre in _PRACTICAL_OCTAVES:
         i = THIRD_OCTAVES.index(centre)
         thirds = THIRD_OCTAVES[i - 1 : i + 2]
         if centre == 125 and any(band not in absorption for band in thirds):
             continue
-        mean = float(np.mean(np.floor(100 * _values(absorption, thirds) + 0.5 + 1e-9) / 100))
-        practical[centre] = min(float(np.floor(mean / 0.05 + 0.5 + 1e-9) * 0.05), 1.0)
+        practical[centre] = _practical(float(np.mean(np.floor(100 * _values(absorption, thirds) + 0.5 + 1e-9) / 100)))
     return practical
+
+
+def _practical(mean: float) -> float:
+    """Return the mean over an octave as a practical coefficient: in steps of 0.05, at most 1."""
+    return min(_to_twentieths(mean), 1.0)
+
+
+def _to_twentieths(value: float) -> float:
+    """Round to 0.05, the middle upwards; what is a middle but for rounding errors counts as one."""
+    return float(np.floor(value / 0.05 + 0.5 + 1e-9) * 0.05)
 
 
 def weighted_absorption(absorption: Bands) -> WeightedAbsorption:
     """Return alpha_w of ISO 11654 with its shape indicators, from third-octave bands, 200 to 5000 Hz."""
     return weighted_from_practical(practical_absorption(absorption))
+
+
+def weighted_absorption_octaves(absorption: Bands) -> WeightedAbsorption:
+    """Return alpha_w of ISO 11654 from means over octaves, 250 to 4000 Hz, that become its practical coefficients."""
+    there = [centre for centre in _PRACTICAL_OCTAVES if centre != 125 or 125 in absorption]
+    values = _values(absorption, tuple(there))
+    return weighted_from_practical({centre: _practical(value) for centre, value in zip(there, values, strict=True)})
 
 
 def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorption:
@@ -157,8 +174,7 @@ def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorptio
 
 def noise_reduction_coefficient(absorption: Bands) -> float:
     """Return the NRC of ASTM C423: the mean at 250, 500, 1000 and 2000 Hz, rounded to 0.05."""
-    mean = float(np.mean(_values(absorption, (250, 500, 1000, 2000))))
-    return float(np.floor(mean / 0.05 + 0.5 + 1e-9) * 0.05)
+    return _to_twentieths(float(np.mean(_values(absorption, (250, 500, 1000, 2000)))))
 
 
 def sound_absorption_average(absorption: Bands) -> float:

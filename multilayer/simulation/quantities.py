@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.response.bands import mean_loss, mean_value
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,10 @@ class Quantity:
         """Return the columns of `values`."""
         parts = (values.real, values.imag) if self.is_complex else (values,)
         return {column: np.asarray(part, dtype=float) for column, part in zip(self.columns, parts, strict=True)}
+
+    def mean(self, values: RealArray) -> RealArray:
+        """Return the mean over the last axis: of the transmitted power for what is in dB, else of the values."""
+        return mean_loss(values) if self.unit == "dB" else mean_value(values)
 
 
 QUANTITIES = {

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.response.bands import Width
 from multilayer.simulation.quantities import columns_of
 
 PERCENTILES = (5, 50, 95)
@@ -96,9 +97,9 @@ class SimulationResult:
     name : str
         Of the file.
     frequency : array
-        Hz; nominal centres of third-octave bands where `bands`.
-    bands : bool
-        Whether values are averages over third-octave bands.
+        Hz; nominal centres where there are `bands`.
+    bands : str or None
+        What the values are averages over: ``third octaves`` or ``octaves``; None for single frequencies.
     cases : tuple of CaseResult
     settings : mapping
         The simulation file as plain data.
@@ -106,7 +107,7 @@ class SimulationResult:
 
     name: str
     frequency: RealArray
-    bands: bool
+    bands: Width | None
     cases: tuple[CaseResult, ...]
     settings: Mapping[str, Any]
 
@@ -129,7 +130,7 @@ class SimulationResult:
             "version": 1,
             "name": self.name,
             "settings": dict(self.settings),
-            "bands": "third octaves" if self.bands else None,
+            "bands": self.bands,
             "frequency_hz": self.frequency.tolist(),
             "cases": [_case_dict(case) for case in self.cases],
         }

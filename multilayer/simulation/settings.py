@@ -21,10 +21,11 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from multilayer.arrays import RealArray
 from multilayer.errors import show, suggest
 from multilayer.models import Model, refuse
+from multilayer.response.bands import Width
+from multilayer.response.diffuse_field import WeightingName
 from multilayer.units import Frequency, Length, Unit, parse_quantity
 
 MOST_POINTS = 100_000
-POINTS_PER_BAND = 21
 
 
 def _unknown(key: str, reason: str) -> InitErrorDetails:
@@ -46,7 +47,7 @@ class FrequencyRange(Model, populate_by_name=True):
     def _known_keys(cls, data: Any) -> Any:
         known = ("from", "to", "points", "spacing")
         unknown = [key for key in data if key not in (*known, *cls.model_fields)] if isinstance(data, Mapping) else []
-        words = {key: f"there is no such field; {suggest(str(key), (*known, 'third_octaves'))}" for key in unknown}
+        words = {key: f"there is no such field; {suggest(str(key), (*known, *Bands.model_fields))}" for key in unknown}
         if unknown:
             raise ValidationError.from_exception_data(cls.__name__, [_unknown(key, words[key]) for key in unknown])
         return data
@@ -64,31 +65,44 @@ class FrequencyRange(Model, populate_by_name=True):
         return np.asarray(space(self.start, self.stop, self.points))
 
 
-class ThirdOctaves(Model):
-    """The third-octave bands whose centres lie from the first to the second frequency."""
+class Bands(Model):
+    """The bands from the one that holds the first frequency to the one that holds the second, of either width."""
 
-    third_octaves: tuple[Frequency, Frequency]
+    third_octaves: tuple[Frequency, Frequency] | None = None
+    octaves: tuple[Frequency, Frequency] | None = None
+
+    @property
+    def width(self) -> Width:
+        """Of the bands."""
+        return "third octaves" if self.octaves is None else "octaves"
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """A frequency in the first and one in the last band, Hz."""
+        (found,) = (ends for ends in (self.third_octaves, self.octaves) if ends is not None)
+        return found
 
     @model_validator(mode="after")
-    def _rises(self) -> Self:
-        low, high = self.third_octaves
+    def _one_width_that_rises(self) -> Self:
+        if (self.third_octaves is None) == (self.octaves is None):
+            text = "give the first and the last band either as 'third_octaves' or as 'octaves', as [100 Hz, 5 kHz]"
+            refuse(self, [((), text, self.octaves)])
+        low, high = self.ends
         if high < low:
             text = f"{high:g} Hz is not allowed: the last band must not lie below the first, {low:g} Hz"
-            refuse(self, [(("third_octaves", 1), text, high)])
+            refuse(self, [((self.width.replace(" ", "_"), 1), text, high)])
         return self
 
 
 def _kind_of_grid(value: Any) -> str:
-    if isinstance(value, ThirdOctaves) or (isinstance(value, Mapping) and "third_octaves" in value):
+    if isinstance(value, Bands) or (isinstance(value, Mapping) and not value.keys().isdisjoint(Bands.model_fields)):
         return "bands"
     return "range" if isinstance(value, FrequencyRange | Mapping) else "list"
 
 
 FrequencyList = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=MOST_POINTS)]
 FrequencyGrid = Annotated[
-    Annotated[FrequencyRange, Tag("range")]
-    | Annotated[ThirdOctaves, Tag("bands")]
-    | Annotated[FrequencyList, Tag("list")],
+    Annotated[FrequencyRange, Tag("range")] | Annotated[Bands, Tag("bands")] | Annotated[FrequencyList, Tag("list")],
     Discriminator(_kind_of_grid),
 ]
 
@@ -100,9 +114,10 @@ class PlaneIncidence(Model):
 
 
 class DiffuseField(Model):
-    """How far from the normal waves of a diffuse field arrive, degrees."""
+    """How far from the normal waves of a diffuse field arrive, degrees, and how strong by their angle."""
 
     max_angle: Annotated[float, Field(gt=0, le=90), Unit("degree")] = 78.0
+    weighting: WeightingName = "uniform"
 
 
 class DiffuseIncidence(Model):
@@ -132,7 +147,7 @@ def _parse_incidence(value: Any, info: ValidationInfo) -> Any:
 def _refused(value: Any) -> PydanticCustomError:
     reason = (
         f"{show(value)} is not allowed; allowed: normal, an angle in degrees from 0 to below 90, diffuse, "
-        "or {diffuse: {max_angle: 78}}"
+        "or {diffuse: {max_angle: 78, weighting: gaussian}}"
     )
     return PydanticCustomError("incidence", "{reason}", {"reason": reason})
 

@@ -8,21 +8,29 @@ from typing import Any
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError
+from multilayer.response.bands import Width, band_means
 from multilayer.response.ratings import (
     noise_reduction_coefficient,
     sound_transmission_class,
     weighted_absorption,
+    weighted_absorption_octaves,
     weighted_reduction_index,
 )
-from multilayer.simulation.bands import Grid, band_average, third_octaves_of
+from multilayer.simulation.bands import Grid
+from multilayer.simulation.quantities import QUANTITIES
 
 _LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
-_RATINGS: dict[str, dict[str, Callable[[Mapping[float, float]], object]]] = {
-    "absorption": {
+_RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], object]]] = {
+    ("absorption", "third octaves"): {
         "alpha_w": weighted_absorption,
         "NRC": lambda bands: f"{noise_reduction_coefficient(bands):.2f}",
     },
-    "transmission_loss": {"Rw (C; Ctr)": weighted_reduction_index, "STC": sound_transmission_class},
+    ("transmission_loss", "third octaves"): {
+        "Rw (C; Ctr)": weighted_reduction_index,
+        "STC": sound_transmission_class,
+    },
+    ("absorption", "octaves"): {"alpha_w": weighted_absorption_octaves},
+    ("transmission_loss", "octaves"): {},  # C, Ctr and STC are defined in third octaves
 }
 
 
@@ -38,9 +46,9 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
     """
     # what does not come back from a stack that lets sound through is not absorbed
     quantity = "transmission_loss" if "transmission_loss" in quantities else "absorption"
-    bands = third_octave_values(quantity, quantities[quantity], grid)
+    bands = _band_values(quantity, quantities[quantity], grid)
     found: dict[str, str] = {}
-    for name, function in _RATINGS[quantity].items():
+    for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
         try:
             found[name] = str(function(bands))
         except InputError:  # a band is missing
@@ -48,12 +56,8 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
     return found
 
 
-def third_octave_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float, float]:
-    """Return a value for every third octave that holds enough frequencies, by nominal centre."""
-    if grid.bands:
+def _band_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float, float]:
+    """Return a value for every band, of single frequencies for every third octave that holds enough, by centre."""
+    if grid.bands is not None:
         return dict(zip(grid.frequency.tolist(), values.tolist(), strict=True))
-    return {
-        centre: float(band_average(quantity, values[inside], (1, len(inside)))[0])
-        for centre, inside in third_octaves_of(grid.frequency)
-        if len(inside) >= _LEAST_POINTS
-    }
+    return band_means(grid.frequency, values, mean=QUANTITIES[quantity].mean, least=_LEAST_POINTS)

@@ -14,7 +14,6 @@ from multilayer.errors import InputError, MultilayerError
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.plane_wave import PlaneWave, plane_wave
-from multilayer.simulation.bands import band_average
 from multilayer.simulation.located import with_values
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
@@ -107,13 +106,17 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
     if task.frequency.ndim == 1:
         return found
     kept = {name: value for name, value in found.items() if not QUANTITIES[name].is_complex}
-    return {name: band_average(name, value, task.frequency.shape) for name, value in kept.items()}
+    return {
+        name: QUANTITIES[name].mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
+        for name, value in kept.items()
+    }
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
     window = None if task.size is None else Window(task.size.width, task.size.height)
     if isinstance(task.incidence, DiffuseIncidence):
-        field = diffuse_field(stack, frequency, task.incidence.diffuse.max_angle, window=window)
+        asked = task.incidence.diffuse
+        field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
     found = {

@@ -15,13 +15,18 @@ _here = threading.local()
 
 @contextmanager
 def collected_warnings() -> Iterator[list[str]]:
-    """Give a list that takes the texts of every `ValidityWarning` of this thread, in place of showing them."""
-    _here.texts = []
+    """Give a list that takes the texts of every `ValidityWarning` of this thread, in place of showing them.
+
+    Of one inside another the inner takes them.
+    """
+    before = getattr(_here, "texts", None)
+    texts: list[str] = []
+    _here.texts = texts
     _state.enter()
     try:
-        yield _here.texts
+        yield texts
     finally:
-        _here.texts = None
+        _here.texts = before
         _state.leave()
 
 

@@ -119,20 +119,25 @@ class TestForms:
         assert [misfit["quantity"] for misfit in found] == ["absorption", "normalised_impedance", "reflection"]
         assert max(misfit["rms"] for misfit in found) < 1e-7
 
-    def test_third_octaves(self, measured, tmp_path):
+    @pytest.mark.parametrize(("width", "n"), [("third octaves", 18), ("octaves", 6)])
+    def test_bands(self, measured, tmp_path, width, n):
         file = tmp_path / "panel.yaml"
-        file.write_text(PANEL + "frequency: {third_octaves: [100, 5000]}\n")
+        file.write_text(f"{PANEL}frequency: {{{width.replace(' ', '_')}: [100, 5000]}}\n")
         assert run("simulate", file, "--out", tmp_path / "one", "--no-figures").status == 0
         rows = list(csv.DictReader(io.StringIO((tmp_path / "one" / "simulation.csv").read_text())))
         losses = [float(row["transmission_loss_db"]) for row in rows]
         nominal = [float(row["frequency_hz"]) for row in rows]
         spectrum = measured(table("frequency_hz, transmission_loss_db", nominal, losses))
-        assert run("compare", file, spectrum, "--out", tmp_path / "two", "--no-figures").status == 0
+        done = run("compare", file, spectrum, "--out", tmp_path / "two")
+        assert done.status == 0
+        assert f"tube over panel: {n} {width}, {nominal[0]:g} to {nominal[-1]:g} Hz" in done.out
         assert misfits(tmp_path / "two")[0]["largest"] < 1e-7
         off = measured(table("frequency_hz, transmission_loss_db", [112.0], losses[:1]), "off.csv")
         done = run("compare", file, off, "--out", tmp_path / "three")
         assert done.status == 2
-        assert "112 Hz is no centre of a third-octave band" in done.err
+        assert f"112 Hz is no centre among those of {width}, or stands twice" in done.err
+        twice = measured(table("frequency_hz, transmission_loss_db", [125.0, 500.0, 500.0], losses[:3]), "twice.csv")
+        assert "twice: 500 Hz is no centre" in run("compare", file, twice, "--out", tmp_path / "four").err
 
     def test_tolerances_and_cases(self, foam, measured, wave, tmp_path):
         foam.write_text(

@@ -100,7 +100,7 @@ class TestSweep:
     def test_table(self, simulated):
         done, folder = simulated
         lines = done.out.splitlines()
-        assert lines[0] == "foam: absorption coefficient, third-octave averages"
+        assert lines[0] == "foam: absorption coefficient, averages over third octaves"
         assert lines[1].split() == ["foam.thickness", "20", "mm", "40", "mm"]
         bands = [int(line.split()[0]) for line in lines[3:] if line.lstrip()[0].isdecimal()]
         assert bands == [200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000]
@@ -142,9 +142,23 @@ class TestOptions:
         assert (done.status, done.err) == (0, "")
         figures = {"absorption.png", "transmission_loss.png", "insertion_loss.png"}
         assert names(tmp_path / "out") == TABLES | figures
-        assert "panel: transmission loss / dB, third-octave averages" in done.out
+        assert "panel: transmission loss / dB, averages over third octaves" in done.out
         assert "Rw (C; Ctr) " in done.out
         assert "STC " in done.out
+
+    def test_octaves(self, written, tmp_path):
+        file = written(FOAM + "frequency: {octaves: [125 Hz, 4 kHz]}\n")
+        done = run("simulate", file, "--out", tmp_path / "out")
+        assert (done.status, done.err) == (0, "")
+        lines = done.out.splitlines()
+        assert lines[0] == "foam: absorption coefficient, averages over octaves"
+        assert [line.split()[0] for line in lines[2:-2]] == ["125", "250", "500", "1000", "2000", "4000"]
+        assert lines[-2].startswith("alpha_w ")
+        assert "NRC" not in done.out
+        assert names(tmp_path / "out") == TABLES | {"absorption.png"}
+        result = strict_json((tmp_path / "out" / "simulation.json").read_text())
+        assert (result["bands"], result["frequency_hz"]) == ("octaves", [125, 250, 500, 1000, 2000, 4000])
+        assert result["settings"]["frequency"] == {"octaves": [125, 4000]}
 
     @pytest.mark.parametrize("label", ["_a [/b] [red]", "50 $ or $ 60_{", "泡沫 %s"])
     def test_names_are_taken_to_the_letter(self, written, tmp_path, label):

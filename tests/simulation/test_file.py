@@ -123,6 +123,15 @@ class TestReading:
         edges = 10 ** (np.arange(19.5, 38) / 10)
         assert np.all((grid.points > edges[:-1, None]) & (grid.points < edges[1:, None]))
 
+    def test_octaves(self, written):
+        simulation = load_simulation(written(FOAM + "frequency: {octaves: [125 Hz, 4 kHz]}\n"))
+        grid = grid_of(simulation.frequency)
+        assert grid.frequency.tolist() == [125, 250, 500, 1000, 2000, 4000]
+        # the very points of the third octaves inside
+        thirds = SimulationFile.model_validate({**simulation.to_dict(), "frequency": {"third_octaves": [100, 5000]}})
+        np.testing.assert_allclose(grid.points.ravel(), grid_of(thirds.frequency).points.ravel(), rtol=1e-12)
+        assert SimulationFile.model_validate(simulation.to_dict()).frequency == simulation.frequency
+
     def test_a_reference(self, written, tmp_path):
         written(PANEL, "bare.yaml")
         simulation = load_simulation(written(PANEL + "reference: bare.yaml\n"))
@@ -186,11 +195,26 @@ MISTAKES = {
     "frequency mistyped": ("frequency: {form: 3}", "form", "there is no such field; did you mean 'from'?"),
     "no list": ("frequency: 100 Hz", "100 Hz", "must be a list, not '100 Hz'"),
     "bands fall": ("frequency: {third_octaves: [200, 100]}", "100]", "the last band must not lie below the first"),
+    "octaves fall": ("frequency: {octaves: [250, 125]}", "125]", "the last band must not lie below the first, 250 Hz"),
+    "octaves in m": ("frequency: {octaves: [125, 4 km]}", "4 km", "'4 km' has the wrong unit"),
+    "one octave": ("frequency: {octaves: [125]}", "[125]", "frequency.octaves"),
+    "octaves mistyped": ("frequency: {octave: [1, 2]}", "octave", "there is no such field; did you mean 'octaves'?"),
+    "both widths": (
+        "frequency: {octaves: [125, 250], third_octaves: [125, 250]}",
+        "{octaves",
+        "either as 'third_octaves' or as 'octaves'",
+    ),
+    "no width": ("frequency: {octaves: null}", "{octaves", "either as 'third_octaves' or as 'octaves'"),
     "grazing": ("incidence: 90", "90", "90 is not allowed; allowed: normal, an angle in degrees from 0 to below 90"),
     "beyond": ("incidence: 120 deg", "120 deg", "'120 deg' is not allowed"),
     "negative angle": ("incidence: -5", "-5", "-5 is not allowed"),
     "incidence": ("incidence: sideways", "sideways", "'sideways' is not allowed; allowed: normal"),
     "diffuse angle": ("incidence: {diffuse: {max_angle: 95}}", "95", "95.0 is not allowed: it must be at most 90"),
+    "weighting": (
+        "incidence: {diffuse: {weighting: gauss}}",
+        "gauss",
+        "'gauss' is not allowed; allowed: 'uniform' or 'gaussian'",
+    ),
     "size": ("finite_size: {width: 0 m, height: 1 m}", "0 m", "0.0 is not allowed: it must be above 0"),
     "samples": ("samples: 1", "1\n", "1 is not allowed: it must be at least 2"),
     "key": ("swep: {}", "swep", "there is no such field; did you mean 'sweep'?"),

@@ -60,6 +60,13 @@ class TestOneCase:
         np.testing.assert_array_equal(case.absorption, expected.absorption)
         assert case.reflection is case.surface_impedance is None
 
+    def test_diffuse_and_weighted(self, read):
+        simulation = read(PANEL, incidence={"diffuse": {"weighting": "gaussian"}})
+        (case,) = simulate(simulation).cases
+        expected = diffuse_field(simulation.stack, F, weighting="gaussian")
+        np.testing.assert_array_equal(case.transmission_loss, expected.transmission_loss)
+        assert SimulationFile.model_validate(simulation.to_dict()).incidence == simulation.incidence
+
     @pytest.mark.parametrize("text", [FOAM, PANEL])
     def test_a_small_panel(self, read, text):
         size = {"width": 1.4, "height": 1.1}
@@ -92,6 +99,21 @@ class TestOneCase:
             assert absorption == pytest.approx(np.mean(fine.absorption), abs=0.005)
         assert case.reflection is None
 
+    def test_octaves_are_means_of_their_third_octaves(self, read):
+        """Of the power where the third octaves are in dB: three of them, of as many points each."""
+        thirds, octaves = (
+            simulate(read(PANEL, frequency={width: [180, 1400]}, incidence="diffuse"))
+            for width in ("third_octaves", "octaves")
+        )
+        assert octaves.frequency.tolist() == [250, 500, 1000]
+        assert (thirds.bands, octaves.bands) == ("third octaves", "octaves")
+        loss, absorption = (
+            thirds.cases[0].quantities[name].reshape(3, 3) for name in ("transmission_loss", "absorption")
+        )
+        expected = -10 * np.log10(np.mean(10 ** (-loss / 10), axis=1))
+        np.testing.assert_allclose(octaves.cases[0].transmission_loss, expected, atol=0.01)
+        np.testing.assert_allclose(octaves.cases[0].absorption, absorption.mean(axis=1), atol=1e-3)
+
     def test_insertion_loss(self, read):
         bare = Stack.model_validate({"layers": [read(PANEL).stack.layers[0]], "termination": "ambient"})
         simulation = read(PANEL, reference=bare, incidence=20)
@@ -109,6 +131,16 @@ class TestOneCase:
         assert set(simulate(read(FOAM, frequency=bands)).cases[0].ratings) == {"alpha_w", "NRC"}
         assert set(simulate(read(PANEL, frequency=bands)).cases[0].ratings) == {"Rw (C; Ctr)", "STC"}
         assert simulate(read(PANEL)).cases[0].ratings == {}
+
+    def test_ratings_of_octaves(self, read):
+        """Practical coefficients are means over octaves; what is defined in third octaves is left out."""
+        thirds, octaves = (
+            simulate(read(FOAM, frequency={width: [100, 5000]})).cases[0].ratings
+            for width in ("third_octaves", "octaves")
+        )
+        assert octaves == {"alpha_w": thirds["alpha_w"]}
+        assert simulate(read(PANEL, frequency={"octaves": [100, 5000]})).cases[0].ratings == {}
+        assert simulate(read(FOAM, frequency={"octaves": [500, 4000]})).cases[0].ratings == {}
 
 
 class TestSweep:

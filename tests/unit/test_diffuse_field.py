@@ -59,6 +59,21 @@ def test_absorption_and_weighting() -> None:
     assert np.abs(found.absorption - diffuse_field(foam, FREQUENCY).absorption).max() > 0.01
 
 
+def test_weightings_by_name() -> None:
+    def gaussian(angle):
+        return np.exp(-2 * np.deg2rad(angle) ** 2)
+
+    found, plain = (diffuse_field(GLASS, FREQUENCY, weighting=name) for name in ("gaussian", "uniform"))
+    assert np.array_equal(
+        found.transmission_loss, diffuse_field(GLASS, FREQUENCY, weighting=gaussian).transmission_loss
+    )
+    assert np.array_equal(plain.transmission_loss, diffuse_field(GLASS, FREQUENCY).transmission_loss)
+    # below coincidence oblique waves come through more easily, and they count less
+    assert np.all(found.transmission_loss[:5] > plain.transmission_loss[:5] + 0.3)
+    with pytest.raises(InputError, match="no weighting 'gausian'; did you mean 'gaussian'"):
+        diffuse_field(GLASS, 100.0, weighting="gausian")
+
+
 def test_a_small_cone_is_normal_incidence() -> None:
     found = diffuse_field(GLASS, FREQUENCY, 0.01)
     assert found.transmission_loss == pytest.approx(plane_wave(GLASS, FREQUENCY).transmission_loss, abs=1e-4)

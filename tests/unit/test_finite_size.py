@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
+from scipy.special import j0
 
 from multilayer.errors import InputError
 from multilayer.response import Window, diffuse_field, radiation_impedance
@@ -53,6 +54,53 @@ def test_more_nodes_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     first = radiation_impedance(PANEL, k0, 0.9 * k0)
     monkeypatch.setattr("multilayer.response.finite_size._LEAST_PANELS", 9)
     assert first == pytest.approx(radiation_impedance(PANEL, k0, 0.9 * k0), abs=1e-8)
+
+
+def _fine(window: Window, k0: float, kt: np.ndarray) -> np.ndarray:
+    """Return the integral over distance by thousands of nodes, the overlap itself by a sum over directions."""
+    # sin^2 takes the kinks of the overlap to the ends, where nodes are dense
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    u = np.pi / 2 * (np.arange(60) + 0.5 * (1 + nodes[:, None])).ravel() / 60
+    du = np.pi / 2 * np.repeat(0.5 * weights, 60) / 60
+    a, b = window.width, window.height
+    found = np.zeros(len(kt), dtype=complex)
+    diagonal = np.hypot(a, b)
+    for low, high in ((0.0, min(a, b)), (min(a, b), max(a, b)), (max(a, b), diagonal)):
+        radius, share = low + (high - low) * np.sin(u) ** 2, (high - low) * np.sin(2 * u) * du
+        first, last = np.arccos(np.minimum(1, a / radius)), np.arcsin(np.minimum(1, b / radius))
+        angle = first + 0.5 * (last - first) * (1 + nodes[:, None])
+        overlap = (a - radius * np.cos(angle)) * (b - radius * np.sin(angle))
+        overlap = 4 * 0.5 * (last - first) * (weights @ overlap)
+        found += j0(kt[:, None] * radius) @ (share * overlap * np.exp(-1j * k0 * radius))
+    return 1j * k0 / (2 * np.pi * window.area) * found
+
+
+@pytest.mark.parametrize("window", [PANEL, Window(1.0, 1.0), Window(8.0, 0.1)])
+def test_series_and_single_integrals_are_a_fine_quadrature(window: Window) -> None:
+    k0 = np.array([0.02, 1.0, 20.0, 100.0])
+    kt = k0[:, None] * np.sqrt(np.linspace(0, 1.2, 150))  # some faster along the panel than the sound in the air
+    exact = np.array([_fine(window, *pair) for pair in zip(k0, kt, strict=True)])
+    series = radiation_impedance(window, k0[:, None], kt)
+    single = np.array([[radiation_impedance(window, k, each) for each in kt[i, ::30]] for i, k in enumerate(k0)])
+    for found, expected in ((series, exact), (single, exact[:, ::30])):
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
+        np.testing.assert_allclose(found.real, expected.real, rtol=1e-8)
+
+
+def test_many_values_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    k0 = np.array([[0.5], [30.0]])
+    whole = [radiation_impedance(PANEL, k0, k0 * np.linspace(0, 1, n)) for n in (2, 200)]
+    monkeypatch.setattr("multilayer.response.finite_size._AT_ONCE", 1)
+    pieces = [radiation_impedance(PANEL, k0, k0 * np.linspace(0, 1, n)) for n in (2, 200)]
+    for one, other in zip(whole, pieces, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+
+
+def test_shapes_of_the_arguments() -> None:
+    assert radiation_impedance(PANEL, 3.0, 1.0).shape == ()
+    assert radiation_impedance(PANEL, np.ones((4, 1)), np.ones((5, 1, 30))).shape == (5, 4, 30)
+    same = radiation_impedance(PANEL, 3.0, np.zeros(99))
+    np.testing.assert_allclose(same, radiation_impedance(PANEL, 3.0, 0.0), rtol=1e-14)
 
 
 PLATE = {"type": "elastic_plate", "thickness": 4e-3, "density": 2500, "young_modulus": 65e9, "poisson_ratio": 0.22}

@@ -77,6 +77,17 @@ def test_practical_coefficients_are_rounded_means() -> None:
     assert rt.weighted_absorption(thirds).practical == practical
 
 
+def test_weighted_absorption_from_octaves() -> None:
+    # the practical coefficients of ISO 11654, annex A, before they were rounded
+    means = {250: 0.37, 500: 1.02, 1000: 0.63, 2000: 0.58, 4000: 0.549}
+    found = rt.weighted_absorption_octaves(means)
+    assert (str(found), found.sound_class) == ("0.60 (M)", "C")
+    assert found.practical == pytest.approx({250: 0.35, 500: 1.0, 1000: 0.65, 2000: 0.6, 4000: 0.55})
+    assert rt.weighted_absorption_octaves({125: 0.1, **means}).practical[125] == pytest.approx(0.1)
+    with pytest.raises(InputError, match="250 Hz"):
+        rt.weighted_absorption_octaves({500: 1.0})
+
+
 def test_full_and_no_absorption() -> None:
     full, none = (rt.weighted_absorption(dict.fromkeys(rt.THIRD_OCTAVES, value)) for value in (1.0, 0.0))
     assert (full.alpha_w, full.sound_class) == (1.0, "A")
