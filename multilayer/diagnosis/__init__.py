@@ -1,0 +1,1 @@
+"""The gap between model and measurement: where it lies, which effect causes it, how far it shrinks."""

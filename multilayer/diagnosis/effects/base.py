@@ -1,0 +1,163 @@
+"""What an unmodelled effect is: parameters with priors, and where it enters the model of a burst on the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.inverse.joint import ConfigurationData
+from multilayer.inverse.priors import Parameter, Prior
+from multilayer.measurements.description import Campaign, Configuration
+from multilayer.registry import Registry
+
+Values = Mapping[str, RealArray]  # parameters by name, each of shape (..., 1)
+GRAVITY = 9.80665  # m/s2
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One configuration of a campaign, as effects see it.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    configuration : Configuration
+    data : ConfigurationData
+    order : array, shape (n,)
+        When the burst of each datum was measured: 0 for the first of the campaign to 1 for the last.
+    """
+
+    campaign: Campaign
+    configuration: Configuration
+    data: ConfigurationData
+    order: RealArray
+
+    @property
+    def frequency(self) -> RealArray:
+        """Frequencies of the data, Hz."""
+        return self.data.frequency
+
+    @property
+    def omega(self) -> RealArray:
+        """The same in rad/s."""
+        return 2 * np.pi * self.data.frequency
+
+    @cached_property
+    def area(self) -> float:
+        """Of the sample's face, m2."""
+        return float(np.pi * self.configuration.specimen_radius**2)
+
+    @cached_property
+    def plate_mass(self) -> float:
+        """Mass of the top plate, kg."""
+        return self.campaign.top_plate.density * self.configuration.top_plate_thickness * self.area
+
+    @cached_property
+    def static_stress(self) -> float:
+        """Weight of the top plate over the sample's face, Pa."""
+        return GRAVITY * self.plate_mass / self.area
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The rig in plane motion: rods from base to top, and what hangs on the plate.
+
+    Attributes
+    ----------
+    modulus : complex array
+        Young's modulus of the sample, Pa.
+    density, thickness : array
+        Of the sample, kg/m3 and m.
+    plate_mass : array
+        kg.
+    glue : complex array or None
+        Stiffness of one layer of glue per area, Pa/m; there is one at each face.
+    skin : tuple of array or None
+        Thickness (m) of a layer at each face, and its modulus over that of the core.
+    spring : complex array or None
+        Stiffness of a path beside the sample, N/m.
+    """
+
+    modulus: ComplexArray
+    density: Numeric
+    thickness: Numeric
+    plate_mass: Numeric
+    glue: Numeric | None = None
+    skin: tuple[Numeric, Numeric] | None = None
+    spring: Numeric | None = None
+
+    def with_(self, **changes: object) -> Chain:
+        """Return a chain with other values."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+class Effect:
+    """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
+
+    The model of a datum is made in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the motion
+    of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not act.
+
+    Attributes
+    ----------
+    name : str
+        In the output.
+    law : str
+        In a line, for people.
+    separated_by : str
+        The measurement that tells it from others.
+    source : str
+        Of the prior's size.
+    parameters : tuple of Parameter
+        With priors in SI units; at the prior's smallest values the effect vanishes.
+    needs_finite_elements : bool
+        Whether the rods are replaced by finite elements of the free rim.
+    """
+
+    name: ClassVar[str]
+    law: ClassVar[str]
+    separated_by: ClassVar[str]
+    source: ClassVar[str] = ""
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    needs_finite_elements: ClassVar[bool] = False
+
+    def applies(self, campaign: Campaign) -> bool:
+        """Tell whether the effect can act in a campaign at all."""
+        return True
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
+        """Return the sample's modulus, Pa, shape (..., n)."""
+        return modulus
+
+    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
+        """Return the rods and masses."""
+        return chain
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """Return top over base as the channels show it, shape (..., n)."""
+        return motion
+
+
+EFFECTS: Registry[type[Effect]] = Registry("multilayer.effects", "effect")
+
+
+def positive(name: str, median: float, spread: float, unit: str = "") -> Parameter:
+    """Return a parameter above 0 with a lognormal prior."""
+    return Parameter(name=name, prior=Prior(lognormal=(median, spread)), unit=unit)
+
+
+def signed(name: str, spread: float, unit: str = "") -> Parameter:
+    """Return a parameter of either sign with a normal prior about 0."""
+    return Parameter(name=name, prior=Prior(normal=(0.0, spread)), unit=unit)
+
+
+def between(name: str, low: float, high: float, unit: str = "") -> Parameter:
+    """Return a parameter with a uniform prior."""
+    return Parameter(name=name, prior=Prior(uniform=(low, high)), unit=unit)
+
+
+__all__ = ["EFFECTS", "Chain", "Effect", "Setting", "Values", "between", "positive", "signed"]

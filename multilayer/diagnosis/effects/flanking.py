@@ -1,0 +1,19 @@
+"""A parallel path around the sample."""
+
+from __future__ import annotations
+
+from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, between, positive
+
+
+class Flanking(Effect):
+    """A spring k (1 + i eta) beside the sample, from the base to the top plate."""
+
+    name = "flanking"
+    law = "spring k (1 + i eta) from base to top plate"
+    separated_by = "another thickness; a force cell"
+    source = "cables, guides and tape: 10 to 1e4 N/m"
+    parameters = (positive("stiffness", 500.0, 1.5, "N/m"), between("loss_factor", 0.0, 0.5))
+
+    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
+        """A path in parallel."""
+        return chain.with_(spring=values["stiffness"] * (1 + 1j * values["loss_factor"]))

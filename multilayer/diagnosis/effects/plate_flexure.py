@@ -1,0 +1,27 @@
+"""Bending of the top plate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
+
+
+class PlateFlexure(Effect):
+    """The reading moves with the plate's first bending mode, f1 = 9.08/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
+
+    name = "plate_flexure"
+    law = "T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
+    separated_by = "another place of the sensor, another plate thickness"
+    source = "first axisymmetric mode of a free disc; a is the mode's share where it is read, below 1"
+    parameters = (signed("share", 0.3),)
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """One mode in the reading."""
+        plate, configuration = setting.campaign.top_plate, setting.configuration
+        h = configuration.top_plate_thickness
+        stiffness = plate.young_modulus * h**3 / (12 * (1 - plate.poisson_ratio**2))
+        first = 9.08 / (2 * np.pi * configuration.specimen_radius**2) * np.sqrt(stiffness / (plate.density * h))
+        ratio = (setting.frequency / first) ** 2
+        return np.asarray(motion * (1 + values["share"] * ratio / (1 - ratio + 0.01j)))

@@ -1,0 +1,26 @@
+"""A rocking mode of the top plate in the reading."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.effects.base import Effect, Setting, Values, positive, signed
+
+
+class Rocking(Effect):
+    """T + s f^2/(fr^2 - f^2 + i eta fr f)."""
+
+    name = "rocking"
+    law = "T + s f^2/(fr^2 - f^2 + i eta fr f)"
+    separated_by = "a centred sensor, or two opposite ones"
+    source = "off-centre sensors: some per cent of the base's motion"
+    parameters = (
+        signed("share", 0.03), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
+    )  # fmt: skip
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """A share of a resonance."""
+        f, resonance = setting.frequency, values["frequency"]
+        mode = f**2 / (resonance**2 - f**2 + 1j * values["loss_factor"] * resonance * f)
+        return np.asarray(motion + values["share"] * mode)

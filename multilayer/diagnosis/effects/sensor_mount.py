@@ -1,0 +1,23 @@
+"""Resonance of the accelerometer's mount."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.effects.base import Effect, Setting, Values, between, positive
+
+
+class SensorMount(Effect):
+    """1/(1 - (f/fm)^2 + i eta f/fm)."""
+
+    name = "sensor_mount"
+    law = "T / (1 - (f/fm)^2 + i eta f/fm)"
+    separated_by = "swapped channels, remounting"
+    source = "wax, tape and magnets: 2 to 10 kHz; stud: above 20 kHz"
+    parameters = (positive("frequency", 5e3, 0.5, "Hz"), between("loss_factor", 0.0, 0.5))
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """The sensor on its mount follows the plate."""
+        ratio = setting.frequency / values["frequency"]
+        return np.asarray(motion / (1 - ratio**2 + 1j * values["loss_factor"] * ratio))

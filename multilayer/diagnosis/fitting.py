@@ -1,0 +1,81 @@
+"""Fits of hypotheses, and the evidence of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.diagnosis.effects.base import Effect
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.inverse.least_squares import minimise
+from multilayer.inverse.problem import Minimum
+
+_STARTS = (0.0, -1.5, 1.5)  # of the effects' coordinates: their prior's centre and to either side
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A hypothesis at its most probable parameters.
+
+    Attributes
+    ----------
+    hypothesis : Hypothesis
+    minimum : Minimum
+    """
+
+    hypothesis: Hypothesis
+    minimum: Minimum
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its effects."""
+        return self.hypothesis.names
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's, but for the constant of the whitened data."""
+        return self.minimum.log_evidence
+
+    def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
+        """Return value and ends of the central interval of a parameter, in its own unit, by Laplace's approximation."""
+        from scipy.special import ndtri
+
+        index = [p.name for p in self.hypothesis.parameters].index(name)
+        prior = self.hypothesis.parameters[index].prior
+        spread = float(np.sqrt(self.minimum.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
+        z = float(self.minimum.z[index])
+        value, low, high = (float(prior.value(np.asarray(x))) for x in (z, z - spread, z + spread))
+        return value, low, high
+
+
+def fit(hypothesis: Hypothesis, start: RealArray, starts: Sequence[float] = _STARTS) -> Fitted:
+    """Return the most probable parameters of a hypothesis.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+    start : array
+        Coordinates of law and nuisances, and of effects that are given already.
+    starts : sequence of float
+        Coordinates tried for the effects that `start` does not hold.
+    """
+    missing = len(hypothesis.parameters) - len(start)
+    points = [np.concatenate([start, np.full(missing, at)]) for at in (starts if missing else (0.0,))]
+    # the starts are compared where they are: only the best two are followed
+    costs = [float(np.sum(hypothesis.residual(z) ** 2) + z @ z) for z in points]
+    best = [points[i] for i in np.argsort(costs)[:2]]
+    found = [minimise(hypothesis, z) for z in best]
+    return Fitted(hypothesis, min(found, key=lambda minimum: minimum.cost))
+
+
+def fit_effects(nominal: Fitted, effects: Mapping[str, Effect]) -> dict[tuple[str, ...], Fitted]:
+    """Return the fit of every effect by itself."""
+    z = nominal.minimum.z
+    return {
+        (name,): fit(replace(nominal.hypothesis, effects=(effect,)), z)
+        for name, effect in effects.items()
+        if effect.applies(nominal.hypothesis.campaign)
+    }

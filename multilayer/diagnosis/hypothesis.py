@@ -1,0 +1,202 @@
+"""A campaign under a hypothesis: one causal law, the laboratory's own uncertainties, and some unmodelled effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values
+from multilayer.inverse.joint import JointProblem, Neighbourhood
+from multilayer.inverse.priors import Parameter, values_of
+from multilayer.inverse.problem import by_differences
+from multilayer.inverse.rig import Rig
+from multilayer.measurements.description import Campaign
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.rod import chain_transmissibility
+
+_TINY = 1e-200  # motions that underflow are far off, not infinitely
+_GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A `Problem`: the nominal model with effects.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    joint : JointProblem
+        Data, law and nuisances of the nominal model.
+    effects : tuple of Effect
+    finite : mapping
+        Finite-element rigs by configuration, for effects that need them.
+    """
+
+    campaign: Campaign
+    joint: JointProblem
+    effects: tuple[Effect, ...] = ()
+    finite: Mapping[str, Rig] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @cached_property
+    def effect_parameters(self) -> tuple[Parameter, ...]:
+        """The effects' parameters, as ``sensor_mass.mass``."""
+        return tuple(
+            parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
+            for effect in self.effects
+            for parameter in effect.parameters
+        )
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Law, nuisances, effects."""
+        return (*self.joint.parameters, *self.effect_parameters)
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """What effects see of every configuration."""
+        n_bursts = sum(len(data.centres) for data in self.joint.data)
+        found, before = [], 0
+        for data in self.joint.data:
+            order = (before + data.burst) / max(n_bursts - 1, 1)
+            found.append(Setting(self.campaign, self.campaign.configuration(data.name), data, order))
+            before += len(data.centres)
+        return tuple(found)
+
+    @cached_property
+    def _near(self) -> dict[str, Neighbourhood]:
+        step = self.joint.known.density or 0.01
+        return {name: Neighbourhood(rig, step, self.joint.known.thickness) for name, rig in self.finite.items()}
+
+    def with_effects(self, *effects: Effect) -> Hypothesis:
+        """Return the hypothesis of other effects."""
+        return replace(self, effects=effects)
+
+    def restricted(self, names: Sequence[str]) -> Hypothesis:
+        """Return the same of some configurations only."""
+        data = [one for one in self.joint.data if one.name in names]
+        return replace(self, joint=replace(self.joint, data=data))
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data)."""
+        parts = [self.joint.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
+        return np.concatenate(parts, axis=-1)
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative, from one batch."""
+        return by_differences(self.residual, z)
+
+    def log_ratios(self, z: RealArray) -> list[ComplexArray]:
+        """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
+        n = len(self.joint.parameters)
+        law, nuisances = self.joint.law_coordinates(z), self._nuisances(z)
+        values = self._effect_values(z[..., n:])
+        found = []
+        for setting in self.settings:
+            modulus = self.joint.space.modulus(law, setting.frequency)
+            motion = self._motion(setting, modulus, nuisances, values)
+            channels = self.joint.nuisances.of_channels(nuisances, setting.data)
+            difference = np.log(motion + _TINY) + channels - np.log(setting.data.ratio)
+            found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+        return found
+
+    def _nuisances(self, z: RealArray) -> dict[str, RealArray]:
+        own = self.joint.nuisances.parameters
+        first = len(self.joint.law_parameters)
+        return values_of(own, z[..., first : first + len(own)])
+
+    def _effect_values(self, z: RealArray) -> list[Values]:
+        flat = values_of(self.effect_parameters, z)
+        found = []
+        for effect in self.effects:
+            found.append({p.name: flat[f"{effect.name}.{p.name}"][..., None] for p in effect.parameters})
+        return found
+
+    def _motion(
+        self, setting: Setting, modulus: ComplexArray, nuisances: Mapping[str, RealArray], values: Sequence[Values]
+    ) -> ComplexArray:
+        """Return top over base of one configuration, shape (..., n)."""
+        pairs = list(zip(self.effects, values, strict=True))
+        for effect, own in pairs:
+            modulus = effect.modulus(setting, modulus, own)
+        change = self.joint.nuisances.of_rig(nuisances, setting.data)
+        chain = Chain(
+            modulus,
+            self.campaign.specimen.density * (1 + change.density[..., None]),
+            setting.configuration.specimen_thickness + change.thickness[..., None],
+            setting.plate_mass * (1 + change.plate_mass[..., None]),
+        )
+        for effect, own in pairs:
+            chain = effect.chain(setting, chain, own)
+        finite = any(effect.needs_finite_elements for effect in self.effects)
+        motion = self._finite_motion(setting, chain) if finite else self._chain_motion(setting, chain)
+        for effect, own in pairs:
+            motion = effect.motion(setting, motion, own)
+        return motion
+
+    def _chain_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
+        """Return the motion of rods and masses in one dimension, exact."""
+        nu, plate = self.campaign.specimen.poisson_ratio, self.campaign.top_plate
+        held = p_wave_modulus(chain.modulus, nu)
+        rods = [(held, chain.density, chain.thickness)]
+        if chain.skin is not None:
+            thickness, ratio = chain.skin
+            skin = (held * ratio, chain.density, thickness)
+            rods = [skin, (held, chain.density, chain.thickness - 2 * thickness), skin]
+        if chain.glue is not None:
+            glue = (chain.glue * _GLUE, 1e-3, _GLUE)  # a spring: its mass is nothing
+            rods = [glue, *rods, glue]
+        thickness = setting.configuration.top_plate_thickness
+        heavy = chain.plate_mass / (setting.area * thickness)
+        top = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
+        base = self.campaign.base_plate
+        below = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
+        if chain.spring is not None:
+            return _beside(setting, rods, chain)
+        return chain_transmissibility(setting.frequency, [below, *rods, top])
+
+    def _finite_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
+        """Return the motion of the disc with its free rim; glue and skin by their static compliance."""
+        configuration, near = setting.configuration, self._near[setting.data.name]
+        modulus, height = chain.modulus, configuration.specimen_thickness
+        if chain.skin is not None:
+            share = 2 * chain.skin[0] / height
+            modulus = modulus / (1 - share + share / chain.skin[1])
+        if chain.glue is not None:
+            modulus = modulus / (1 + 2 * modulus / (height * chain.glue))
+        if chain.spring is not None:
+            modulus = modulus + chain.spring * height / setting.area
+        scale = chain.plate_mass / setting.plate_mass
+        density = chain.density / self.campaign.specimen.density / scale - 1
+        motion = near.log_motion(setting.frequency, modulus / scale, density, chain.thickness - height)
+        return np.asarray(np.exp(motion))
+
+
+def _beside(setting: Setting, rods: Sequence[tuple[object, object, object]], chain: Chain) -> ComplexArray:
+    """Return the motion of a plate on rods with a spring beside them.
+
+    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``: two
+    masses tell both. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
+    """
+    omega2 = setting.omega**2
+    mass = np.asarray(chain.plate_mass)
+    light, heavy = (_loaded(setting, rods, m) for m in (0.5 * mass, mass))
+    q = (1 / light - 1 / heavy) / (omega2 * 0.5 * mass)
+    p = 1 / heavy + omega2 * mass * q
+    spring = np.asarray(chain.spring)
+    return np.asarray((1 + spring * q) / (p - omega2 * mass * q + spring * q))
+
+
+def _loaded(setting: Setting, rods: Sequence[tuple[object, object, object]], mass: RealArray) -> ComplexArray:
+    """Return the motion of a rigid mass on rods."""
+    thin = 1e-6
+    plate = (1e14, mass / (setting.area * thin), thin)
+    return chain_transmissibility(setting.frequency, [*rods, plate])  # type: ignore[list-item]
