@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
+from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.hypothesis import Hypothesis
@@ -22,9 +24,9 @@ def smooth_basis(hypothesis: Hypothesis) -> RealArray:
     Amplitude and phase of every configuration have one of their own, smooth in ln f.
     """
     blocks = []
-    total = sum(2 * len(data.frequency) for data in hypothesis.joint.data)
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
     first = 0
-    for i, data in enumerate(hypothesis.joint.data):
+    for i, data in enumerate(hypothesis.data):
         n = len(data.frequency)
         distance = np.subtract.outer(np.log(data.frequency), np.log(data.frequency)) / _LENGTH
         sizes, vectors = np.linalg.eigh(np.exp(-0.5 * distance**2))
@@ -32,7 +34,7 @@ def smooth_basis(hypothesis: Hypothesis) -> RealArray:
         columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T
         for part in (columns + 0j, 1j * columns):
             block = np.zeros((total, columns.shape[0]))
-            block[first : first + 2 * n] = hypothesis.joint.whitened(i, part).T
+            block[first : first + 2 * n] = hypothesis.whitened(i, part).T
             blocks.append(block)
         first += 2 * n
     return np.concatenate(blocks, axis=1)
@@ -47,17 +49,48 @@ def discrepancy_evidence(
     the unknowns can absorb (M. Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274-1285), averaged over sizes s. On the same
     scale as `Minimum.log_evidence`.
     """
-    jacobian, basis = minimum.jacobian, smooth_basis(hypothesis)
-    q, _ = np.linalg.qr(jacobian)
-    free = basis - q @ (q.T @ basis)
-    # off the Jacobian's columns the unknowns change nothing: the nominal evidence, with the misfit there marginalised
-    residual = minimum.residual - q @ (q.T @ minimum.residual)
-    gram, along = free.T @ free, free.T @ residual
-    gains = []
-    for size in sizes:
-        inner = np.eye(len(gram)) + size**2 * gram
-        factor = np.linalg.cholesky(inner)
-        solved = np.linalg.solve(factor, along)
-        gains.append(0.5 * size**2 * float(solved @ solved) - float(np.sum(np.log(np.diag(factor)))))
+    gains = _Gains.of(hypothesis, minimum).at(sizes)
     best = float(sizes[int(np.argmax(gains))])
     return minimum.log_evidence + float(logsumexp(gains)) - float(np.log(len(gains))), best
+
+
+def tolerant_p_value(hypothesis: Hypothesis, minimum: Minimum, size: float) -> float:
+    """Return the probability of a misfit as large as this where a smooth discrepancy of relative `size` is tolerated.
+
+    The misfit is chi-square distributed for a linear model with normal priors: the bootstrap's answer in closed form.
+    """
+    excess = _Gains.of(hypothesis, minimum).explained(size)
+    return float(chi2.sf(minimum.cost - excess, len(minimum.residual)))
+
+
+@dataclass(frozen=True)
+class _Gains:
+    """The part of a discrepancy that the unknowns cannot absorb: its Gram matrix, and its product with the residual."""
+
+    gram: RealArray
+    along: RealArray
+
+    @classmethod
+    def of(cls, hypothesis: Hypothesis, minimum: Minimum) -> _Gains:
+        basis = smooth_basis(hypothesis)
+        q, _ = np.linalg.qr(minimum.jacobian)
+        free = basis - q @ (q.T @ basis)
+        # off the Jacobian's columns the unknowns change nothing: the nominal evidence, the misfit there marginalised
+        residual = minimum.residual - q @ (q.T @ minimum.residual)
+        return cls(free.T @ free, free.T @ residual)
+
+    def at(self, sizes: Sequence[float]) -> list[float]:
+        """Return the gains of log evidence for discrepancies of some sizes."""
+        found = []
+        for size in sizes:
+            factor = self._factor(size)
+            found.append(0.5 * self.explained(size) - float(np.sum(np.log(np.diag(factor)))))
+        return found
+
+    def explained(self, size: float) -> float:
+        """Return by how much the misfit falls, a discrepancy of this size being marginalised."""
+        solved = np.linalg.solve(self._factor(size), self.along)
+        return float(size**2 * solved @ solved)
+
+    def _factor(self, size: float) -> RealArray:
+        return np.asarray(np.linalg.cholesky(np.eye(len(self.gram)) + size**2 * self.gram))

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values
-from multilayer.inverse.joint import JointProblem, Neighbourhood
+from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
 from multilayer.inverse.priors import Parameter, values_of
 from multilayer.inverse.problem import by_differences
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import chain_transmissibility
+from multilayer.rig.shape_factor import static_shape_factor
 
+Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
 
@@ -34,12 +37,15 @@ class Hypothesis:
     effects : tuple of Effect
     finite : mapping
         Finite-element rigs by configuration, for effects that need them.
+    seen : tuple of ConfigurationData, optional
+        The data that residuals are made of; all when left out. The parameters stay the same.
     """
 
     campaign: Campaign
     joint: JointProblem
     effects: tuple[Effect, ...] = ()
     finite: Mapping[str, Rig] = field(default_factory=dict)
+    seen: tuple[ConfigurationData, ...] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,16 +66,24 @@ class Hypothesis:
         """Law, nuisances, effects."""
         return (*self.joint.parameters, *self.effect_parameters)
 
+    @property
+    def data(self) -> tuple[ConfigurationData, ...]:
+        """The data in use."""
+        return tuple(self.joint.data) if self.seen is None else self.seen
+
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """What effects see of every configuration."""
-        n_bursts = sum(len(data.centres) for data in self.joint.data)
-        found, before = [], 0
-        for data in self.joint.data:
-            order = (before + data.burst) / max(n_bursts - 1, 1)
-            found.append(Setting(self.campaign, self.campaign.configuration(data.name), data, order))
-            before += len(data.centres)
+        turns = _turns(self.campaign)
+        found = []
+        for data in self.data:
+            order = np.array([turns[data.name, float(f)] for f in data.centres])
+            found.append(Setting(self.campaign, self.campaign.configuration(data.name), data, order[data.burst]))
         return tuple(found)
+
+    @cached_property
+    def _whitening(self) -> list[RealArray]:
+        return [whitening(data, self.joint.model_error) for data in self.data]
 
     @cached_property
     def _near(self) -> dict[str, Neighbourhood]:
@@ -80,15 +94,19 @@ class Hypothesis:
         """Return the hypothesis of other effects."""
         return replace(self, effects=effects)
 
-    def restricted(self, names: Sequence[str]) -> Hypothesis:
-        """Return the same of some configurations only."""
-        data = [one for one in self.joint.data if one.name in names]
-        return replace(self, joint=replace(self.joint, data=data))
+    def of(self, data: Sequence[ConfigurationData]) -> Hypothesis:
+        """Return the same with residuals of some data only."""
+        return replace(self, seen=tuple(data))
 
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data)."""
-        parts = [self.joint.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
+        parts = [self.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
         return np.concatenate(parts, axis=-1)
+
+    def whitened(self, index: int, difference: ComplexArray) -> RealArray:
+        """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
+        w = self._whitening[index]
+        return np.concatenate([difference.real @ w.T, difference.imag @ w.T], axis=-1)
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, from one batch."""
@@ -103,6 +121,8 @@ class Hypothesis:
         for setting in self.settings:
             modulus = self.joint.space.modulus(law, setting.frequency)
             motion = self._motion(setting, modulus, nuisances, values)
+            for effect, own in zip(self.effects, values, strict=True):
+                motion = effect.motion(setting, motion, own)
             channels = self.joint.nuisances.of_channels(nuisances, setting.data)
             difference = np.log(motion + _TINY) + channels - np.log(setting.data.ratio)
             found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
@@ -115,15 +135,26 @@ class Hypothesis:
 
     def _effect_values(self, z: RealArray) -> list[Values]:
         flat = values_of(self.effect_parameters, z)
-        found = []
+        found: list[Values] = []
         for effect in self.effects:
             found.append({p.name: flat[f"{effect.name}.{p.name}"][..., None] for p in effect.parameters})
         return found
 
+    def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return top over base in any setting, shape (..., n): as the plate moves, and as the channels show it."""
+        n = len(self.joint.parameters)
+        modulus = self.joint.space.modulus(self.joint.law_coordinates(z), setting.frequency)
+        values = self._effect_values(z[..., n:])
+        moved = self._motion(setting, modulus, self._nuisances(z), values)
+        shown = moved
+        for effect, own in zip(self.effects, values, strict=True):
+            shown = effect.motion(setting, shown, own)
+        return moved, shown
+
     def _motion(
         self, setting: Setting, modulus: ComplexArray, nuisances: Mapping[str, RealArray], values: Sequence[Values]
     ) -> ComplexArray:
-        """Return top over base of one configuration, shape (..., n)."""
+        """Return top over base of one configuration as the plate moves, shape (..., n)."""
         pairs = list(zip(self.effects, values, strict=True))
         for effect, own in pairs:
             modulus = effect.modulus(setting, modulus, own)
@@ -136,36 +167,42 @@ class Hypothesis:
         )
         for effect, own in pairs:
             chain = effect.chain(setting, chain, own)
-        finite = any(effect.needs_finite_elements for effect in self.effects)
-        motion = self._finite_motion(setting, chain) if finite else self._chain_motion(setting, chain)
-        for effect, own in pairs:
-            motion = effect.motion(setting, motion, own)
-        return motion
+        if any(effect.needs_finite_elements for effect in self.effects):
+            return self._finite_motion(setting, chain)
+        return self._chain_motion(setting, chain, held_factor(self.campaign.specimen.poisson_ratio))
 
-    def _chain_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
-        """Return the motion of rods and masses in one dimension, exact."""
-        nu, plate = self.campaign.specimen.poisson_ratio, self.campaign.top_plate
-        held = p_wave_modulus(chain.modulus, nu)
-        rods = [(held, chain.density, chain.thickness)]
+    def _chain_motion(self, setting: Setting, chain: Chain, stiffening: float) -> ComplexArray:
+        """Return the motion of rods and masses in one dimension, exact; `stiffening` is the rods' modulus over E."""
+        plate = self.campaign.top_plate
+        held = stiffening * chain.modulus
+        rods: list[Rod] = [(held, chain.density, chain.thickness)]
         if chain.skin is not None:
             thickness, ratio = chain.skin
-            skin = (held * ratio, chain.density, thickness)
+            skin: Rod = (held * ratio, chain.density, thickness)
             rods = [skin, (held, chain.density, chain.thickness - 2 * thickness), skin]
         if chain.glue is not None:
-            glue = (chain.glue * _GLUE, 1e-3, _GLUE)  # a spring: its mass is nothing
+            glue: Rod = (chain.glue * _GLUE, 1e-3, _GLUE)  # a spring: its mass is nothing
             rods = [glue, *rods, glue]
         thickness = setting.configuration.top_plate_thickness
         heavy = chain.plate_mass / (setting.area * thickness)
-        top = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
+        top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
         base = self.campaign.base_plate
-        below = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
+        below: Rod = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
         if chain.spring is not None:
             return _beside(setting, rods, chain)
         return chain_transmissibility(setting.frequency, [below, *rods, top])
 
+    def _is_known(self, setting: Setting) -> bool:
+        return any(setting.configuration == c for c in self.campaign.configurations)
+
     def _finite_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
         """Return the motion of the disc with its free rim; glue and skin by their static compliance."""
-        configuration, near = setting.configuration, self._near[setting.data.name]
+        configuration = setting.configuration
+        if not self._is_known(setting):
+            # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
+            shape = configuration.specimen_radius / (2 * configuration.specimen_thickness)
+            return self._chain_motion(setting, chain, _static(self.campaign.specimen.poisson_ratio, shape))
+        near = self._near[setting.data.name]
         modulus, height = chain.modulus, configuration.specimen_thickness
         if chain.skin is not None:
             share = 2 * chain.skin[0] / height
@@ -175,16 +212,33 @@ class Hypothesis:
         if chain.spring is not None:
             modulus = modulus + chain.spring * height / setting.area
         scale = chain.plate_mass / setting.plate_mass
-        density = chain.density / self.campaign.specimen.density / scale - 1
-        motion = near.log_motion(setting.frequency, modulus / scale, density, chain.thickness - height)
+        density = np.asarray(chain.density / self.campaign.specimen.density / scale - 1)
+        thicker = np.asarray(chain.thickness - height)
+        motion = near.log_motion(setting.frequency, modulus / scale, np.asarray(density.real), thicker.real)
         return np.asarray(np.exp(motion))
 
 
-def _beside(setting: Setting, rods: Sequence[tuple[object, object, object]], chain: Chain) -> ComplexArray:
+def held_factor(poisson_ratio: float) -> float:
+    """Return the modulus of laterally held compression over Young's."""
+    return float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
+
+
+@lru_cache(maxsize=64)
+def _static(poisson_ratio: float, shape: float) -> float:
+    return static_shape_factor(max(poisson_ratio, 0.0), shape)
+
+
+def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:
+    """Return when each burst was measured, from 0 to 1, in the order of the campaign."""
+    keys = [(c.name, float(burst.frequency)) for c in campaign.configurations for burst in c.bursts]
+    return {key: number / max(len(keys) - 1, 1) for number, key in enumerate(keys)}
+
+
+def _beside(setting: Setting, rods: Sequence[Rod], chain: Chain) -> ComplexArray:
     """Return the motion of a plate on rods with a spring beside them.
 
-    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``: two
-    masses tell both. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
+    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``:
+    two masses tell both. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
     """
     omega2 = setting.omega**2
     mass = np.asarray(chain.plate_mass)
@@ -195,8 +249,8 @@ def _beside(setting: Setting, rods: Sequence[tuple[object, object, object]], cha
     return np.asarray((1 + spring * q) / (p - omega2 * mass * q + spring * q))
 
 
-def _loaded(setting: Setting, rods: Sequence[tuple[object, object, object]], mass: RealArray) -> ComplexArray:
+def _loaded(setting: Setting, rods: Sequence[Rod], mass: RealArray) -> ComplexArray:
     """Return the motion of a rigid mass on rods."""
     thin = 1e-6
-    plate = (1e14, mass / (setting.area * thin), thin)
-    return chain_transmissibility(setting.frequency, [*rods, plate])  # type: ignore[list-item]
+    plate: Rod = (1e14, mass / (setting.area * thin), thin)
+    return chain_transmissibility(setting.frequency, [*rods, plate])

@@ -113,7 +113,9 @@ class Effect:
     source : str
         Of the prior's size.
     parameters : tuple of Parameter
-        With priors in SI units; at the prior's smallest values the effect vanishes.
+        With priors in SI units.
+    absent : mapping
+        Values of parameters at which the effect vanishes, where that is not at their smallest (0 for signed ones).
     needs_finite_elements : bool
         Whether the rods are replaced by finite elements of the free rim.
     """
@@ -123,6 +125,7 @@ class Effect:
     separated_by: ClassVar[str]
     source: ClassVar[str] = ""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    absent: ClassVar[Mapping[str, float]] = {}
     needs_finite_elements: ClassVar[bool] = False
 
     def applies(self, campaign: Campaign) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from multilayer.arrays import ComplexArray
@@ -16,6 +19,7 @@ class SensorMount(Effect):
     separated_by = "swapped channels, remounting"
     source = "wax, tape and magnets: 2 to 10 kHz; stud: above 20 kHz"
     parameters = (positive("frequency", 5e3, 0.5, "Hz"), between("loss_factor", 0.0, 0.5))
+    absent: ClassVar[Mapping[str, float]] = {"frequency": 1e6}
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """The sensor on its mount follows the plate."""

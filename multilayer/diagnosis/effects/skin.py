@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive
@@ -15,6 +18,7 @@ class Skin(Effect):
     separated_by = "another thickness"
     source = "moulded foams: skins of 0.3 to 3 mm, 2 to 20 times as stiff"
     parameters = (positive("thickness", 1e-3, 0.6, "m"), positive("ratio", 3.0, 0.7))
+    absent: ClassVar[Mapping[str, float]] = {"ratio": 1.0}
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Three rods in place of one."""

@@ -1,4 +1,4 @@
-"""The laws that every layer type keeps, to be run by whoever writes one: `check_layer`.
+"""The laws that every layer type keeps: `check_layer`.
 
 Each law is one function that yields the ways in which a layer breaks it; nothing here needs a test framework.
 """

@@ -1,0 +1,318 @@
+"""The diagnosis of a campaign, from recordings to verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.diagnosis.effects.base import EFFECTS, Effect
+from multilayer.diagnosis.experiments import alive_hypotheses, next_experiments
+from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
+from multilayer.diagnosis.held_out import Shrinkage, shrinkage
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.locate import locate, shown
+from multilayer.diagnosis.ranking import (
+    UNKNOWN,
+    Decision,
+    Hypotheses,
+    compare,
+    decide,
+    global_p_value,
+    in_words,
+    is_gap,
+)
+from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
+from multilayer.diagnosis.signatures import detectable, inner_products, signature
+from multilayer.diagnosis.thresholds import ABSORBED, ALIKE, MODEL_ERROR
+from multilayer.errors import InputError, suggest
+from multilayer.inverse.fit import burst_problems
+from multilayer.inverse.joint import solve_joint
+from multilayer.inverse.joint_fit import plane_wave_problem, rigs_around
+from multilayer.inverse.settings import FitSettings
+from multilayer.measurements.description import Campaign
+from multilayer.measurements.recording import Recording
+from multilayer.signals.calibration import Calibration
+
+Progress = Callable[[str], None]
+_SHOWN_CAUSES = 8
+_REFERENCE = 1000.0  # Hz, where moduli are told
+
+
+def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] = ()) -> dict[str, Effect]:
+    """Return effects by name: all registered ones, or those wanted, without some.
+
+    Raises
+    ------
+    InputError
+        For names that are not registered.
+    """
+    names = list(EFFECTS.names() if wanted is None else wanted)
+    for name in (*names, *without):
+        if name not in EFFECTS:
+            raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
+    return {name: EFFECTS[name]() for name in names if name not in without}
+
+
+def diagnose_campaign(
+    campaign: Campaign,
+    recordings: Mapping[tuple[str, float], Recording],
+    effects: Mapping[str, Effect] | None = None,
+    *,
+    law: str = "fractional_zener",
+    calibration: Calibration | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say where model and measurement disagree, which effect causes it, and how far the gap shrinks with it.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    recordings : mapping
+        Signals by (configuration name, frequency).
+    effects : mapping, optional
+        By name; all registered ones when left out.
+    law : str
+        Of the nominal model: one causal modulus law for all bursts.
+    calibration : Calibration, optional
+    seed : int
+    progress : callable, optional
+        Called with a short text after each of `N_STEPS` steps.
+
+    Raises
+    ------
+    InputError
+        For a campaign that cannot be fitted.
+    """
+    tell = progress or (lambda text: None)
+    every = dict(effects) if effects is not None else chosen_effects()
+    nominal = _nominal(campaign, recordings, law, calibration, every, seed)
+    tell("nominal model")
+    usable = {name: effect for name, effect in every.items() if effect.applies(campaign)}
+    singles = fit_effects(nominal, usable)
+    tell("effects one by one")
+    found = compare(nominal, singles, usable)
+    tell("effects in pairs")
+    gap = is_gap(found)
+    tried = _worth_checking(found) if gap else []
+    held = dict(zip(tried, shrinkage(nominal, [found.fitted[names] for names in tried]), strict=True)) if tried else {}
+    tell("held-out data")
+    decision = decide(found, held)
+    columns = np.stack([signature(nominal, effect) for effect in usable.values()], axis=1)
+    cosines, kept = inner_products(nominal.minimum, columns)
+    similarity = Similarity(tuple(usable), cosines, kept)
+    record = _record(campaign, found, decision, held, similarity, detectable(nominal, usable, columns), seed)
+    tell("verdict")
+    best = found.fitted.get(decision.best, nominal)
+    return Diagnosis(
+        campaign=campaign.folder.resolve().name,
+        record=record,
+        curves=_curves(nominal, best),
+        similarity=similarity,
+        moduli=_moduli(nominal, best),
+    )
+
+
+N_STEPS = 5
+
+
+def _worth_checking(found: Hypotheses) -> list[tuple[str, ...]]:
+    """Return the hypotheses to check on held-out data: the best, its single effects, and its rival."""
+    ranked = [names for names in found.ranked if names in found.fitted]
+    parts = [(name,) for name in ranked[0]] if ranked else []
+    return list(dict.fromkeys([*ranked[:2], *(names for names in parts if names in found.fitted)]))
+
+
+def _nominal(
+    campaign: Campaign,
+    recordings: Mapping[tuple[str, float], Recording],
+    law: str,
+    calibration: Calibration | None,
+    effects: Mapping[str, Effect],
+    seed: int,
+) -> Fitted:
+    problems = burst_problems(campaign, recordings, FitSettings(), calibration)
+    joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
+    minima = solve_joint(joint, seed=seed)
+    found = fit(Hypothesis(campaign, joint), minima[0].z)
+    if not any(effect.needs_finite_elements and effect.applies(campaign) for effect in effects.values()):
+        return found
+    rigs = rigs_around(campaign, joint, minima[0], lambda text: None)
+    return Fitted(replace(found.hypothesis, finite=rigs), found.minimum)
+
+
+def _record(
+    campaign: Campaign,
+    found: Hypotheses,
+    decision: Decision,
+    held: Mapping[tuple[str, ...], Shrinkage],
+    similarity: Similarity,
+    sizes: dict[str, dict[str, object]],
+    seed: int,
+) -> dict[str, Any]:
+    """Return ``diagnosis.json``."""
+    places, limit = locate(found.nominal.hypothesis, found.nominal.minimum, seed)
+    probabilities = found.probabilities()
+    causes = [] if decision.verdict == "no_gap" else _causes(found, held, similarity, probabilities)
+    alive = alive_hypotheses(
+        [(found.fitted[names], probabilities[names]) for names in found.ranked if names in found.fitted], decision.group
+    )
+    gap = held.get(decision.best) or next(iter(held.values()), None)
+    return {
+        "version": 1,
+        "verdict": decision.verdict,
+        "sentence": _sentence(found, decision, causes),
+        "where": [] if decision.verdict == "no_gap" else shown(places, limit),
+        "causes": causes,
+        "group": [list(names) for names in decision.group if decision.verdict == "effect"],
+        "gap": _gap(found.nominal, gap),
+        "unknowns": _unknowns(found, decision),
+        "detectable": sizes,
+        "confounded": _confounded(similarity),
+        "next_experiment": next_experiments(alive),
+        "hypotheses_tried": len(found.evidence),
+        "inputs": {
+            "campaign": campaign.folder.resolve().name,
+            "multilayer": version("multilayer"),
+            "law": found.nominal.hypothesis.joint.space.template.law,
+            "p_value": global_p_value(found.nominal),
+            "chi_square": found.nominal.minimum.cost,
+            "n_data": len(found.nominal.minimum.residual),
+        },
+    }
+
+
+def _causes(
+    found: Hypotheses,
+    held: Mapping[tuple[str, ...], Shrinkage],
+    similarity: Similarity,
+    probabilities: Mapping[tuple[str, ...], float],
+) -> list[dict[str, Any]]:
+    kept = dict(zip(similarity.names, similarity.kept, strict=True))
+    causes = []
+    for names in found.ranked[:_SHOWN_CAUSES]:
+        entry: dict[str, Any] = {
+            "effects": list(names),
+            "probability": round(probabilities[names], 4),
+            "log_evidence": round(found.evidence[names], 2),
+            "parameters": {},
+            "gap_before": _per_datum(found.nominal),
+        }
+        if names != UNKNOWN:
+            fitted = found.fitted[names]
+            after = _per_datum(fitted)
+            entry["parameters"] = _parameters(fitted)
+            entry["gap_after"] = after
+            entry["shrinkage"] = round(held[names].share, 4) if names in held else _share(entry["gap_before"], after)
+            entry["absorbed"] = any(kept[name] < ABSORBED for name in names)
+        causes.append(entry)
+    return causes
+
+
+def _parameters(fitted: Fitted) -> dict[str, Any]:
+    found = {}
+    for parameter in fitted.hypothesis.effect_parameters:
+        value, low, high = fitted.interval(parameter.name)
+        found[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
+    return found
+
+
+def _per_datum(fitted: Fitted) -> float:
+    return round(fitted.minimum.misfit / len(fitted.minimum.residual), 4)
+
+
+def _share(before: float, after: float) -> float:
+    return round(1 - max(after - 1, 0.0) / max(before - 1, 1e-9), 4) if before > 1 else 0.0
+
+
+def _gap(nominal: Fitted, held: Shrinkage | None) -> dict[str, Any]:
+    if held is None:
+        before = _per_datum(nominal)
+        return {"before": before, "after": before, "shrinkage": 0.0, "held_out": "nothing: there is no gap"}
+    return {
+        "before": round(held.before, 4),
+        "after": round(held.after, 4),
+        "shrinkage": round(held.share, 4),
+        "held_out": held.held_out,
+    }
+
+
+def _confounded(similarity: Similarity) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+    n = len(similarity.names)
+    for i in range(n):
+        if similarity.kept[i] < ABSORBED:
+            found.append(
+                {"effects": [similarity.names[i]], "absorbed": True, "kept": round(float(similarity.kept[i]), 3)}
+            )
+        found += [
+            {"effects": [similarity.names[i], similarity.names[j]], "cosine": round(float(similarity.cosines[i, j]), 3)}
+            for j in range(i + 1, n)
+            if abs(similarity.cosines[i, j]) > ALIKE
+        ]
+    return found
+
+
+def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
+    joint = fitted.hypothesis.joint
+    return joint.space.modulus(joint.law_coordinates(fitted.minimum.z), frequency)
+
+
+def _unknowns(found: Hypotheses, decision: Decision) -> dict[str, Any]:
+    f = np.concatenate([data.frequency for data in found.nominal.hypothesis.data])
+    at = float(np.clip(_REFERENCE, f.min(), f.max()))
+    best = found.fitted.get(decision.best, found.nominal) if decision.verdict == "effect" else found.nominal
+    before, after = (_modulus(one, np.array([at]))[0] for one in (found.nominal, best))
+    pairs = {"nominal": before, "corrected": after}
+    values: dict[str, Any] = {name: [float(e.real), float(e.imag)] for name, e in pairs.items()} | {"unit": "Pa"}
+    return {f"E({at:.0f} Hz)": values}
+
+
+def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
+    f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
+    at = np.geomspace(f.min(), f.max(), 60)
+    found: dict[str, Any] = {"frequency_hz": at.tolist()}
+    for name, one in (("nominal", nominal), ("corrected", best)):
+        e = _modulus(one, at)
+        found[name] = {"E1": e.real.tolist(), "E2": e.imag.tolist()}
+    return found
+
+
+def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
+    pairs = zip(
+        nominal.hypothesis.data,
+        nominal.hypothesis.log_ratios(nominal.minimum.z),
+        best.hypothesis.log_ratios(best.minimum.z),
+        strict=True,
+    )
+    found = []
+    for data, before, after in pairs:
+        spread = np.sqrt(np.diag(data.covariance(MODEL_ERROR)))
+        levels = (-_DB * before.real, -_DB * after.real)
+        phases = (-np.rad2deg(before.imag), -np.rad2deg(after.imag))
+        found.append(
+            Curves(
+                data.name, data.frequency, data.burst, levels[0], phases[0], levels[1], phases[1],
+                _DB * spread, np.rad2deg(spread),
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+_DB = 20 / np.log(10)
+
+
+def _sentence(found: Hypotheses, decision: Decision, causes: Sequence[dict[str, Any]]) -> str:
+    if decision.verdict == "no_gap":
+        return f"No gap: {decision.reason}."
+    if decision.verdict == "unknown":
+        return f"There is a gap, and none of the known effects explains it: {decision.reason}."
+    others = [names for names in decision.group if names != decision.best]
+    rivals = f"; the data cannot tell it from {', or '.join(map(in_words, others))}" if others else ""
+    probability = 100 * next(c["probability"] for c in causes if tuple(c["effects"]) == decision.best)
+    return f"The gap is caused by {in_words(decision.best)} (probability {probability:.0f} %){rivals}."

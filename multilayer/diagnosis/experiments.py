@@ -1,0 +1,151 @@
+"""The next experiment: which change of the rig best separates the hypotheses that are still alive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.effects.base import Setting
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.inverse.joint import whitening
+
+_NOTHING: tuple[float, tuple[str, ...], tuple[str, ...]] = (-1.0, (), ())
+_MOST = 30.0  # nats: more is no better
+_STEP = 1e-3
+_CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
+_AIRLESS = ("saturating_air",)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A change of the rig, and what it costs in hours of a laboratory's time.
+
+    Attributes
+    ----------
+    change : str
+    cost : float
+    setting : callable
+        The new setting from that of an existing configuration.
+    swapped : bool
+        Whether the channels are exchanged.
+    without : tuple of str
+        Effects that the change takes away.
+    """
+
+    change: str
+    cost: float
+    setting: Callable[[Setting], Setting] = lambda setting: setting
+    swapped: bool = False
+    without: tuple[str, ...] = ()
+
+
+def _other(**factors: float) -> Callable[[Setting], Setting]:
+    """Return a setting with dimensions multiplied."""
+
+    def changed(setting: Setting) -> Setting:
+        old = setting.configuration
+        sizes = {name: getattr(old, name) * factor for name, factor in factors.items()}
+        data = replace(setting.data, thickness=sizes.get("specimen_thickness", setting.data.thickness))
+        return replace(setting, configuration=old.model_copy(update=sizes), data=data)
+
+    return changed
+
+
+def _level(setting: Setting) -> Setting:
+    burst = setting.campaign.burst
+    quiet = burst.model_copy(update={"level_rms": 0.3 * burst.level_rms})
+    return replace(setting, campaign=setting.campaign.model_copy(update={"burst": quiet}))
+
+
+def _reversed(setting: Setting) -> Setting:
+    return replace(setting, order=1 - setting.order)
+
+
+MENU = (
+    Experiment("specimen_thickness x 2", 2.0, _other(specimen_thickness=2.0)),
+    Experiment("specimen_thickness x 0.5", 2.0, _other(specimen_thickness=0.5)),
+    Experiment("top_plate_thickness x 3", 1.0, _other(top_plate_thickness=3.0)),
+    Experiment("specimen_radius x 0.5", 2.0, _other(specimen_radius=0.5)),
+    Experiment("level x 0.3", 0.5, _level),
+    Experiment("channels swapped", 0.5, swapped=True),
+    Experiment("sensor in the centre, or two opposite ones", 0.5, without=_CENTRED),
+    Experiment("in vacuum", 8.0, without=_AIRLESS),
+    Experiment("remounted, measured in reversed order", 1.5, _reversed),
+)
+
+
+def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
+    """Return the entries of ``next_experiment``, the most informative for its cost first.
+
+    Parameters
+    ----------
+    alive : sequence of (Fitted, probability)
+
+    Notes
+    -----
+    After G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71: the expected gain is half the squared distance of two
+    hypotheses' predictions in units of their common uncertainty, weighted by the product of their probabilities.
+    """
+    if len(alive) < 2:
+        return []
+    setting = alive[0][0].hypothesis.settings[0]
+    found = []
+    for experiment in MENU:
+        moved = experiment.setting(setting)
+        predictions = [_predict(fitted, moved, experiment) for fitted, _ in alive]
+        gains, weights, best = 0.0, 0.0, _NOTHING
+        for (i, a), (j, b) in combinations(enumerate(alive), 2):
+            gain = _distance(predictions[i], predictions[j], moved)
+            weight = a[1] * b[1]
+            gains, weights = gains + weight * gain, weights + weight
+            best = max(best, (weight * gain, a[0].names, b[0].names))
+        found.append(
+            {
+                "change": experiment.change,
+                "separates": [list(best[1]), list(best[2])],
+                "expected_gain": round(gains / max(weights, 1e-12), 2),
+                "cost_hours": experiment.cost,
+            }
+        )
+    return sorted(found, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
+
+
+def _predict(fitted: Fitted, setting: Setting, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:
+    """Return ln(ratio), shape (n,), and its derivatives by the coordinates, shape (n, d)."""
+    hypothesis = fitted.hypothesis
+    kept = tuple(effect for effect in hypothesis.effects if effect.name not in experiment.without)
+    names = {p.name for p in replace(hypothesis, effects=kept).parameters}
+    own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
+    z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
+    steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])
+    moved, shown = replace(hypothesis, effects=kept).predict(setting, steps)
+    # what made the top channel wrong makes the base channel wrong once they are exchanged
+    logs = np.log(moved**2 / shown) if experiment.swapped else np.log(shown)
+    slopes = (logs[1 : 1 + len(z)] - logs[1 + len(z) :]).T / (2 * _STEP)
+    return logs[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
+
+
+def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], setting: Setting) -> float:
+    """Return half the squared distance of two predictions, nats."""
+    difference = a[0] - b[0]
+    difference = difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi)
+    w = whitening(setting.data, MODEL_ERROR)
+    columns = np.concatenate([a[1], b[1]], axis=1)
+    stacked = [np.concatenate([w @ part.real, w @ part.imag]) for part in (difference, columns)]
+    delta, spread = stacked
+    inner = np.linalg.solve(np.eye(spread.shape[1]) + spread.T @ spread, spread.T @ delta)
+    return float(min(0.5 * (delta @ delta - (spread.T @ delta) @ inner), _MOST))
+
+
+def alive_hypotheses(
+    ranked: Sequence[tuple[Fitted, float]], group: Sequence[tuple[str, ...]]
+) -> list[tuple[Fitted, float]]:
+    """Return the hypotheses an experiment should separate: the group's, or the first and its rival."""
+    tied = [(fitted, p) for fitted, p in ranked if fitted.names in group]
+    return tied if len(tied) > 1 else [(fitted, max(p, 1e-6)) for fitted, p in ranked[:2]]

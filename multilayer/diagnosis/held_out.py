@@ -1,0 +1,88 @@
+"""How far the gap shrinks on data that were not used in the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.inverse.joint import ConfigurationData
+from multilayer.inverse.least_squares import minimise
+
+_BLOCKS = 3  # of a single configuration's bursts
+_FEWEST = 4  # bursts of which blocks can be made
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """The gap on held-out data.
+
+    Attributes
+    ----------
+    before, after : float
+        ``G = r^T C^-1 r / n`` of nominal model and hypothesis; 1 where nothing but noise is left.
+    held_out : str
+        What was left out.
+    """
+
+    before: float
+    after: float
+    held_out: str
+
+    @property
+    def share(self) -> float:
+        """``1 - (G_after - 1)+ / (G_before - 1)+``; 0 where there was no gap."""
+        gap = self.before - 1
+        return 0.0 if gap <= 0 else float(1 - max(self.after - 1, 0.0) / gap)
+
+
+def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[ConfigurationData], list[ConfigurationData]]]]:
+    """Return how data are left out, and pairs (kept, left out).
+
+    One configuration after the other; of a single one contiguous blocks of bursts, whose neighbours are left out too.
+    """
+    data = list(hypothesis.data)
+    if len(data) > 1:
+        pairs = [([other for other in data if other is not one], [one]) for one in data]
+        return "leave one configuration out", pairs
+    (only,) = data
+    n = len(only.centres)
+    if n < _FEWEST:
+        return "nothing could be left out", []
+    found = []
+    for block in np.array_split(np.arange(n), min(_BLOCKS, n // 2)):
+        guard = np.arange(max(block[0] - 1, 0), min(block[-1] + 2, n))
+        kept = np.setdiff1d(np.arange(n), guard)
+        if len(kept) > 1:
+            found.append(([_bursts(only, kept)], [_bursts(only, block)]))
+    return "contiguous blocks of bursts, with guards", found
+
+
+def _bursts(data: ConfigurationData, kept: RealArray | np.ndarray) -> ConfigurationData:
+    """Return the data of some bursts."""
+    inside = np.isin(data.burst, kept)
+    renumbered = np.searchsorted(kept, data.burst[inside])
+    return replace(
+        data, frequency=data.frequency[inside], burst=renumbered, ratio=data.ratio[inside],
+        variance=data.variance[inside], centres=data.centres[kept],
+    )  # fmt: skip
+
+
+def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
+    """Return the held-out shrinkage of several hypotheses."""
+    how, pairs = folds(nominal.hypothesis)
+    everything = [nominal, *fitted]
+    misfits = np.zeros((len(everything), 2))
+    for kept, left in pairs:
+        for i, one in enumerate(everything):
+            z = minimise(one.hypothesis.of(kept), one.minimum.z).z
+            residual = one.hypothesis.of(left).residual(z)
+            misfits[i] += float(residual @ residual), residual.size
+    if not pairs:
+        return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
+    gaps = misfits[:, 0] / misfits[:, 1]
+    return [Shrinkage(float(gaps[0]), float(gap), how) for gap in gaps[1:]]

@@ -1,0 +1,101 @@
+"""Where the gap lies: channels, bands, configurations, and parts of the rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from multilayer.arrays import RealArray
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.inverse.problem import Minimum
+
+_BANDS = 4  # per configuration
+_DRAWS = 2000
+_SHOWN = 12
+_CHANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Place:
+    """One template and how significant the residual is along it.
+
+    Attributes
+    ----------
+    quantity : {'level', 'phase'}
+    configuration : str
+    band_hz : (low, high)
+    significance : float
+        Standard deviations, signed: positive where the measurement is larger than the model.
+    """
+
+    quantity: str
+    configuration: str
+    band_hz: tuple[float, float]
+    significance: float
+
+    def to_dict(self, limit: float) -> dict[str, Any]:
+        """Return the entry of ``diagnosis.json``."""
+        more = "above" if self.significance > 0 else "below"
+        beyond = "" if abs(self.significance) > limit else "; no more than chance among so many places"
+        return {
+            "quantity": self.quantity,
+            "configuration": self.configuration,
+            "band_hz": [round(f, 1) for f in self.band_hz],
+            "significance": round(abs(self.significance), 2),
+            "note": f"measured {self.quantity} {more} the model{beyond}",
+        }
+
+
+def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
+    """Return whitened unit steps of level or phase, by configuration and band."""
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    found, first = [], 0
+    for i, data in enumerate(hypothesis.data):
+        n, f = len(data.frequency), data.frequency
+        edges = np.quantile(np.log(f), np.linspace(0, 1, min(_BANDS, len(data.centres)) + 1))
+        for low, high in pairwise(edges):
+            inside = ((np.log(f) >= low) & (np.log(f) <= high)).astype(complex)
+            for quantity, step in (("level", inside), ("phase", 1j * inside)):
+                column = np.zeros(total)
+                column[first : first + 2 * n] = hypothesis.whitened(i, step)
+                found.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
+        first += 2 * n
+    return found
+
+
+def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
+    """Return the places of the gap, the most significant first, and the significance that chance reaches.
+
+    ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C the covariance of noise and of all unknowns, linearised; the second number
+    is what the largest of all templates exceeds in one of a hundred data sets without a gap (Monte Carlo: the
+    look-elsewhere effect).
+    """
+    templates = _templates(hypothesis)
+    columns = np.stack([t[-1] for t in templates], axis=1)
+    jacobian = minimum.jacobian
+    # at prior means: what the unknowns may explain is in the covariance instead
+    residual = minimum.residual - jacobian @ minimum.z
+    inner = np.linalg.inv(minimum.precision)
+
+    def weighted(values: RealArray) -> RealArray:
+        return np.asarray(values - jacobian @ (inner @ (jacobian.T @ values)))
+
+    norms = np.sqrt(np.sum(columns * weighted(columns), axis=0))
+    # residuals are modelled minus measured
+    scores = -(columns.T @ weighted(residual)) / norms
+    rng = np.random.default_rng(seed)
+    draws = rng.standard_normal((len(residual), _DRAWS)) + jacobian @ rng.standard_normal((jacobian.shape[1], _DRAWS))
+    largest = np.max(np.abs(columns.T @ weighted(draws)) / norms[:, None], axis=0)
+    limit = float(np.quantile(largest, 1 - _CHANCE))
+    places = [Place(q, name, band, float(s)) for (q, name, band, _), s in zip(templates, scores, strict=True)]
+    return sorted(places, key=lambda place: -abs(place.significance)), max(limit, float(ndtri(1 - _CHANCE)))
+
+
+def shown(places: list[Place], limit: float) -> list[dict[str, Any]]:
+    """Return the entries of ``where``: those beyond chance, at least one, at most twelve."""
+    beyond = [place for place in places if abs(place.significance) > limit] or places[:1]
+    return [place.to_dict(limit) for place in beyond[:_SHOWN]]

@@ -1,0 +1,87 @@
+"""What a diagnosis says, and how it is written down."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from multilayer.arrays import RealArray
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Residuals of one configuration, measured minus modelled, at the data's frequencies.
+
+    Attributes
+    ----------
+    configuration : str
+    frequency : array, shape (n,)
+        Hz.
+    burst : array of int, shape (n,)
+        Index of the burst of each.
+    level_before, phase_before, level_after, phase_after : array
+        dB and degrees; of the nominal model and of the best hypothesis.
+    sigma_level, sigma_phase : array
+        One standard deviation of noise and of the solvers' own error.
+    """
+
+    configuration: str
+    frequency: RealArray
+    burst: NDArray[Any]
+    level_before: RealArray
+    phase_before: RealArray
+    level_after: RealArray
+    phase_after: RealArray
+    sigma_level: RealArray
+    sigma_phase: RealArray
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """How alike the effects' signatures are.
+
+    Attributes
+    ----------
+    names : tuple of str
+    cosines : array, shape (n, n)
+    kept : array, shape (n,)
+        Share of each signature that the unknowns do not absorb.
+    """
+
+    names: tuple[str, ...]
+    cosines: RealArray
+    kept: RealArray
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The result of a diagnosis.
+
+    Attributes
+    ----------
+    campaign : str
+    record : dict
+        What ``diagnosis.json`` holds.
+    curves : tuple of Curves
+    similarity : Similarity
+    moduli : dict
+        ``frequency_hz``, and ``nominal`` and ``corrected`` with ``E1`` and ``E2``, Pa.
+    """
+
+    campaign: str
+    record: dict[str, Any]
+    curves: tuple[Curves, ...]
+    similarity: Similarity
+    moduli: dict[str, Any]
+
+    @property
+    def verdict(self) -> str:
+        """One of effect, unknown, no_gap."""
+        return str(self.record["verdict"])
+
+    def to_json(self) -> str:
+        """Return ``diagnosis.json``."""
+        return json.dumps(self.record, indent=1) + "\n"
