@@ -16,6 +16,7 @@ from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.held_out import Shrinkage
 from multilayer.diagnosis.thresholds import (
     CANDIDATES,
+    CERTAIN_P,
     FIT_P,
     GLOBAL_P,
     LEAST_EVIDENCE,
@@ -115,8 +116,13 @@ def global_p_value(nominal: Fitted) -> float:
 
 def is_gap(found: Hypotheses) -> bool:
     """Tell whether there is a gap at all."""
-    best = max(found.evidence[names] for names in found.ranked)
-    return global_p_value(found.nominal) <= GLOBAL_P and best - found.evidence[()] >= LEAST_EVIDENCE
+    p = global_p_value(found.nominal)
+    return p <= CERTAIN_P or (p <= GLOBAL_P and _is_supported(found))
+
+
+def _is_supported(found: Hypotheses) -> bool:
+    """Tell whether some cause has more evidence than the nominal model."""
+    return max(found.evidence[names] for names in found.ranked) - found.evidence[()] >= LEAST_EVIDENCE
 
 
 def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
@@ -124,6 +130,9 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     p = global_p_value(found.nominal)
     if not is_gap(found):
         return Decision("no_gap", (), [], f"a misfit as large has the probability {p:.2g} without any effect")
+    if not _is_supported(found):
+        text = f"a misfit as large has the probability {p:.1g}, and no known effect makes it more probable"
+        return Decision("unknown", UNKNOWN, [UNKNOWN], text)
     best = _carried_over(found.ranked[0], shrinkage)
     group = _group(found, best)
     if best == UNKNOWN:

@@ -6,6 +6,7 @@ Development runs (seeds below 1000 of ``multilayer blind-check``) may change the
 from __future__ import annotations
 
 GLOBAL_P = 0.01  # a misfit less probable than this is a gap
+CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis has more evidence
 LEAST_EVIDENCE = 5.0  # nats above the nominal model that a cause needs
 SECOND_EVIDENCE = 8.0  # nats that a second effect must add to the first
 TIED = 3.0  # nats within which hypotheses are one group

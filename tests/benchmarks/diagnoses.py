@@ -1,0 +1,60 @@
+"""Diagnose every shared campaign and compare with its truth: ``docs/validation/diagnosis.md``.
+
+Run it as ``python -m tests.benchmarks.diagnoses > docs/validation/diagnosis.md``; it takes some minutes.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from multilayer.diagnosis.diagnose import diagnose_campaign
+from multilayer.inverse.sources import read_fit
+
+CAMPAIGNS = Path(__file__).parents[2] / ".." / "shared" / "campaigns"
+HEADING = """# Diagnosis of the shared campaigns
+
+Made by `python -m tests.benchmarks.diagnoses`. Signals of an independent finite-element rig; who diagnoses has not seen
+the effect. "Gap" is chi-square per datum on held-out data, nominal and with the cause.
+
+| campaign | truth | verdict | cause | probability | size, 90 % interval | true size | gap before | after | shrinkage |
+|---|---|---|---|---|---|---|---|---|---|"""
+
+
+def row(name: str, truth: dict[str, Any], record: dict[str, Any]) -> str:
+    """Return one line of the table."""
+    cause = record["causes"][0] if record["verdict"] == "effect" else None
+    if record["group"]:
+        cause = next(c for c in record["causes"] if c["effects"] == record["group"][0])
+    parameters = cause["parameters"] if cause else {}
+    sizes = "; ".join(
+        f"{key.split('.')[1]} {p['value']:.3g} ({p['low']:.3g} to {p['high']:.3g}) {p['unit']}".strip()
+        for key, p in parameters.items()
+    )
+    true = "; ".join(f"{key} {value:.3g}" for key, value in truth["parameters"].items())
+    gap = record["gap"]
+    cells = (
+        f"`{name}`", truth["effect"], record["verdict"], " and ".join(cause["effects"]) if cause else "-",
+        f"{100 * cause['probability']:.0f} %" if cause else "-", sizes or "-", true or "-",
+        f"{gap['before']:.3g}", f"{gap['after']:.3g}", f"{gap['shrinkage']:.3f}",
+    )  # fmt: skip
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Diagnose, compare and print the page."""
+    lines, sentences = [HEADING], []
+    for folder in sorted(path for path in CAMPAIGNS.iterdir() if path.is_dir()):
+        print(folder.name, file=sys.stderr)  # noqa: T201
+        job = read_fit(folder)
+        record = diagnose_campaign(job.campaign, job.recordings).record
+        truth = json.loads(folder.with_name(f"{folder.name}.truth.json").read_text())
+        lines.append(row(folder.name, truth, record))
+        sentences.append(f"- `{folder.name}`: {record['sentence']}")
+    print("\n".join([*lines, "", "## In words", "", *sentences]))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Diagnoses of campaigns whose effect is known: synthetic ones, and those of an independent solver."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.blind_check import Answer, draw, score, unseal
+from multilayer.diagnosis.blind_draw import KNOWN, MIX, OUTSIDE
+from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.errors import InputError
+from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.inverse.sources import read_fit
+from multilayer.rig import TwoPlateRig
+from multilayer.rig.effects import EFFECTS as RIG_EFFECTS
+from multilayer.testing.effects import _joint
+from tests.inverse.test_joint import campaign_and_signals
+
+KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
+FEW = ("channel_gain", "channel_delay", "crosstalk", "sensor_mass", "adhesive")
+
+
+@pytest.fixture(scope="module")
+def gain():
+    campaign, recordings = campaign_and_signals(gain=1.05)
+    told = []
+    result = diagnose_campaign(campaign, recordings, chosen_effects(FEW), progress=told.append)
+    assert len(told) == N_STEPS
+    return result
+
+
+def test_a_wrong_gain_is_named_with_its_size(gain):
+    record = gain.record
+    assert record["verdict"] == "effect"
+    assert record["group"][0] == ["channel_gain"]
+    size = next(c for c in record["causes"] if c["effects"] == ["channel_gain"])["parameters"]["channel_gain.gain"]
+    assert size["low"] < 0.05 < size["high"]
+    assert record["gap"]["shrinkage"] > 0.9
+    assert record["gap"]["held_out"] == "leave one configuration out"
+
+
+def test_the_record_is_that_of_the_specification(gain):
+    record = json.loads(gain.to_json())
+    assert set(record) >= KEYS
+    assert [c["log_evidence"] for c in record["causes"]] == sorted(
+        (c["log_evidence"] for c in record["causes"]), reverse=True
+    )
+    assert {"quantity", "configuration", "band_hz", "significance", "note"} <= set(record["where"][0])
+    assert record["detectable"]["channel_gain"]["smallest"] < 0.05
+    assert record["sentence"].startswith("The gap is caused by channel gain")
+
+
+def test_what_is_deleted_from_the_library_is_not_blamed():
+    campaign, recordings = campaign_and_signals(gain=1.05)
+    record = diagnose_campaign(campaign, recordings, chosen_effects(FEW, without=["channel_gain"])).record
+    assert record["verdict"] in ("unknown", "effect")
+    assert all("channel_gain" not in cause["effects"] for cause in record["causes"])
+
+
+def test_without_an_effect_there_is_no_gap():
+    campaign, recordings = campaign_and_signals({"density": 0.008, "thickness": 3e-5}, gain=1.002)
+    record = diagnose_campaign(campaign, recordings, chosen_effects(FEW)).record
+    assert record["verdict"] == "no_gap"
+    assert record["causes"] == record["where"] == record["group"] == []
+
+
+def test_an_unknown_effect_is_refused():
+    with pytest.raises(InputError, match="did you mean 'sensor_mass'"):
+        chosen_effects(["sensor_mas"])
+
+
+def test_the_nominal_hypothesis_is_the_plane_wave_rig():
+    campaign, joint = _joint()
+    hypothesis = Hypothesis(campaign, joint)
+    z = np.zeros(len(joint.parameters))
+    for setting in hypothesis.settings:
+        modulus = joint.space.modulus(joint.law_coordinates(z), setting.frequency)
+        expected = PlaneWaveRig.of(campaign, setting.configuration).transmissibility(setting.frequency, modulus)
+        np.testing.assert_allclose(hypothesis.predict(setting, z)[0], expected, rtol=1e-10)
+
+
+# the effects' rods against finite elements without lateral contraction
+CHAINS = {
+    "flanking": ({"stiffness": 3e5, "loss_factor": 0.1}, {"flanking_stiffness": 3e5 * (1 + 0.1j)}),
+    "sensor_mass": ({"mass": 1e-3}, {"sensor_mass": 1e-3, "sensor_footprint": 0.0225}),
+    "skin": ({"thickness": 1e-3, "ratio": 3.0}, {"skin_thickness": 1e-3, "skin_ratio": 3.0}),
+    "adhesive": (
+        {"compliance": 2e-9, "loss_factor": 0.3},
+        # stiffness (1 + i eta)/c of a layer of 0.1 mm next to no mass
+        {
+            "adhesive_thickness": 1e-4,
+            "adhesive_modulus": 1e-4 * (1 + 0.3j) / 2e-9,
+            "adhesive_density": 1e-3,
+            "adhesive_poisson_ratio": 0.0,
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_rods_with_effects_are_finite_elements(name):
+    sizes, fields = CHAINS[name]
+    campaign, joint = _joint()
+    effect = EFFECTS[name]()
+    hypothesis = Hypothesis(campaign, joint, (effect,))
+    own = [float(p.prior.coordinate(sizes[p.name])) for p in effect.parameters]
+    z = np.concatenate([np.zeros(len(joint.parameters)), own])
+    setting = hypothesis.settings[1]
+    configuration = setting.configuration
+    rig = TwoPlateRig(
+        configuration.specimen_radius,
+        configuration.specimen_thickness,
+        80.0,
+        0.0,
+        configuration.top_plate_thickness,
+        plate_poisson_ratio=0.0,
+        plate_modulus=2.1e13,
+        **fields,
+    )
+    modulus = joint.space.modulus(joint.law_coordinates(z), setting.frequency)
+    found, expected = hypothesis.predict(setting, z)[0], rig.transmissibility(setting.frequency, modulus)
+    nominal = Hypothesis(campaign, joint).predict(setting, z[: len(joint.parameters)])[0]
+    assert np.max(np.abs(nominal / expected - 1)) > 0.01
+    np.testing.assert_allclose(found, expected, rtol=3e-3)
+
+
+def test_draws_are_the_same_for_the_same_numbers_and_known_to_the_rig():
+    kinds = [draw(number, 3).kind for number in range(60)]
+    assert set(kinds) == set(MIX)
+    assert draw(5, 3).settings == draw(5, 3).settings
+    for name in (*KNOWN, *OUTSIDE):
+        assert RIG_EFFECTS[name].known == (name in KNOWN)
+
+
+def test_scores_of_perfect_answers():
+    draws = [draw(number, 3) for number in range(40)]
+    answers = [_perfect(one) for one in draws]
+    found = score(unseal(answers, 3))
+    assert found["false_alarms"]["share"] == 0
+    assert found["first_name_right"]["share"] == found["truth_in_group"]["share"] == found["both_found"]["share"] == 1
+    assert found["says_unknown"]["share"] == 1
+    assert found["brier"] == 0
+
+
+def _perfect(one):
+    if one.kind == "none":
+        return Answer(one.number, "no_gap")
+    if one.kind in ("outside", "deleted"):
+        return Answer(one.number, "unknown", ("unknown",), excess=100.0)
+    return Answer(one.number, "effect", one.effects, (one.effects,), 1.0, 100.0, 0.99)
+
+
+@pytest.mark.reference
+@pytest.mark.parametrize(
+    ("name", "verdict", "cause"),
+    [
+        ("effect-none", "no_gap", None),
+        ("effect-sensor-mass", "effect", "sensor_mass"),
+        ("paper-b", "effect", "finite_size"),
+    ],
+)
+def test_campaigns_of_an_independent_solver(shared: Path, name, verdict, cause):
+    job = read_fit(shared / "campaigns" / name)
+    record = diagnose_campaign(job.campaign, job.recordings).record
+    assert record["verdict"] == verdict
+    if cause is not None:
+        assert record["group"] == [[cause]]
+        assert record["gap"]["shrinkage"] > 0.9
