@@ -36,11 +36,16 @@ def check(
 def _read(source: Path) -> str:
     """Read any input file or folder and say what it is."""
     from multilayer.config.yaml12 import read_yaml
-    from multilayer.inverse.sources import read_fit
+    from multilayer.inverse.sources import is_stack_fit, read_fit
     from multilayer.measurements.campaign import load_calibration
     from multilayer.simulation.file import load_simulation
     from multilayer.stack import SIMULATION_KEYS, load_stack
 
+    if is_stack_fit(source):
+        from multilayer.inverse.stack_file import load_stack_fit
+
+        n = len(load_stack_fit(source).measurements)
+        return "stack fit of one measurement" if n == 1 else f"stack fit of {n} measurements"
     data = read_yaml(source, keep_problems=True).data if source.is_file() else None
     if isinstance(data, dict) and "layers" in data:
         if SIMULATION_KEYS.isdisjoint(data):

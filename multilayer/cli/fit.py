@@ -41,18 +41,28 @@ def fit(
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
+    Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data (docs/stack-fit.md).
+
     Writes moduli.csv, fit.json (joint.json) and figures; of several campaigns each into a folder of its own, as soon as
     it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything is written all
     the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 
+    Example: multilayer fit examples/foam_tube --out results/foam_tube
+
     Example: multilayer fit examples/foam_b --joint --law fractional_zener --model finite
 
     Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
+    from multilayer.inverse.sources import is_stack_fit
     from multilayer.report.fit_outcome import FitTask
 
+    if len(sources) == 1 and is_stack_fit(sources[0]):
+        from multilayer.cli.stack_fit import fit_stack_file
+
+        others = {"--method": method, "--model": model, "--joint": joint, "--elements": elements}
+        return fit_stack_file(sources[0], out, as_json, figures, {**others, "--cluster": cluster, "--resume": resume})
     task = FitTask(sources[0], method, model, joint, law, elements, figures)
     if len(sources) == 1:
         accepted = _fit_one(task, out, as_json, resume)
@@ -62,6 +72,7 @@ def fit(
         accepted = fit_many(task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume)
     if not accepted:
         raise typer.Exit(1)
+    return None
 
 
 def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bool:

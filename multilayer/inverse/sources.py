@@ -19,6 +19,7 @@ from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 
 FIT_FILE = "fit.yaml"
+_OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
 _CHOICES = {"method": get_args(Method), "model": get_args(RigModel)}
 
 
@@ -68,6 +69,21 @@ def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> F
         raise InputError([f"--{e['loc'][-1]}: {e['msg']}" for e in error.errors()]) from None
 
 
+def is_stack_fit(source: Path) -> bool:
+    """Tell whether a file, or the ``fit.yaml`` of a folder, is about stacks and not about a campaign."""
+    file = _fit_file(source)
+    if file.suffix not in (".yaml", ".yml") or not file.is_file():
+        return False
+    try:
+        return _states_a_stack_fit(read_yaml(file, keep_problems=True).data)
+    except InputError:
+        return False  # told by whoever reads it next
+
+
+def _states_a_stack_fit(data: object) -> bool:
+    return isinstance(data, dict) and not _OF_A_STACK_FIT.isdisjoint(data) and "layers" not in data
+
+
 def _fit_file(source: Path) -> Path:
     return source / FIT_FILE if source.is_dir() else source
 
@@ -95,5 +111,7 @@ def _settings(source: Path) -> tuple[FitSettings, Path]:
         return FitSettings(), source
     if isinstance(data, dict) and "layers" in data:
         raise InputError(f"{source}: this is a stack file; a fit needs a campaign folder or a fit file")
+    if _states_a_stack_fit(data):
+        raise InputError(f"{source}: this is a stack-fit file; fit it by itself, without campaigns beside it")
     settings = read(source, FitSettings)
     return settings, _beside(source, "campaign", settings.campaign)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import chain, count
 from pathlib import Path
 
 from multilayer.errors import InputError
+
+_LONGEST_FILE_NAME = 80
 
 
 def refuse_unusable(folder: Path) -> None:
@@ -69,3 +72,14 @@ def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:
     except OSError as error:
         raise _unusable(folder, error.strerror or str(error)) from None
     return [folder / name for name in files]
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """Return a file name for each name, different ones also where a file system does not tell case apart."""
+    found: dict[str, str] = {}
+    for name in names:
+        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)[:_LONGEST_FILE_NAME]
+        numbered = (f"{stem}-{n}" for n in count(2))
+        new = next(one for one in chain([stem], numbered) if one.casefold() not in found)
+        found[new.casefold()] = new
+    return list(found.values())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,13 +12,12 @@ from multilayer.inverse.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility
+from multilayer.report.files import file_names
 from multilayer.report.style import colour, figure_style, plain, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_LONGEST_FILE_NAME = 80
 
 
 def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, bytes]:
@@ -41,20 +39,9 @@ def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) ->
             "convergence.png": draw_convergence(result),
         }
         names = result.configurations
-        for name, file_name in zip(names, _file_names(names), strict=True):
+        for name, file_name in zip(names, file_names(names), strict=True):
             figures[f"envelopes-{file_name}.png"] = draw_envelopes(result, name)
         return {name: png(figure) for name, figure in figures.items()}
-
-
-def _file_names(names: list[str]) -> list[str]:
-    """Return a file name for each name, different ones also where a file system does not tell case apart."""
-    found: dict[str, str] = {}
-    for name in names:
-        stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)[:_LONGEST_FILE_NAME]
-        numbered = (f"{stem}-{n}" for n in count(2))
-        new = next(one for one in chain([stem], numbered) if one.casefold() not in found)
-        found[new.casefold()] = new
-    return list(found.values())
 
 
 def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:

@@ -13,6 +13,7 @@ from multilayer.response import base_motion, plane_wave
 from multilayer.rig.file import load_rig
 from multilayer.stack import load_stack
 from tests.cli.command import run
+from tests.examples.make_foam_tube import table as foam_tube_table
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -130,11 +131,30 @@ def virtual_rig(source, folder):
     assert found["h25mm-t1mm", frequency] < 0.95 * law.real
 
 
+def foam_tube(source, folder):
+    """The fit finds what the table was computed from, which a file beside it says."""
+    done = run("fit", source, "--out", folder, "--no-figures")
+    assert (done.status, done.err) == (0, "")
+    found = {row["name"]: row for row in csv.DictReader((folder / "parameters.csv").read_text().splitlines())}
+    assert float(found["layers.foam.flow_resistivity"]["value"]) == pytest.approx(13687, rel=0.002)
+    truth = load_stack(source / "truth.yaml").layers[0]
+    for name, row in found.items():
+        value, std = float(row["value"]), float(row["std"])
+        assert row["determined"] == "true"
+        assert abs(value - getattr(truth, name.rpartition(".")[2])) < 2.5 * std
+    written, made = (
+        np.loadtxt(text.splitlines(), delimiter=",", skiprows=2)
+        for text in ((source / "tube.csv").read_text(), foam_tube_table())
+    )
+    assert written == pytest.approx(made, abs=1.01e-4)
+
+
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith("."))
 CHECKS = {
     "double_wall.yaml": double_wall,
     "foam_absorption.yaml": foam_absorption,
     "foam_b": foam_b,
+    "foam_tube": foam_tube,
     "three_layers.yaml": three_layers,
     "virtual_rig.yaml": virtual_rig,
 }

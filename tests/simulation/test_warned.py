@@ -38,3 +38,11 @@ def test_after_a_mistake_nothing_is_collected():
         raise ZeroDivisionError
     with pytest.warns(ValidityWarning, match="again"):
         warnings.warn("again", ValidityWarning, stacklevel=1)
+
+
+def test_one_inside_another():
+    with collected_warnings() as outer:
+        with collected_warnings() as inner:
+            warnings.warn("inside", ValidityWarning, stacklevel=1)
+        warnings.warn("after", ValidityWarning, stacklevel=1)
+    assert (outer, inner) == (["after"], ["inside"])

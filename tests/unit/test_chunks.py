@@ -5,6 +5,7 @@ import pytest
 
 from multilayer.response import plane_wave
 from multilayer.response.chunks import POINTS, in_chunks
+from multilayer.simulation.located import with_values
 from multilayer.stack import Stack
 
 STACK = Stack.model_validate({"layers": [{"type": "fluid", "name": "gap", "thickness": 0.1}], "termination": "ambient"})
@@ -35,3 +36,14 @@ def test_arrays_in_the_stack_are_not_cut() -> None:
     response = plane_wave(gaps, frequency)
     last = plane_wave(STACK, frequency[-1:])
     assert response.reflection[-1] == pytest.approx(last.reflection[0], rel=1e-12)
+
+
+def test_arrays_in_a_law_are_not_cut() -> None:
+    law = {"law": "kelvin_voigt", "young_modulus": 1e5, "viscosity": 10.0}
+    solid = {"type": "elastic_solid", "name": "foam", "thickness": 0.02, "density": 50.0, "poisson_ratio": 0.3}
+    stack = Stack.model_validate({"layers": [{**solid, "young_modulus": law}]})
+    frequency, viscosity = np.geomspace(10, 1e4, 2 * POINTS), np.array([5.0, 20.0])
+    found = plane_wave(with_values(stack, {"layers.foam.young_modulus.viscosity": viscosity[:, None]}), frequency)
+    assert found.reflection.shape == (2, len(frequency))
+    alone = plane_wave(with_values(stack, {"layers.foam.young_modulus.viscosity": 20.0}), frequency)
+    assert found.reflection[1] == pytest.approx(alone.reflection, rel=1e-9)

@@ -1,0 +1,288 @@
+"""What a stack-fit file says of one measurement: which quantity, where it stands, how good it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
+
+from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, model_validator
+from pydantic_core import PydanticCustomError
+
+from multilayer.errors import show
+from multilayer.models import Model, refuse
+from multilayer.response.bands import Width
+from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, Incidence, PlaneIncidence
+from multilayer.units import Frequency, Length, PositiveRatio, Ratio, parse_complex_quantity, parse_quantity
+
+COMPLEX, POLAR, REAL = ("real", "imag"), ("amplitude", "phase"), ("value",)
+SPREADS = ("std", "std_real", "std_imag")
+_NOISE = "write a share, as 0.02 or '2 %', or {relative: 0.02, absolute: ...}"
+
+
+class Spread(NamedTuple):
+    """Standard deviation of each part of a measured value: a share of its amount, and an amount; independent."""
+
+    relative: float
+    absolute: float
+
+
+class ModelError(Model):
+    """How far the model itself may be off: relative to the values, one standard deviation, correlated in ln f."""
+
+    relative: Ratio
+    length: PositiveRatio = 0.3
+
+
+def _parse_model_error(value: Any) -> Any:
+    return value if value is None or isinstance(value, Mapping | ModelError) else {"relative": value}
+
+
+class Measurement(Model, populate_by_name=True):
+    """What all measurements have.
+
+    Attributes
+    ----------
+    kind : str
+    name : str, optional
+        In tables and figures; made from kind and file when left out.
+    stack : str, optional
+        Of which stack, where the file has several.
+    file : Path, optional
+        A text table with named columns, relative to the fit file.
+    columns : mapping
+        By role, what the header calls it, with a unit in brackets where the header has none.
+    rows : mapping
+        By column, the text that stands in the rows wanted.
+    start, to : float, optional
+        First (`from`) and last frequency, Hz.
+    noise : optional
+        See `spread`.
+    model_error : optional
+    """
+
+    is_complex: ClassVar[bool] = True
+    in_db: ClassVar[bool] = False
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # what headers call them, if `columns` does not say
+
+    kind: str
+    name: str | None = Field(default=None, min_length=1)
+    stack: str | None = None
+    file: Path | None = None
+    columns: dict[str, str] = Field(default_factory=dict)
+    rows: dict[str, str] = Field(default_factory=dict)
+    start: Annotated[Frequency | None, Field(alias="from")] = None
+    to: Frequency | None = None
+    noise: Any = None
+    model_error: Annotated[ModelError | None, BeforeValidator(_parse_model_error)] = None
+
+    @model_validator(mode="after")
+    def _usable(self) -> Self:
+        refuse(self, [*self._wrong_noise(), *self._wrong_columns(), *self._wrong_band()])
+        return self
+
+    def _wrong_noise(self) -> list[tuple[tuple[str, ...], str, Any]]:
+        try:
+            spread = self.spread
+        except ValueError as error:
+            return [(("noise",), str(error), self.noise)]
+        if not any(spread) and not set(SPREADS) & set(self.columns):
+            text = f"without noise nothing can be weighed; {_NOISE}, or name a column 'std'"
+            return [((), f"noise: {text}", None)]
+        return []
+
+    def _wrong_columns(self) -> list[tuple[tuple[str, ...], str, Any]]:
+        allowed = ["frequency", *((*COMPLEX, *POLAR, *SPREADS) if self.is_complex else (*REAL, "std"))]
+        return [
+            (("columns", role, "[key]"), f"there is no such column here; allowed: {', '.join(allowed)}", role)
+            for role in self.columns
+            if role not in allowed
+        ]
+
+    def _wrong_band(self) -> list[tuple[tuple[str, ...], str, Any]]:
+        if self.start is None or self.to is None or self.start <= self.to:
+            return []
+        return [(("to",), f"{self.to:g} Hz is not allowed: it must not lie below 'from', {self.start:g} Hz", self.to)]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values, SI; ``dB`` where it is that, empty for pure numbers."""
+        return "dB" if self.in_db else ""
+
+    @property
+    def default_name(self) -> str:
+        """What it is called where the file gives no name."""
+        what = self.kind if self.file is None else f"{self.kind} {self.file.stem}"
+        return ", ".join([what, *self.rows.values()])
+
+    @property
+    def spread(self) -> Spread:
+        """Standard deviations of the noise: of `noise`, a share (of what is in dB, dB), or by both names.
+
+        Raises
+        ------
+        ValueError
+            When it says none.
+        """
+        given = self.noise
+        if given is None:
+            return Spread(0.0, 0.0)
+        if not isinstance(given, Mapping):
+            return Spread(0.0, _amount(given, self.unit)) if self.in_db else Spread(_amount(given, ""), 0.0)
+        unknown = set(given) - {"relative", "absolute"}
+        if unknown or not given or (self.in_db and "relative" in given):
+            wanted = "the noise of what is in dB is {absolute: 1}, in dB" if self.in_db else _NOISE
+            raise ValueError(f"{show(dict(given))} is no noise; {wanted}")
+        return Spread(_amount(given.get("relative", 0.0), ""), _amount(given.get("absolute", 0.0), self.unit))
+
+
+def _amount(written: Any, unit: str) -> float:
+    # pint knows dB of powers and of amplitudes: here it is what the column holds
+    text = written.strip().removesuffix("dB") if unit == "dB" and isinstance(written, str) else written
+    value = parse_quantity(text, "" if unit == "dB" else unit)
+    if not 0 <= value < float("inf"):
+        raise ValueError(f"{show(written)} is no standard deviation: it must be at least 0")
+    return value
+
+
+class _FromFile(Measurement):
+    file: Path
+
+
+class _PlaneWave(_FromFile):
+    incidence: Incidence = PlaneIncidence()
+
+    @model_validator(mode="after")
+    def _plane(self) -> Self:
+        if isinstance(self.incidence, DiffuseIncidence):
+            refuse(self, [(("incidence",), f"a {self.kind} is that of one plane wave: normal, or an angle", None)])
+        return self
+
+    @property
+    def angle(self) -> float:
+        """Degrees from the normal."""
+        assert isinstance(self.incidence, PlaneIncidence)
+        return self.incidence.angle
+
+
+class Reflection(_PlaneWave):
+    """Reflection coefficient of a plane wave."""
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"real": ("reflection_re",), "imag": ("reflection_im",)}
+    kind: Literal["reflection"] = "reflection"
+
+
+class SurfaceImpedance(_PlaneWave):
+    """Pressure over normal velocity at the front face, over rho c of the ambient gas if `normalised`, else Pa s/m."""
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "real": ("normalised_impedance_re", "surface_impedance_re"),
+        "imag": ("normalised_impedance_im", "surface_impedance_im"),
+    }
+    kind: Literal["surface_impedance"] = "surface_impedance"
+    normalised: bool
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return "" if self.normalised else "Pa*s/m"
+
+
+def _parse_bands(value: Any) -> Any:
+    if value in ("third octaves", "octaves", None):
+        return value
+    reason = f"{show(value)} is not allowed; allowed: third octaves, octaves"
+    raise PydanticCustomError("bands", "{reason}", {"reason": reason})
+
+
+class _Energy(_FromFile):
+    """What knows no phase; `bands` where each value is a mean over one."""
+
+    is_complex: ClassVar[bool] = False
+    incidence: Incidence = PlaneIncidence()
+    finite_size: FiniteSize | None = None
+    bands: Annotated[Width | None, PlainValidator(_parse_bands), PlainSerializer(lambda bands: bands)] = None
+
+
+class Absorption(_Energy):
+    """Absorption coefficient."""
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("absorption", "alpha")}
+    kind: Literal["absorption"] = "absorption"
+
+
+class TransmissionLoss(_Energy):
+    """Transmission loss, dB."""
+
+    in_db: ClassVar[bool] = True
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("transmission_loss", "tl", "stl")}
+    kind: Literal["transmission_loss"] = "transmission_loss"
+
+
+class Transmissibility(_FromFile):
+    """Motion of the back face over that of the shaken front face."""
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "real": ("transmissibility_re",),
+        "imag": ("transmissibility_im",),
+    }
+    kind: Literal["transmissibility"] = "transmissibility"
+
+
+class DynamicModulus(_FromFile):
+    """Young's modulus E1 + i E2 of a layer, Pa, as a dynamic mechanical analyser or another fit gives it."""
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "real": ("e1", "storage_modulus"), "imag": ("e2", "loss_modulus"),
+        "std_real": ("e1_std",), "std_imag": ("e2_std",),
+    }  # fmt: skip
+    kind: Literal["modulus"] = "modulus"
+    layer: str
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return "Pa"
+
+
+def _parse_stiffness(value: Any) -> Any:
+    try:
+        number = parse_complex_quantity(value, "N/m")
+    except ValueError as error:
+        raise PydanticCustomError("stiffness", "{reason}", {"reason": str(error)}) from None
+    if not number.real > 0 or number.imag < 0:
+        reason = f"{show(value)} is no stiffness: its real part must be above 0 and its imaginary part at least 0"
+        raise PydanticCustomError("stiffness", "{reason}", {"reason": reason})
+    return number
+
+
+class Stiffness(Measurement):
+    """Force over shortening of a disc of a layer's material glued between rigid plates, in slow compression, N/m.
+
+    Real, or complex with its losses; `stiffness` and `frequency` here, or a file with several.
+    """
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"real": ("stiffness", "stiffness_re"), "imag": ("stiffness_im",)}
+    kind: Literal["stiffness"] = "stiffness"
+    layer: str
+    radius: Length
+    thickness: Length | None = None
+    frequency: Frequency | None = None
+    stiffness: Annotated[Any, PlainValidator(_parse_stiffness)] = None
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return "N/m"
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.file is None) == (self.stiffness is None) or (self.stiffness is None) != (self.frequency is None):
+            refuse(self, [((), "give either a file, or 'stiffness' and 'frequency'", None)])
+        return self
+
+
+MeasurementField: TypeAlias = Annotated[
+    SurfaceImpedance | Reflection | Absorption | TransmissionLoss | Transmissibility | DynamicModulus | Stiffness,
+    Field(discriminator="kind"),
+]

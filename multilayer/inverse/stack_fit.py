@@ -1,0 +1,192 @@
+"""The fit of stacks to measurements: search, least squares, and what the data leave of the unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+from multilayer.inverse.least_squares import search
+from multilayer.inverse.priors import Prior
+from multilayer.inverse.problem import Minimum
+from multilayer.inverse.stack_file import StackFitFile, load_stack_fit, name_of
+from multilayer.inverse.stack_problem import StackProblem
+from multilayer.inverse.stack_result import LEVELS, FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.inverse.stack_unknowns import Unknown
+from multilayer.media.laws.parameters import LawSpace
+from multilayer.simulation.located import with_values
+from multilayer.stack import Stack
+
+_NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
+_STEP = 1e-4
+_DRAWS = 2048
+Tell = Callable[[str], None]
+
+
+def fit_stacks(source: StackFitFile | str | Path, name: str | None = None, tell: Tell | None = None) -> StackFitResult:
+    """Fit the unknowns of a stack-fit file.
+
+    Parameters
+    ----------
+    source : StackFitFile or path
+    name : str, optional
+        Of the result; see `name_of` when left out.
+    tell : callable, optional
+        Called with a short text after each start.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be used, or most of what the priors allow has no response.
+    """
+    file = source if isinstance(source, StackFitFile) else load_stack_fit(source)
+    called = name or ("fit" if isinstance(source, StackFitFile) else name_of(Path(source)))
+    problem = StackProblem.of(file)
+    return describe(problem, find_minima(problem, file, tell), called, file.model_dump(mode="json", by_alias=True))
+
+
+def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = None) -> list[Minimum]:
+    """Return the distinct minima, the most probable first."""
+    hard = file.search
+    try:
+        found = search(
+            problem, [problem.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed, tell=tell
+        )
+    except ValueError:  # of scipy: a start without a finite residual
+        found = []
+    if not found:
+        raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
+    return found
+
+
+def describe(
+    problem: StackProblem, minima: Sequence[Minimum], name: str = "fit", settings: dict[str, Any] | None = None
+) -> StackFitResult:
+    """Return minima as a result: values, intervals, curves.
+
+    Standard deviations and intervals are those of a Gaussian about the best minimum (Laplace), in the coordinates in
+    which the priors are standard normal; what the model leaves unexplained widens them: covariances are scaled by
+    chi-square over the degrees of freedom where that is above 1 (R. T. Birge, Phys. Rev. 40, 1932, 207-227).
+    """
+    scale = _scale(minima[0])
+    scaled = [_widened(minimum, scale) for minimum in minima]
+    best, covariance = minima[0].z, scaled[0].covariance
+    spread = np.sqrt(np.diag(covariance))
+    return StackFitResult(
+        name=name,
+        settings=settings or {},
+        quantities=_quantities(problem, best, covariance),
+        correlation=covariance / np.outer(spread, spread),
+        minima=_minima(problem, minima, scaled),
+        curves=_curves(problem, best),
+        scale=scale,
+        stacks=_fitted(problem, best),
+        warnings=problem.warnings(best),
+    )
+
+
+def _scale(minimum: Minimum) -> float:
+    free = max(minimum.residual.size - minimum.z.size, 1)
+    return float(np.sqrt(max(1.0, minimum.misfit / free)))
+
+
+def _widened(minimum: Minimum, scale: float) -> Minimum:
+    return replace(
+        minimum,
+        misfit=minimum.misfit / scale**2,
+        residual=minimum.residual / scale,
+        jacobian=minimum.jacobian / scale,
+    )
+
+
+def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[Minimum]) -> list[FoundMinimum]:
+    evidence = np.array([minimum.log_evidence for minimum in scaled])
+    shares = np.exp(evidence - evidence.max())
+    return [
+        FoundMinimum(tuple(_values(problem, m.z).tolist()), m.misfit, m.cost, float(share / shares.sum()), m.converged)
+        for m, share in zip(minima, shares, strict=True)
+    ]
+
+
+def _values(problem: StackProblem, z: RealArray) -> RealArray:
+    return np.concatenate([unknown.values(own) for unknown, own in problem.parts(z)], axis=-1)
+
+
+def _quantities(problem: StackProblem, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
+    found: list[FoundQuantity] = []
+    for unknown, own in problem.parts(z):
+        inside = slice(len(found), len(found) + own.size)
+        of_unknown = _of_prior if unknown.space is None else _of_law
+        found += of_unknown(unknown, own, covariance[inside, inside])
+    return found
+
+
+def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
+    """Return a quantity that is a monotonic function of one coordinate: quantiles carry over."""
+    (parameter,), prior = unknown.parameters, unknown.parameters[0].prior
+    centre, spread = float(z[0]), float(np.sqrt(covariance[0, 0]))
+    ends = tuple(
+        (float(prior.value(centre - width * spread)), float(prior.value(centre + width * spread)))
+        for width in (float(ndtri(0.5 + level / 2)) for level in LEVELS)
+    )
+    left = _std(prior, centre, spread, natural=True) / _std(prior, 0.0, 1.0, natural=True)
+    value, std = float(prior.value(centre)), _std(prior, centre, spread)
+    return [FoundQuantity(parameter.name, parameter.unit, value, std, ends, left, parameter.nuisance)]
+
+
+def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -> float:
+    """Return the standard deviation of a value whose coordinate is normal; of its logarithm if that is `natural`."""
+    values = prior.value(np.clip(centre + spread * _NODES, -8, 8))
+    if natural and prior.kind in ("lognormal", "loguniform"):
+        values = np.log(values)
+    weights = _WEIGHTS / _WEIGHTS.sum()
+    return float(np.sqrt(weights @ (values - weights @ values) ** 2))
+
+
+def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
+    """Return the parameters of a law, whose logarithms follow from several coordinates: to first order."""
+    space = unknown.space
+    assert space is not None
+    values = unknown.values(z)
+    steps = _STEP * np.eye(z.size)
+    slopes = (np.log(unknown.values(z + steps)) - np.log(unknown.values(z - steps))).T / (2 * _STEP)
+    spreads = np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+    lows, highs, before = _ends_of_law(space)
+    found = []
+    for i, (name, unit) in enumerate(zip(unknown.names, unknown.units, strict=True)):
+        widths = [float(ndtri(0.5 + level / 2)) * spreads[i] for level in LEVELS]
+        ends = tuple(
+            (max(float(values[i] * np.exp(-w)), lows[i]), min(float(values[i] * np.exp(w)), highs[i])) for w in widths
+        )
+        std, left = float(values[i] * spreads[i]), float(spreads[i] / before[i])
+        found.append(FoundQuantity(name, unit, float(values[i]), std, ends, left, unknown.parameters[i].nuisance))
+    return found
+
+
+def _ends_of_law(space: LawSpace) -> tuple[list[float], list[float], RealArray]:
+    """Return within which values the parameters of a law are sought, and the spread of their logarithms before."""
+    low, high = np.exp([(unknown.low, unknown.high) for unknown in space.unknowns]).T
+    logs = space.logs(space.points(_DRAWS, np.random.default_rng(0)))
+    return low.tolist(), high.tolist(), np.asarray(logs.std(axis=0))
+
+
+def _curves(problem: StackProblem, z: RealArray) -> list[FittedCurve]:
+    return [
+        FittedCurve(
+            o.name, o.kind, o.stack, o.unit, o.frequency, o.measured, o.scale.shown(response), o.residual(response)
+        )
+        for o, response in zip(problem.observations, problem.predict(z), strict=True)
+    ]
+
+
+def _fitted(problem: StackProblem, z: RealArray) -> dict[str, Stack]:
+    found = {}
+    for name, samples in problem.samples(z[None]).items():
+        found[name] = with_values(problem.stacks[name], {path: column.item() for path, column in samples.items()})
+    return found

@@ -1,0 +1,108 @@
+"""Fields of stacks and measurements of them as one inverse problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import RealArray
+from multilayer.inverse.observations import Observation
+from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import by_differences
+from multilayer.inverse.stack_file import StackFitFile
+from multilayer.inverse.stack_unknowns import Unknown
+from multilayer.simulation.located import with_values
+from multilayer.simulation.warned import collected_warnings
+from multilayer.stack import Stack
+
+_AT_ONCE = 16_384  # samples times frequencies of one batched solve
+
+
+@dataclass(frozen=True)
+class StackProblem:
+    """Stacks, unknown fields of theirs, and measurements; a `Problem`.
+
+    Attributes
+    ----------
+    stacks : mapping
+        By name, with nominal values.
+    unknowns : tuple of Unknown
+    observations : tuple of Observation
+    """
+
+    stacks: Mapping[str, Stack]
+    unknowns: tuple[Unknown, ...]
+    observations: tuple[Observation, ...]
+
+    @classmethod
+    def of(cls, file: StackFitFile) -> StackProblem:
+        """Return the problem that a file states."""
+        stacks = dict(file.by_name)
+        for unknown in file.resolved:
+            for (name, path), value in unknown.placed(stacks).items():
+                stacks[name] = with_values(stacks[name], {path: value})
+        return cls(stacks, file.resolved, file.observations)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The unknowns' coordinates, one unknown after the other."""
+        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+
+    @cached_property
+    def start(self) -> RealArray:
+        """Coordinates near the nominal values."""
+        return np.concatenate([unknown.start for unknown in self.unknowns])
+
+    def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
+        """Yield every unknown with its own coordinates, shape (..., n)."""
+        first = 0
+        for unknown in self.unknowns:
+            yield unknown, z[..., first : first + len(unknown.parameters)]
+            first += len(unknown.parameters)
+
+    def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
+        """Return by stack and path the values, shape (m,), of coordinates of shape (m, n)."""
+        found: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
+        for unknown, own in self.parts(z):
+            for (stack, path), column in unknown.columns(own):
+                found[stack][path] = column
+        return found
+
+    def predict(self, z: RealArray) -> list[NDArray[Any]]:
+        """Return the response of every measurement, shape (..., n_frequency), of coordinates of shape (..., n)."""
+        points = np.asarray(z, dtype=float)
+        flat = points.reshape(-1, points.shape[-1])
+        with collected_warnings():  # a search leaves the range of formulae; the solution's warnings are told
+            found = [self._predict(observation, flat) for observation in self.observations]
+        return [values.reshape(*points.shape[:-1], -1) for values in found]
+
+    def warnings(self, z: RealArray) -> list[str]:
+        """Return where the formulae do not hold at one point, shape (n,)."""
+        with collected_warnings() as texts:
+            for observation in self.observations:
+                self._predict(observation, z[None])
+        return list(dict.fromkeys(texts))
+
+    def _predict(self, observation: Observation, z: RealArray) -> NDArray[Any]:
+        step = max(1, _AT_ONCE // observation.points)
+        pieces = []
+        for i in range(0, len(z), step):
+            piece = z[i : i + step]
+            samples = self.samples(piece)[observation.stack]
+            pieces.append(observation.predict(self.stacks[observation.stack], samples, len(piece)))
+        return np.concatenate(pieces)
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data); NaN where a stack has no response."""
+        predicted = self.predict(z)
+        parts = [o.residual(values) for o, values in zip(self.observations, predicted, strict=True)]
+        return np.concatenate(parts, axis=-1)
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative from one batched solve per measurement."""
+        return by_differences(self.residual, z)

@@ -1,0 +1,248 @@
+"""What a fit of stacks says, and how it is written down."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import RealArray
+from multilayer.config.yaml12 import dump_yaml
+from multilayer.simulation.result import plain_list
+from multilayer.stack import Stack
+
+UNDETERMINED = 0.5  # of the prior's spread: what is left of it, from where on the data say little
+LEVELS = (0.68, 0.90)
+
+
+@dataclass(frozen=True)
+class FoundQuantity:
+    """An unknown as the data leave it.
+
+    Attributes
+    ----------
+    name, unit : str
+    value : float
+        The most probable one, SI.
+    std : float
+        Standard deviation.
+    intervals : tuple of (low, high)
+        That hold it with the probabilities of `LEVELS`, as much below as above.
+    left : float
+        Standard deviation after over that before the measurement; of the logarithm where the prior is about that.
+    nuisance : bool
+    """
+
+    name: str
+    unit: str
+    value: float
+    std: float
+    intervals: tuple[tuple[float, float], ...]
+    left: float
+    nuisance: bool = False
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data say more than was known before."""
+        return self.left < UNDETERMINED
+
+    def row(self) -> list[Any]:
+        """Return the values of `PARAMETER_COLUMNS`."""
+        ends = [end for interval in self.intervals for end in interval]
+        return [self.name, self.unit, self.value, self.std, *ends, self.left, self.determined]
+
+
+PARAMETER_COLUMNS = (
+    "name", "unit", "value", "std", "low_68", "high_68", "low_90", "high_90", "left_of_prior", "determined",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FittedCurve:
+    """One measurement beside what the fitted stack gives.
+
+    Attributes
+    ----------
+    name, kind, stack, unit : str
+    frequency : array, shape (n,)
+        Hz.
+    measured, predicted : array, shape (n,)
+        In `unit`.
+    residual : array, shape (n_data,)
+        Whitened, in the fitted quantity; real parts first.
+    """
+
+    name: str
+    kind: str
+    stack: str
+    unit: str
+    frequency: RealArray
+    measured: NDArray[Any]
+    predicted: NDArray[Any]
+    residual: RealArray
+
+    @property
+    def rms(self) -> float:
+        """Of the difference, in `unit`."""
+        return float(np.sqrt(np.mean(np.abs(self.predicted - self.measured) ** 2)))
+
+    @property
+    def misfit(self) -> float:
+        """Sum of the squared residuals: chi-square."""
+        return float(self.residual @ self.residual)
+
+    def columns(self) -> dict[str, RealArray]:
+        """Return measured and predicted values and residuals by column, real and imaginary part."""
+        found: dict[str, RealArray] = {}
+        for what, values in (("measured", self.measured), ("predicted", self.predicted)):
+            found |= {f"{what}_re": values.real, f"{what}_im": values.imag}
+        n = len(self.frequency)
+        return found | {"residual_re": self.residual[:n], "residual_im": np.resize(self.residual[n:], n)}
+
+
+@dataclass(frozen=True)
+class FoundMinimum:
+    """A set of values that fits better than all near it.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Of the quantities, SI, in their order.
+    misfit : float
+        Chi-square of the data.
+    cost : float
+        That and the squared distance from the priors' centres.
+    probability : float
+        Of this minimum among those found, by Laplace's approximation.
+    converged : bool
+    """
+
+    values: tuple[float, ...]
+    misfit: float
+    cost: float
+    probability: float
+    converged: bool
+
+
+@dataclass(frozen=True)
+class StackFitResult:
+    """Result of a stack fit.
+
+    Attributes
+    ----------
+    name : str
+    settings : dict
+        The file, as plain data.
+    quantities : list of FoundQuantity
+    correlation : array, shape (n, n)
+        Of the coordinates that were sought, one per quantity.
+    minima : list of FoundMinimum
+        All that were found, the most probable first.
+    curves : list of FittedCurve
+        At the first of them.
+    scale : float
+        By how much the standard deviations were widened because the model misses the data by more than their noise.
+    stacks : dict
+        The fitted stacks by name.
+    warnings : list of str
+        Where formulae do not hold.
+    """
+
+    name: str
+    settings: dict[str, Any]
+    quantities: list[FoundQuantity]
+    correlation: RealArray
+    minima: list[FoundMinimum]
+    curves: list[FittedCurve]
+    scale: float
+    stacks: dict[str, Stack] = field(repr=False)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search ended in a minimum."""
+        return self.minima[0].converged
+
+    @property
+    def misfit_per_datum(self) -> float:
+        """Chi-square over the number of data: about 1 where model and noise are right."""
+        n = sum(len(curve.residual) for curve in self.curves)
+        return sum(curve.misfit for curve in self.curves) / n
+
+    def quantity(self, name: str) -> FoundQuantity:
+        """Return a quantity by its name."""
+        return next(quantity for quantity in self.quantities if quantity.name == name)
+
+    def parameters_csv(self) -> str:
+        """Return the quantities as a table, SI."""
+        return _table(PARAMETER_COLUMNS, (quantity.row() for quantity in self.quantities))
+
+    def curves_csv(self) -> str:
+        """Return the measurements beside the fit: one row per measurement and frequency."""
+        rows = []
+        header = ["measurement", "unit", "frequency_hz", *self.curves[0].columns()]
+        for curve in self.curves:
+            for f, *values in zip(curve.frequency.tolist(), *curve.columns().values(), strict=True):
+                rows.append([curve.name, curve.unit, f, *map(float, values)])
+        return _table(header, rows)
+
+    def stack_files(self) -> dict[str, str]:
+        """Return the text of a stack file for each fitted stack, by its name."""
+        return {name: dump_yaml(stack.to_dict()) for name, stack in self.stacks.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: everything but the curves' values, which the CSV file has."""
+        return {
+            "version": 1,
+            "name": self.name,
+            "settings": self.settings,
+            "converged": self.converged,
+            "misfit_per_datum": self.misfit_per_datum,
+            "widened_by": self.scale,
+            "parameters": [dict(zip(PARAMETER_COLUMNS, quantity.row(), strict=True)) for quantity in self.quantities],
+            "correlation": [plain_list(row) for row in self.correlation],
+            "minima": [self._minimum(minimum) for minimum in self.minima],
+            "measurements": [_curve(curve) for curve in self.curves],
+            "warnings": self.warnings,
+        }
+
+    def _minimum(self, minimum: FoundMinimum) -> dict[str, Any]:
+        names = [quantity.name for quantity in self.quantities]
+        return {
+            "values": dict(zip(names, minimum.values, strict=True)),
+            "misfit": minimum.misfit,
+            "cost": minimum.cost,
+            "probability": minimum.probability,
+            "converged": minimum.converged,
+        }
+
+
+def _curve(curve: FittedCurve) -> dict[str, Any]:
+    return {
+        "name": curve.name,
+        "kind": curve.kind,
+        "stack": curve.stack,
+        "unit": curve.unit,
+        "n_data": len(curve.residual),
+        "misfit": curve.misfit,
+        **dict(zip(["rms"], plain_list(np.array([curve.rms])), strict=True)),
+    }
+
+
+def _table(header: Sequence[str], rows: Any) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([[_cell(value) for value in row] for row in rows])
+    return text.getvalue()
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

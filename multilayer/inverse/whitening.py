@@ -1,0 +1,122 @@
+"""Measured values as independent numbers of unit variance: noise of every value, and a model's own error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import ComplexArray, RealArray
+
+
+@dataclass(frozen=True)
+class ValueNoise:
+    """Standard deviations of the real and of the imaginary part of measured values, shape (n,).
+
+    Of real values the second part is not used.
+    """
+
+    real: RealArray
+    imaginary: RealArray
+
+
+@dataclass(frozen=True)
+class CorrelatedError:
+    """Error of a model, relative to the values, correlated along frequency by exp(-|ln f1/f2| / length).
+
+    Continuous and no smoother: a covariance with derivatives holds kinks and steps, such as a resonance that is not in
+    the model, for next to impossible, and bends all parameters to avoid them.
+
+    Attributes
+    ----------
+    relative : float
+        Standard deviation of each part.
+    length : float
+        Of the correlation, in ln f.
+    """
+
+    relative: float
+    length: float = 0.3
+
+    def covariance(self, frequency: RealArray) -> RealArray:
+        """Return the covariance of the relative error, shape (n, n)."""
+        distance = np.abs(np.subtract.outer(np.log(frequency), np.log(frequency)))
+        return np.asarray(self.relative**2 * np.exp(-distance / self.length))
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """What turns differences of fitted quantities into independent numbers of unit variance.
+
+    Attributes
+    ----------
+    pointwise : array, shape (n, k, k), or None
+        One factor for every value of k parts: 2 of complex, 1 of real ones.
+    dense : array, shape (k n, k n), or None
+        One factor for all, real parts first, where values are correlated.
+    """
+
+    pointwise: RealArray | None
+    dense: RealArray | None = None
+
+    def __call__(self, difference: NDArray[Any]) -> RealArray:
+        """Return whitened differences, shape (..., k n), real parts first, of shape (..., n)."""
+        parts = _parts(difference)
+        if self.dense is not None:
+            return np.asarray(np.concatenate(parts, axis=-1) @ self.dense.T)
+        assert self.pointwise is not None
+        white = np.einsum("nij,j...n->i...n", self.pointwise, np.stack(parts))
+        return np.concatenate(list(white), axis=-1)
+
+
+def _parts(values: NDArray[Any]) -> list[RealArray]:
+    return [values.real, values.imag] if np.iscomplexobj(values) else [np.asarray(values, dtype=float)]
+
+
+def whitening(
+    frequency: RealArray,
+    slope: ComplexArray | RealArray,
+    values: NDArray[Any],
+    noise: ValueNoise,
+    error: CorrelatedError | None,
+) -> Whitening:
+    """Return the whitening of a fitted quantity y(v) of measured values v, to first order in their errors.
+
+    Parameters
+    ----------
+    frequency : array, shape (n,)
+        Hz.
+    slope : array, shape (n,)
+        dy/dv; complex values need an analytic y.
+    values : array, shape (n,)
+        v; the model's error is relative to them.
+    noise : ValueNoise
+        Of v.
+    error : CorrelatedError, optional
+    """
+    n = len(frequency)
+    pointwise = _noise_covariance(slope, noise, np.iscomplexobj(values))
+    k = pointwise.shape[-1]
+    if error is None:
+        return Whitening(np.linalg.inv(np.linalg.cholesky(pointwise)))
+    total = np.zeros((k, n, k, n))
+    total[:, np.arange(n), :, np.arange(n)] = pointwise
+    rows = _as_matrices(slope * values, k)
+    total += np.einsum("nij,mkj,nm->inkm", rows, rows, error.covariance(frequency))
+    return Whitening(None, np.linalg.inv(np.linalg.cholesky(total.reshape(k * n, k * n))))
+
+
+def _as_matrices(factor: NDArray[Any], k: int) -> RealArray:
+    """Return multiplication by complex numbers as real matrices, shape (n, k, k)."""
+    if k == 1:
+        return np.asarray(factor.real[:, None, None])
+    return np.moveaxis(np.array([[factor.real, -factor.imag], [factor.imag, factor.real]]), -1, 0)
+
+
+def _noise_covariance(slope: NDArray[Any], noise: ValueNoise, is_complex: bool) -> RealArray:
+    rows = _as_matrices(np.asarray(slope), 2 if is_complex else 1)
+    spread = np.stack([noise.real, noise.imaginary][: rows.shape[-1]], axis=-1)
+    scaled = rows * spread[:, None, :]
+    return np.asarray(scaled @ np.swapaxes(scaled, -1, -2))

@@ -1,0 +1,179 @@
+"""Tables and figures of a stack fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+from rich.text import Text
+
+from multilayer.arrays import RealArray
+from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.report.console import console
+from multilayer.report.files import file_names
+from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.response.bands import band_centres
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_POOR = 2.0  # chi-square per datum: the model misses more than noise
+_STRONG = 0.9  # correlation that is told
+_MOST_MINIMA = 10
+_MOST_MARKERS = 150
+_KINDS = {
+    "surface_impedance": "surface impedance", "reflection": "reflection coefficient",
+    "absorption": "absorption coefficient", "transmission_loss": "transmission loss",
+    "transmissibility": "transmissibility", "modulus": "Young's modulus", "stiffness": "stiffness",
+}  # fmt: skip
+
+
+def stack_fit_table(result: StackFitResult) -> None:
+    """Print the values found, other minima, the misfit of every measurement, and what to mind."""
+    out = console()
+    out.print(Text(f"{result.name}: unknowns, with the intervals that hold them at 68 and 90 %", style="italic"))
+    out.print(_quantities(result.quantities))
+    out.print(Text("measurements", style="italic"))
+    out.print(_measurements(result.curves))
+    if len(result.minima) > 1:
+        out.print(Text(f"{len(result.minima)} minima", style="italic"))
+        out.print(_minima(result))
+    for remark in remarks(result):
+        out.print(Text(f"- {remark}"))
+
+
+def _short(name: str) -> str:
+    return name.removeprefix("layers.")
+
+
+def remarks(result: StackFitResult) -> list[str]:
+    """Return what a reader of the values must know."""
+    said = []
+    if not result.converged:
+        said.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
+    if result.misfit_per_datum > _POOR:
+        said.append(
+            f"chi-square is {result.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
+            f"intervals are {result.scale:.3g} times wider for it, and need not hold what a better model would give"
+        )
+    undetermined = [_short(quantity.name) for quantity in result.quantities if not quantity.determined]
+    if undetermined:
+        said.append(f"hardly determined by these data, what is known of them is their prior: {', '.join(undetermined)}")
+    rows, columns = np.nonzero(np.triu(np.abs(result.correlation) > _STRONG, k=1))
+    for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
+        names = [_short(result.quantities[k].name) for k in (i, j)]
+        said.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
+    return said
+
+
+def _quantities(quantities: list[FoundQuantity]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for name in ("unknown", "value", "± std", "68 %", "90 %", "unit", "left of the prior"):
+        table.add_column(name, justify="left" if name in ("unknown", "unit") else "right")
+    for quantity in quantities:
+        ends = [f"{low:.4g} to {high:.4g}" for low, high in quantity.intervals]
+        values = [f"{quantity.value:.4g}", f"{quantity.std:.2g}", *ends]
+        table.add_row(Text(_short(quantity.name)), *values, quantity.unit or "-", f"{quantity.left:.0%}")
+    return table
+
+
+def _measurements(curves: list[FittedCurve]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for name in ("measurement", "quantity", "frequencies / Hz", "rms difference", "chi-square per datum"):
+        table.add_column(name, justify="left" if name in ("measurement", "quantity") else "right")
+    for curve in curves:
+        low, high = curve.frequency[[0, -1]]
+        band = f"{len(curve.frequency)}, {low:g} to {high:g}"
+        rms = f"{curve.rms:.3g} {curve.unit}".strip()
+        table.add_row(Text(curve.name), _KINDS[curve.kind], band, rms, f"{curve.misfit / curve.residual.size:.3g}")
+    return table
+
+
+def _minima(result: StackFitResult) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for name in ("chi-square", "probability", *(_short(quantity.name) for quantity in result.quantities)):
+        table.add_column(Text(name), justify="right", overflow="fold")
+    for minimum in result.minima[:_MOST_MINIMA]:
+        table.add_row(*_minimum_cells(minimum))
+    return table
+
+
+def _minimum_cells(minimum: FoundMinimum) -> list[str]:
+    probability = f"{minimum.probability:.2g}" if minimum.probability > 1e-4 else "< 1e-4"
+    return [f"{minimum.misfit:.4g}", probability, *(f"{value:.4g}" for value in minimum.values)]
+
+
+def stack_fit_figures(result: StackFitResult) -> dict[str, bytes]:
+    """Return a figure per measurement, measured beside fitted over the residuals, as PNG files by name."""
+    names = file_names([curve.name for curve in result.curves])
+    with figure_style():
+        return {f"{name}.png": png(draw_curve(curve)) for name, curve in zip(names, result.curves, strict=True)}
+
+
+def draw_curve(curve: FittedCurve) -> Figure:
+    """Draw a measurement and its fit, part by part, and the residuals in standard deviations."""
+    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
+
+    parts = _parts(curve)
+    figure = NewFigure(figsize=(7.5, 1.9 * len(parts) + 2.0))
+    ratios = [1.0] * len(parts) + [0.6]
+    axes = figure.subplots(len(parts) + 1, 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    for axis, (label, measured, predicted) in zip(axes, parts, strict=False):
+        _draw_part(axis, curve.frequency, label, measured, predicted)
+    axes[0].legend(fontsize=7)
+    _draw_residuals(axes[-1], curve)
+    _frequency_axis(axes[-1], *curve.frequency[[0, -1]])
+    figure.suptitle(f"{plain(curve.name)}: {_KINDS[curve.kind]}")
+    return figure
+
+
+def _frequency_axis(axis: Axes, low: float, high: float) -> None:
+    if high < 4 * low:
+        return
+    axis.set_xscale("log")
+    ticks = [tick for tick in band_centres(low, high, "octaves") if low <= tick <= high]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
+
+
+def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
+    """Return what is drawn: label, measured, predicted."""
+    unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
+    if not np.iscomplexobj(curve.measured):
+        return [(f"{_KINDS[curve.kind]}{unit}", curve.measured, curve.predicted)]
+    measured, predicted = curve.measured, curve.predicted
+    if curve.kind == "transmissibility":
+        phase = ("phase / degrees", _phase(measured), _phase(predicted))
+        return [("amplitude", np.abs(measured), np.abs(predicted)), phase]
+    names = ("E1", "E2") if curve.kind == "modulus" else ("real part", "imaginary part")
+    labels = [f"{name}{unit}" for name in names]
+    return [(labels[0], measured.real, predicted.real), (labels[1], measured.imag, predicted.imag)]
+
+
+def _phase(values: NDArray[Any]) -> RealArray:
+    return np.asarray(np.rad2deg(np.unwrap(np.angle(values))))
+
+
+def _draw_part(axis: Axes, f: RealArray, label: str, measured: RealArray, predicted: RealArray) -> None:
+    size = 3.0 if len(f) <= _MOST_MARKERS else 1.5
+    axis.plot(f, measured, "o", color="0.25", label="measured", markersize=size)
+    axis.plot(f, predicted, "-" if len(f) > 1 else "x", color=colour(0), label="fitted")
+    axis.set_ylabel(label)
+    if label == "amplitude" and np.min(measured) > 0:
+        axis.set_yscale("log")
+
+
+def _draw_residuals(axis: Axes, curve: FittedCurve) -> None:
+    n = len(curve.frequency)
+    parts = curve.residual.reshape(-1, n)
+    for i, values in enumerate(parts):
+        label = (("real", "imaginary")[i] if len(parts) > 1 else None) if n > 1 else None
+        axis.plot(curve.frequency, values, ".-" if n > 1 else "o", color=colour(i + 1), linewidth=0.7, label=label)
+    axis.axhspan(-2, 2, color="0.5", alpha=0.15, linewidth=0)
+    axis.axhline(0, color="0.5", linewidth=0.7)
+    axis.set(xlabel="frequency / Hz", ylabel="residual / std")
+    if len(parts) > 1 and n > 1:
+        axis.legend(fontsize=7, ncols=2)
