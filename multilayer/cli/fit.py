@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def fit(
     sources: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE_OR_CAMPAIGN...", help="Campaign folders, their campaign.yaml, or fit files."),
+        typer.Argument(metavar="FILE_OR_CAMPAIGN", help="Campaign folders, their campaign.yaml, or fit files."),
     ],
     out: Annotated[
         Path | None,

@@ -224,7 +224,7 @@ def fit_joint(
     elements : int, optional
         Of laws with lists of branches.
     settings : FitSettings, optional
-        Its `model`, `termination` and `ambient` count here.
+        Its `model`, `termination`, `ambient`, `pores` and `sensor_mass` count here.
     calibration : Calibration, optional
     seed : int
         Of the points where the search starts.
@@ -243,11 +243,11 @@ def fit_joint(
     """
     settings = settings or FitSettings()
     tell = progress or (lambda text: None)
-    problems = burst_problems(campaign, recordings, settings.model_copy(update={"model": "plane_wave"}), calibration)
-    problem = _plane_wave_problem(campaign, problems, law, elements)
+    problems = burst_problems(campaign, recordings, settings, calibration)
+    problem = plane_wave_problem(campaign, problems, law, elements)
     minima = solve_joint(problem, seed=seed, tell=tell)
     if settings.model == "finite":
-        problem, minima = _with_free_rim(campaign, problem, minima, tell)
+        problem, minima = _with_free_rim(campaign, problem, minima, tell, settings)
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
     plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
     name = campaign.folder.resolve().name
@@ -260,9 +260,10 @@ def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
     return plane_wave if settings.model == "plane_wave" else plane_wave + len(campaign.configurations) + 2 * N_FOLLOWED
 
 
-def _plane_wave_problem(
+def plane_wave_problem(
     campaign: Campaign, problems: list[BurstProblem], law: str, elements: int | None
 ) -> JointProblem:
+    """Return the joint problem of the bursts with plane-wave rigs."""
     data = configuration_data(campaign, [problem.data for problem in problems])
     rigs: dict[str, Rig] = {problem.data.configuration: problem.rig for problem in problems}
     space = law_space(law, *first_guess(data, rigs), elements=elements)
@@ -270,12 +271,12 @@ def _plane_wave_problem(
 
 
 def _with_free_rim(
-    campaign: Campaign, problem: JointProblem, minima: list[Minimum], tell: Progress
+    campaign: Campaign, problem: JointProblem, minima: list[Minimum], tell: Progress, settings: FitSettings
 ) -> tuple[JointProblem, list[Minimum]]:
     """Return problem and solutions with finite elements, made anew where the solution leaves their range."""
     n = len(problem.law_parameters)
     for _ in range(_MOST_REMADE):
-        rigs = _rigs_around(campaign, problem, minima[0], tell)
+        rigs = rigs_around(campaign, problem, minima[0], tell, settings)
         problem = replace(problem, rigs=rigs)
         minima = solve_joint(problem, [minimum.z[:n] for minimum in minima], n_best=N_FOLLOWED, tell=tell)
         law = problem.law_coordinates(minima[0].z)
@@ -284,13 +285,15 @@ def _with_free_rim(
     raise MultilayerError("the finite elements' range of moduli does not settle; fit with --model plane_wave first")
 
 
-def _rigs_around(campaign: Campaign, problem: JointProblem, found: Minimum, tell: Progress) -> dict[str, FiniteRig]:
+def rigs_around(
+    campaign: Campaign, problem: JointProblem, found: Minimum, tell: Progress, settings: FitSettings | None = None
+) -> dict[str, FiniteRig]:
     """Return reduced finite-element rigs around a law."""
-    ranges = {}
+    ranges, air = {}, settings is not None and settings.pores is not None
     for data in problem.data:
         low, high = float(REACH[0] * data.centres.min()), float(REACH[1] * data.centres.max())
         e = problem.space.modulus(problem.law_coordinates(found.z), np.geomspace(low, high, 9))
         points = [np.array([np.log(m.real), m.imag / m.real]) for m in e]
-        ranges[data.name] = ModulusRange.around(points, campaign.specimen.poisson_ratio, 2.0)
-    rigs = finite_rigs(campaign, ranges, tell)
+        ranges[data.name] = ModulusRange.around(points, campaign.specimen.poisson_ratio, 2.0, air=air)
+    rigs = finite_rigs(campaign, ranges, tell, settings)
     return {name: replace(rig, extrapolate=True) for name, rig in rigs.items()}

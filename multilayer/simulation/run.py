@@ -12,8 +12,8 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import ValidityWarning
-from multilayer.simulation.bands import Grid, grid_of
 from multilayer.executors import run_all
+from multilayer.simulation.bands import Grid, grid_of
 from multilayer.simulation.file import Case, SimulationFile, load_simulation
 from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
