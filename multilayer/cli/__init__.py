@@ -10,15 +10,18 @@ import typer
 
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
+from multilayer.cli.diagnose import diagnose
+from multilayer.cli.effects import effects
 from multilayer.cli.fit import fit
 from multilayer.cli.layers import layers
+from multilayer.cli.methods import methods
 from multilayer.cli.rig import rig
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
 
 app = typer.Typer(
     name="multilayer",
-    help="Layered panels and samples in vibro-acoustics: simulate them, fit them to measurements.",
+    help="Layered panels and samples in vibro-acoustics: simulate them, fit them to measurements, say why they differ.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -38,6 +41,9 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
 app.command()(simulate)
 app.command()(compare)
 app.command()(fit)
+app.command()(methods)
+app.command()(diagnose)
+app.command()(effects)
 app.command("shape-factor")(shape_factor)
 app.command()(rig)
 app.command()(layers)

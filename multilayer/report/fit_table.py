@@ -7,6 +7,7 @@ from rich.text import Text
 
 from multilayer.inverse.result import BurstFit, FitResult
 from multilayer.report.console import console
+from multilayer.report.numbers import pressure_unit, with_spread
 
 
 def fit_table(result: FitResult) -> None:
@@ -14,7 +15,7 @@ def fit_table(result: FitResult) -> None:
     out = console()
     for name in result.configurations:
         bursts = result.of(name)
-        unit, factor = _unit(bursts)
+        unit, factor = pressure_unit(max(burst.storage_modulus for burst in bursts))
         # as Text: names and remarks may hold what rich takes for markup
         out.print(Text(f"{result.campaign}: {name}", style="italic"))
         table = Table(box=None, pad_edge=False)
@@ -37,34 +38,14 @@ def fit_table(result: FitResult) -> None:
         out.print()
 
 
-def _unit(bursts: list[BurstFit]) -> tuple[str, float]:
-    largest = max(burst.storage_modulus for burst in bursts)
-    for unit, factor in (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3)):
-        if largest >= factor:
-            return unit, factor
-    return "Pa", 1.0
-
-
 def _cells(burst: BurstFit, factor: float) -> list[str | Text]:
     return [
         f"{burst.frequency:g}",
-        _with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
-        _with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
-        _with_spread(burst.loss_factor, burst.loss_factor_std),
+        with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
+        with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
+        with_spread(burst.loss_factor, burst.loss_factor_std),
         f"{burst.delta_tof * 1e6:.2f}",
         f"{burst.delta_level_db:.3f}",
         "yes" if burst.accepted else "[red]no[/red]",
         Text(burst.remark),
     ]
-
-
-def _with_spread(value: float, spread: float) -> str:
-    """Return ``value ± spread`` with two digits of the spread."""
-    if not 0 < spread < float("inf"):
-        return f"{value:.4g}"
-    digits = max(0, 1 - _magnitude(spread))
-    return f"{value:.{digits}f} ± {spread:.{digits}f}"
-
-
-def _magnitude(value: float) -> int:
-    return int(f"{value:e}".split("e")[1])

@@ -1,11 +1,14 @@
-"""The default method beside Nelder-Mead on the paper's cost: optimum, errors and time, in one run on one thread.
+"""``docs/validation/methods.md``: the default method beside Nelder-Mead, and all methods against the truth.
 
-Run it as ``make bench``, or ``python -m tests.benchmarks.methods [CAMPAIGN] [--bursts N]``. For every burst:
+Run it as ``make bench``, or ``python -m tests.benchmarks.methods [CAMPAIGN] [--bursts N] [--no-truth]``, on one thread.
+For every burst of the campaign:
 
 - the cost of eq. (9) at the optimum of each method, each with its own model;
 - the same with one and the same model (the paper's: half-space of air above, modulus constant within the burst);
 - the differences of eq. (10) that each optimum leaves;
 - the time of the optimisation itself, without region and figures.
+
+Then, some minutes more, `methods_truth`: every method on the paper's three materials, and how far a rod reaches.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from multilayer.inverse.fit import burst_problems, search_bounds
 from multilayer.inverse.nelder_mead import envelope_cost, minimise_envelope_cost
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.sources import read_fit
+from tests.benchmarks.methods_truth import against_truth, reach_of_the_rod
 
 ROOT = Path(__file__).parents[2]
 
@@ -105,16 +109,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("campaign", nargs="?", type=Path, default=ROOT / "examples" / "foam_b")
     parser.add_argument("--bursts", type=int, default=None, help="only the first N bursts")
+    parser.add_argument("--no-truth", action="store_true", help="without the part on the shared campaigns")
     options = parser.parse_args()
     threads = os.environ.get("OMP_NUM_THREADS", "not set")
-    heading = f"""# The default method beside Nelder-Mead
+    heading = f"""# Methods side by side
 
-Made by `make bench` on `{options.campaign.resolve().name}`, OMP_NUM_THREADS={threads}. Nelder-Mead starts from the
-quasi-static values and minimises eq. (9) with the paper's model; the default minimises the distance of the spectra.
-The cost is relative to that of no signal at all.
+Made by `make bench`, OMP_NUM_THREADS={threads}; `docs/methods.md` says what each method does.
+
+## The default method beside Nelder-Mead
+
+On `{options.campaign.resolve().name}`. Nelder-Mead starts from the quasi-static values and minimises eq. (9) with the
+paper's model; the default minimises the distance of the spectra. The cost is relative to that of no signal at all.
 """
     print(heading)  # noqa: T201
     print(report(compare(options.campaign, options.bursts)))  # noqa: T201
+    if not options.no_truth:
+        print(against_truth())  # noqa: T201
+        print(reach_of_the_rod(), end="")  # noqa: T201
 
 
 if __name__ == "__main__":

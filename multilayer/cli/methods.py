@@ -1,0 +1,91 @@
+"""``multilayer methods``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from multilayer.inverse.comparison import MethodComparison
+    from multilayer.inverse.transfer_function import Lateral
+
+
+def methods(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="CAMPAIGN_OR_FIT_FILE", help="A campaign folder, its campaign.yaml, or a fit file."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="With the paper's Nelder-Mead to the letter: some seconds per burst.")
+    ] = False,
+    lateral: Annotated[
+        str,
+        typer.Option(
+            metavar="KIND",
+            help="What the rod of the transfer function is: bonded (glued disc, static shape factor), slender, or held "
+            "(cannot widen).",
+        ),
+    ] = "bonded",
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
+) -> None:
+    """Find the complex modulus of a sample by every method, and put them side by side.
+
+    Burst-by-burst least squares (plane waves, and finite elements with the free rim), the acceptance region of eq.
+    (10), the transfer function of a rod, the quasi-static method, and with --all the paper's Nelder-Mead. Writes
+    methods.csv, methods.json and methods.png. Exit status: 0 done, whatever the methods say, 2 the input cannot be
+    used (nothing is written).
+
+    Example: multilayer methods examples/foam_b --out results/foam_b
+    """
+    from multilayer.cli.progress import progress_bar
+    from multilayer.inverse.compare_methods import compare_methods, number_of_steps_of_all
+    from multilayer.inverse.sources import read_fit
+    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.report.methods_table import methods_table
+
+    kind = _lateral(lateral)
+    job = read_fit(source)
+    refuse_unusable(out or Path("results"))
+    with progress_bar("methods", number_of_steps_of_all(job.campaign, job.settings, nelder_mead=everything)) as advance:
+        comparison = compare_methods(
+            job.campaign, job.recordings, job.settings, job.calibration,
+            nelder_mead=everything, lateral=kind, progress=advance,
+        )  # fmt: skip
+    folder = out or Path("results") / comparison.campaign
+    written = write_files(folder, _files(comparison, figures))
+    if as_json:
+        typer.echo(json.dumps(comparison.to_dict(), indent=1))
+    else:
+        methods_table(comparison)
+        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+
+
+def _lateral(name: str) -> Lateral:
+    from typing import cast, get_args
+
+    from multilayer.errors import InputError, suggest
+    from multilayer.inverse.transfer_function import Lateral
+
+    if name not in get_args(Lateral):
+        raise InputError(f"--lateral: there is no '{name}'; {suggest(name, get_args(Lateral))}")
+    return cast("Lateral", name)
+
+
+def _files(comparison: MethodComparison, figures: bool) -> dict[str, bytes | str]:
+    files: dict[str, bytes | str] = {
+        "methods.csv": comparison.to_csv(),
+        "methods.json": json.dumps(comparison.to_dict(), indent=1) + "\n",
+    }
+    if figures:
+        from multilayer.report.methods_figure import methods_figure
+
+        files["methods.png"] = methods_figure(comparison)
+    return files

@@ -1,0 +1,283 @@
+"""What several methods say of one campaign: points, checks, agreement, and how they are written down."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+from multilayer.media.kramers_kronig import Verdict, check_kramers_kronig, gross_loss_modulus
+
+CSV_COLUMNS = ("configuration", "frequency_hz", "method", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "remark")
+METHODS = {
+    "plane-wave": "least squares, plane-wave model",
+    "eq-10": "the same, mean and deviation over the solutions that eq. (10) accepts",
+    "finite": "least squares, finite elements with the free rim",
+    "nelder-mead": "the 2015 paper to the letter",
+    "transfer-function": "a rod under a mass, eq. (11) inverted",
+    "quasi-static": "slow compression",
+}
+_FEWEST = 3  # points for a slope
+
+
+@dataclass(frozen=True)
+class MethodPoint:
+    """What one method says at one frequency.
+
+    Attributes
+    ----------
+    configuration : str
+    frequency : float
+        Hz.
+    method : str
+        A key of `METHODS`.
+    storage_modulus, storage_modulus_std, loss_modulus, loss_modulus_std : float
+        Pa; NaN where the method has no answer, or no standard deviation.
+    loss_factor_std : float
+    reliable : bool
+        Accepted, and within what the method is made for.
+    remark : str
+    """
+
+    configuration: str
+    frequency: float
+    method: str
+    storage_modulus: float
+    storage_modulus_std: float
+    loss_modulus: float
+    loss_modulus_std: float
+    loss_factor_std: float = float("nan")
+    reliable: bool = True
+    remark: str = ""
+
+    @property
+    def loss_factor(self) -> float:
+        """E2/E1."""
+        return self.loss_modulus / self.storage_modulus
+
+    def row(self) -> tuple[Any, ...]:
+        """Return the values of `CSV_COLUMNS`."""
+        return (
+            self.configuration, self.frequency, self.method, self.storage_modulus, self.storage_modulus_std,
+            self.loss_modulus, self.loss_modulus_std, self.remark,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CausalityCheck:
+    """Whether E1 and E2 of one method and configuration belong together.
+
+    Attributes
+    ----------
+    configuration, method : str
+    frequency : array, shape (n,)
+        Hz; of the reliable points.
+    gross : array, shape (n,)
+        E2 that the slope of E1 asks for, eq. (12), Pa.
+    gross_error : float
+        Mean relative error of that against E2 as found.
+    verdict : {'consistent', 'inconsistent', 'cannot tell'}
+        Of the full Kramers-Kronig relation.
+    reasons : tuple of str
+    """
+
+    configuration: str
+    method: str
+    frequency: RealArray
+    gross: RealArray
+    gross_error: float
+    verdict: Verdict
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far one method lies from the reference.
+
+    Attributes
+    ----------
+    configuration, method, reference : str
+    n_points : int
+        Frequencies at which both are reliable.
+    storage_difference, loss_difference : float
+        Median of method over reference, less one.
+    within : float
+        Share of the values that differ by no more than two standard deviations of both together.
+    """
+
+    configuration: str
+    method: str
+    reference: str
+    n_points: int
+    storage_difference: float
+    loss_difference: float
+    within: float
+
+
+@dataclass(frozen=True)
+class MethodComparison:
+    """All methods on one campaign.
+
+    Attributes
+    ----------
+    campaign : str
+        Its name.
+    points : list of MethodPoint
+        By configuration, frequency and method.
+    limits : dict
+        Upper frequency limit of the transfer function method by configuration, Hz; infinite above all bursts.
+    left_out : dict
+        Methods that could not be used, and why.
+    remarks : list of str
+        On the campaign as a whole.
+    """
+
+    campaign: str
+    points: list[MethodPoint]
+    limits: dict[str, float] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def configurations(self) -> list[str]:
+        """Names of the configurations, in order."""
+        return list(dict.fromkeys(point.configuration for point in self.points))
+
+    @property
+    def methods(self) -> list[str]:
+        """Methods that said something, in the order of `METHODS`."""
+        used = {point.method for point in self.points}
+        return [name for name in METHODS if name in used]
+
+    @property
+    def reference(self) -> str:
+        """The method the others are measured by: the one whose model holds most."""
+        return "finite" if "finite" in self.methods else "plane-wave"
+
+    def of(self, configuration: str, method: str | None = None) -> list[MethodPoint]:
+        """Return the points of a configuration, of one method or of all."""
+        own = [p for p in self.points if p.configuration == configuration]
+        return [p for p in own if method is None or p.method == method]
+
+    def checks(self) -> list[CausalityCheck]:
+        """Return the checks of every configuration and method with at least three reliable points."""
+        pairs = [(name, method) for name in self.configurations for method in self.methods]
+        found = [causality_check([p for p in self.of(*pair) if p.reliable]) for pair in pairs]
+        return [check for check in found if check is not None]
+
+    def agreements(self) -> list[Agreement]:
+        """Return how far every other method lies from the reference, by configuration."""
+        others = [method for method in self.methods if method != self.reference]
+        pairs = [(name, method) for name in self.configurations for method in others]
+        found = [_agreement(self.of(name, method), self.of(name, self.reference)) for name, method in pairs]
+        return [agreement for agreement in found if agreement is not None]
+
+    def to_csv(self) -> str:
+        """Return all points; numbers with nine significant digits, an empty cell where there is none."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(CSV_COLUMNS)
+        writer.writerows([[_cell(value) for value in point.row()] for point in self.points])
+        return text.getvalue()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return {
+            "version": 1,
+            "campaign": self.campaign,
+            "methods": {name: METHODS[name] for name in self.methods},
+            "left_out": self.left_out,
+            "remarks": self.remarks,
+            "points": [_point_dict(point) for point in self.points],
+            "transfer_function_limit_hz": {name: _number(f) for name, f in self.limits.items()},
+            "kramers_kronig": [_check_dict(check) for check in self.checks()],
+            "agreement": [_agreement_dict(agreement) for agreement in self.agreements()],
+        }
+
+
+def causality_check(points: Sequence[MethodPoint]) -> CausalityCheck | None:
+    """Return the checks of eq. (12) and of the full relation for the points of one method; None for fewer than three.
+
+    Parameters
+    ----------
+    points : sequence of MethodPoint
+        Reliable ones of one configuration.
+    """
+    order = sorted((p for p in points if p.storage_modulus > 0), key=lambda point: point.frequency)
+    if len(order) < _FEWEST:
+        return None
+    names = ("frequency", "storage_modulus", "loss_modulus", "storage_modulus_std", "loss_modulus_std")
+    f, e1, e2, s1, s2 = (np.array([getattr(p, name) for p in order]) for name in names)
+    gross = gross_loss_modulus(f, e1)
+    known = e2 > 0
+    error = float(np.mean(np.abs(gross[known] / e2[known] - 1))) if known.any() else float("nan")
+    try:
+        full = check_kramers_kronig(f, e1 + 1j * e2, s1, s2)
+        verdict, reasons = full.verdict, full.reasons
+    except InputError as problem:
+        verdict, reasons = "cannot tell", (str(problem),)
+    return CausalityCheck(order[0].configuration, order[0].method, f, gross, error, verdict, reasons)
+
+
+def _agreement(own: Sequence[MethodPoint], reference: Sequence[MethodPoint]) -> Agreement | None:
+    there = {point.frequency: point for point in reference if point.reliable}
+    pairs = [(point, there[point.frequency]) for point in own if point.reliable and point.frequency in there]
+    if not pairs:
+        return None
+    quantities = ("storage_modulus", "loss_modulus")
+    values = np.array([[[getattr(p, name) for name in quantities] for p in pair] for pair in pairs])
+    stds = np.array([[[getattr(p, f"{name}_std") for name in quantities] for p in pair] for pair in pairs])
+    e1, e2 = np.median(values[:, 0] / values[:, 1] - 1, axis=0)
+    near = np.abs(values[:, 0] - values[:, 1]) <= 2 * np.linalg.norm(stds, axis=1)
+    first = pairs[0]
+    return Agreement(
+        first[0].configuration, first[0].method, first[1].method, len(pairs), float(e1), float(e2), float(near.mean())
+    )
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.9g}" if np.isfinite(value) else ""
+    return str(value)
+
+
+def _number(value: float) -> float | None:
+    """Return what JSON has for a number: nothing for NaN and infinity."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _point_dict(point: MethodPoint) -> dict[str, Any]:
+    plain = dict(zip(CSV_COLUMNS, point.row(), strict=True))
+    numbers = {name: _number(value) if isinstance(value, float) else value for name, value in plain.items()}
+    loss = {"loss_factor": _number(point.loss_factor), "loss_factor_std": _number(point.loss_factor_std)}
+    return {**numbers, **loss, "reliable": point.reliable}
+
+
+def _check_dict(check: CausalityCheck) -> dict[str, Any]:
+    return {
+        "configuration": check.configuration,
+        "method": check.method,
+        "verdict": check.verdict,
+        "reasons": list(check.reasons),
+        "gross_mean_relative_error": _number(check.gross_error),
+        "frequency_hz": check.frequency.tolist(),
+        "gross_E2_pa": check.gross.tolist(),
+    }
+
+
+def _agreement_dict(agreement: Agreement) -> dict[str, Any]:
+    return {
+        "configuration": agreement.configuration,
+        "method": agreement.method,
+        "reference": agreement.reference,
+        "points": agreement.n_points,
+        "E1_median_difference": _number(agreement.storage_difference),
+        "E2_median_difference": _number(agreement.loss_difference),
+        "within_two_std": _number(agreement.within),
+    }
