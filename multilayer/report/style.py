@@ -27,13 +27,24 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
+_COMPACT: dict[Any, Any] = {"font.size": 8.0, "axes.titlesize": 8.0, "xtick.labelsize": 7.5, "ytick.labelsize": 7.5}
+
+
 @contextmanager
-def figure_style() -> Iterator[None]:
-    """Draw with the project's settings, leaving the user's untouched."""
+def figure_style(*, compact: bool = False) -> Iterator[None]:
+    """Draw with the project's settings, leaving the user's untouched; compact for figures half a page wide."""
     from matplotlib import rc_context  # heavy: only when something is drawn
 
-    with rc_context(_SETTINGS):
+    with rc_context({**_SETTINGS, **_COMPACT} if compact else _SETTINGS):
         yield
+
+
+def blank(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
+    """Return a figure of a size in inches, and its axes in an array of rows and columns."""
+    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
+
+    figure = NewFigure(figsize=size)
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
 def png(figure: Figure) -> bytes:
@@ -55,3 +66,11 @@ def plain(name: str) -> str:
 def colour(index: int) -> str:
     """Return the colour of the n-th series."""
     return COLOURS[index % len(COLOURS)]
+
+
+def shortened(name: str, longest: int = 22) -> str:
+    """Return a user's name for the tick of an axis: its middle left out where it is long."""
+    if len(name) > longest:
+        kept = (longest - 1) // 2
+        name = f"{name[:kept]}…{name[-kept:]}"
+    return plain(name)

@@ -1,0 +1,78 @@
+"""Figures as SVG to be put into an HTML page: their text and axes take the colour of the page's own text."""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_BLACK = re.compile(r"#000000|#000\b")
+_FONT = re.compile(r"font: (?:(?P<weight>\w+) )?(?P<size>[\d.]+px) [^;]*")  # as some versions of matplotlib write it
+_FAMILY = re.compile(r"font-family:[^;]*;? ?")
+_LONG = re.compile(r"\d+\.\d{3,}")
+_REFERENCE = re.compile(r"url\(#([^)]+)\)")
+_NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+
+
+def inline_svg(figure: Figure, name: str, label: str) -> str:
+    """Return a figure as an ``<svg>`` element without background, fonts, scripts or references to anything outside.
+
+    Parameters
+    ----------
+    figure : Figure
+    name : str
+        Precedes every id, which must differ between the figures of a page.
+    label : str
+        What it shows, for those who have the page read aloud.
+    """
+    from matplotlib import rc_context
+
+    buffer = io.StringIO()
+    # text stays text: it can be found, read aloud and takes the page's font and colour
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", transparent=True, metadata=_NO_METADATA)
+    root = ElementTree.fromstring(buffer.getvalue())
+    _cleaned(root, name)
+    root.set("aria-label", label)
+    return ElementTree.tostring(root, encoding="unicode", method="html")
+
+
+def _cleaned(root: ElementTree.Element, name: str) -> None:
+    for element in root.iter():
+        element.tag = _local(element.tag)
+        # line breaks between elements, not the text of labels
+        element.text, element.tail = (t if t and t.strip() else None for t in (element.text, element.tail))
+        for child in list(element):
+            # a style sheet in here would hold for the whole page
+            if _local(child.tag) in ("metadata", "style"):
+                element.remove(child)
+        attributes = dict(element.attrib)
+        element.attrib.clear()
+        for key, value in attributes.items():
+            element.set(_local(key), _rewritten(_local(key), value, name))
+    for key in ("width", "height", "version"):
+        root.attrib.pop(key, None)
+    root.set("role", "img")
+
+
+def _local(name: str) -> str:
+    return name.rpartition("}")[2]
+
+
+def _rewritten(key: str, value: str, name: str) -> str:
+    if key == "id":
+        return f"{name}-{value}"
+    if key == "href" and value.startswith("#"):
+        return f"#{name}-{value[1:]}"
+    if key in ("d", "x", "y", "transform"):
+        return " ".join(_LONG.sub(lambda found: f"{float(found[0]):.2f}", value).split())
+    value = _REFERENCE.sub(lambda found: f"url(#{name}-{found[1]})", value)
+    if key in ("style", "fill", "stroke"):
+        value = _BLACK.sub("currentColor", value)
+        value = _FAMILY.sub("", value)
+        value = _FONT.sub(lambda font: f"font-size: {font['size']}; font-weight: {font['weight'] or 'normal'}", value)
+    return value
