@@ -26,8 +26,8 @@ _SAME = 1e-10
 def check_effect(effect: Effect | type[Effect]) -> None:
     """Check that an effect keeps the laws of a diagnosis.
 
-    Says what it is (name, law, what separates it, a source for its prior); parameters have priors and names of their
-    own; it vanishes as its parameters become small; it changes something at their usual size; motions stay finite; a batch
+    Says what it is (name, law, what separates it, a source for its prior); parameters have priors and own names;
+    it vanishes as its parameters become small; it changes something at their usual size; motions stay finite; a batch
     of parameters gives what each gives alone, over frequencies and configurations; nothing it is given is changed in
     place.
 
