@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.inverse.rig import Uncertain
+from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign, Configuration
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.rig.reduced import Ranges, ReducedRig
 from multilayer.rig.two_plate import TwoPlateRig
 
 REACH = (0.5, 1.5)  # of a burst's frequency: where its spectrum is above 2e-3 of its largest value
+_WIDER = 2.0  # a range whose end holds the solution is made so much wider
 _SPREAD = 1.5  # by which the modulus may vary within that, by its own dispersion
 _ROOM = 1.5  # around what the plane-wave model finds
+_ROOM_WITH_AIR = 2.0  # what of the stiffness is the air's, it only guesses
+_TOLERANCE, _TOLERANCE_WITH_AIR = 1e-5, 1e-4  # of the reduced basis: with air in it, it has to be much larger
 _PARTS = 0.05  # relative range of density, thickness and mass
 
 
@@ -45,6 +50,11 @@ class FiniteRig:
         """Frequencies it answers for, relative to a burst's."""
         return REACH
 
+    @property
+    def scales(self) -> bool:
+        """Without air, and an accelerometer whose mass is known, masses and moduli in one proportion move alike."""
+        return self.reduced.rig.porosity is None and not self.reduced.rig.sensor_mass
+
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
         """Return top over base motion; see `inverse.rig.PlaneWaveRig.transmissibility`."""
         shift = (self.density, self.thickness, self.plate_mass)
@@ -71,15 +81,22 @@ class ModulusRange:
     loss: float
 
     @classmethod
-    def around(cls, plane_wave: Sequence[RealArray], poisson_ratio: float, highest_loss: float) -> ModulusRange:
+    def around(
+        cls, plane_wave: Sequence[RealArray], poisson_ratio: float, highest_loss: float, *, air: bool = False
+    ) -> ModulusRange:
         """Return the range that holds the moduli whose plane-wave values are (ln E1, loss factor).
 
         The plane-wave model holds the sample sideways: it finds at least E (1 + nu)(1 - 2 nu)/(1 - nu), and at most E
-        where inertia holds the sample as well.
+        where inertia holds the sample as well. With `air` in the pores there is more room.
         """
+        room = _ROOM_WITH_AIR if air else _ROOM
         found = np.exp([x[0] for x in plane_wave])
         held = float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
-        return cls(float(found.min() / _ROOM), float(found.max() * held * _ROOM), highest_loss)
+        return cls(float(found.min() / room), float(found.max() * held * room), highest_loss)
+
+    def widened(self) -> ModulusRange:
+        """Return a range for a solution that was found at an end of this one."""
+        return replace(self, low=self.low / _WIDER, high=self.high * _WIDER)
 
     @cached_property
     def of_model(self) -> tuple[float, float]:
@@ -87,10 +104,16 @@ class ModulusRange:
         return self.low / _SPREAD, self.high * _SPREAD
 
 
-def two_plate_rig(campaign: Campaign, configuration: Configuration) -> TwoPlateRig:
-    """Return the finite-element rig of a configuration as the campaign describes it."""
-    top = campaign.top_plate
+def two_plate_rig(campaign: Campaign, configuration: Configuration, settings: FitSettings | None = None) -> TwoPlateRig:
+    """Return the finite-element rig of a configuration as the campaign describes it, with a fit's pores and sensor."""
+    top, settings = campaign.top_plate, settings or FitSettings()
+    pores: dict[str, Any] = {}
+    if settings.pores is not None:
+        gas = settings.ambient.gas
+        pores = {**settings.pores.fields(gas), "air": gas, "pore_rim": settings.pores.rim or "open"}
     return TwoPlateRig(
+        **pores,
+        sensor_mass=settings.sensor_mass,
         radius=configuration.specimen_radius,
         thickness=configuration.specimen_thickness,
         density=campaign.specimen.density,
@@ -103,18 +126,24 @@ def two_plate_rig(campaign: Campaign, configuration: Configuration) -> TwoPlateR
 
 
 def finite_rigs(
-    campaign: Campaign, ranges: Mapping[str, ModulusRange], tell: Callable[[str], None]
+    campaign: Campaign,
+    ranges: Mapping[str, ModulusRange],
+    tell: Callable[[str], None],
+    settings: FitSettings | None = None,
 ) -> dict[str, FiniteRig]:
-    """Return the reduced rig of every configuration, by its name."""
+    """Return the reduced rig of every configuration that has a range, by its name."""
     rigs = {}
+    tolerance = _TOLERANCE if settings is None or settings.pores is None else _TOLERANCE_WITH_AIR
     for configuration in campaign.configurations:
-        moduli = ranges[configuration.name]
+        if (moduli := ranges.get(configuration.name)) is None:
+            continue
         frequencies = [burst.frequency for burst in configuration.bursts]
         around = (1 - _PARTS, 1 + _PARTS)
         box = Ranges(
             (REACH[0] * min(frequencies), REACH[1] * max(frequencies)), moduli.of_model, (0.0, moduli.loss),
             around, around, around,
         )  # fmt: skip
-        rigs[configuration.name] = FiniteRig(ReducedRig.build(two_plate_rig(campaign, configuration), box))
+        rig = two_plate_rig(campaign, configuration, settings)
+        rigs[configuration.name] = FiniteRig(ReducedRig.build(rig, box, tolerance))
         tell(f"{configuration.name}: finite elements")
     return rigs

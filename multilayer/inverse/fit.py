@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.acceptance import Criteria, discrepancies_in_band
-from multilayer.inverse.branches import Candidates, Choice, choose_branches, find_candidates
+from multilayer.inverse.branches import Candidates, Choice
 from multilayer.inverse.burst import BurstData, BurstProblem
-from multilayer.inverse.finite import ModulusRange, finite_rigs
+from multilayer.inverse.free_rim import Progress, search, search_bounds, with_free_rim
 from multilayer.inverse.nelder_mead import minimise_envelope_cost
 from multilayer.inverse.region import Region, explore
 from multilayer.inverse.result import BurstFit, FitResult, Solution
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.uncertainty import pseudo_inverse, solution_covariance
+from multilayer.inverse.uncertainty import ErrorParts, error_parts, pseudo_inverse
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
 from multilayer.signals.spectra import noise_level
 
-Progress = Callable[[str], None]
 _DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
 _WEAK = 0.03
@@ -65,10 +64,9 @@ def fit_campaign(
     tell = progress or (lambda text: None)
     problems = burst_problems(campaign, recordings, settings, calibration)
     bounds = [search_bounds(settings)] * len(problems)
-    candidates, choices = _search(problems, bounds, tell)
+    candidates, choices = search(problems, bounds, tell)
     if settings.model == "finite":
-        problems, bounds = _with_free_rim(campaign, problems, choices, settings, tell)
-        candidates, choices = _search(problems, bounds, tell)
+        problems, bounds, candidates, choices = with_free_rim(campaign, problems, choices, settings, tell)
     known = campaign.uncertainty if campaign.uncertainty != Uncertainty() else None
     bursts = []
     for problem, found, choice, limits in zip(problems, candidates, choices, bounds, strict=True):
@@ -88,47 +86,6 @@ def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
     return 2 * n_bursts if settings.model == "plane_wave" else 3 * n_bursts + len(campaign.configurations)
 
 
-def _search(
-    problems: Sequence[BurstProblem], bounds: Sequence[tuple[RealArray, RealArray]], tell: Progress
-) -> tuple[list[Candidates], list[Choice]]:
-    candidates = []
-    for problem, (low, high) in zip(problems, bounds, strict=True):
-        candidates.append(find_candidates(problem, low, high))
-        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: searched")
-    return candidates, choose_branches([p.data.frequency for p in problems], candidates)
-
-
-def _with_free_rim(
-    campaign: Campaign,
-    problems: Sequence[BurstProblem],
-    choices: Sequence[Choice],
-    settings: FitSettings,
-    tell: Progress,
-) -> tuple[list[BurstProblem], list[tuple[RealArray, RealArray]]]:
-    """Return the problems with finite elements for a rig, and bounds around what the plane-wave model found."""
-    (low, least_loss), (high, most_loss) = search_bounds(settings)
-    nu = campaign.specimen.poisson_ratio
-    ranges = {}
-    for configuration in campaign.configurations:
-        pairs = zip(problems, choices, strict=True)
-        found = [choice.minimum.x for problem, choice in pairs if problem.data.configuration == configuration.name]
-        ranges[configuration.name] = ModulusRange.around(found, nu, float(most_loss))
-    rigs = finite_rigs(campaign, ranges, tell)
-    problems = [replace(problem, rig=rigs[problem.data.configuration]) for problem in problems]
-    held = [ranges[problem.data.configuration] for problem in problems]
-    bounds = [
-        (np.array([max(low, np.log(r.low)), least_loss]), np.array([min(high, np.log(r.high)), most_loss]))
-        for r in held
-    ]
-    return problems, bounds
-
-
-def search_bounds(settings: FitSettings) -> tuple[RealArray, RealArray]:
-    """Return the bounds of (ln E1, E2/E1)."""
-    moduli, losses = settings.bounds.storage_modulus, settings.bounds.loss_factor
-    return np.array([np.log(moduli[0]), losses[0]]), np.array([np.log(moduli[1]), losses[1]])
-
-
 def burst_problems(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
@@ -138,7 +95,10 @@ def burst_problems(
     """Return the inverse problem of every burst, in the order of the campaign."""
     problems = []
     for configuration in campaign.configurations:
-        rig = PlaneWaveRig.of(campaign, configuration, settings.air_above, settings.ambient)
+        rig = PlaneWaveRig.of(
+            campaign, configuration, settings.air_above, settings.ambient, settings.pores,
+            open_rim=settings.open_rim, sensor_mass=settings.sensor_mass,
+        )  # fmt: skip
         for burst in configuration.bursts:
             recording = recordings[configuration.name, burst.frequency]
             cycles = campaign.burst.cycles
@@ -188,7 +148,8 @@ class _Finish:
             # apart, and no difference at all
             delta_tof = float(discrepancies_in_band(problem, best.x)[0])
         reason = self._reason(best, delta_tof, delta_level)
-        mean, std = self._region(best.x).moments(_moduli)
+        errors = error_parts(problem, best.x, self.known)
+        mean, std = self._region(best.x, errors).moments(_moduli)
         f = np.array([data.frequency])
         return BurstFit(
             configuration=data.configuration,
@@ -199,7 +160,7 @@ class _Finish:
             optimum=_solution(best.x, float(problem.misfit(best.x))),
             delta_tof=delta_tof, delta_level_db=delta_level,
             accepted=not reason, reason=reason, notes=self._notes(best, mean, std),
-            alternatives=self._alternatives(best),
+            alternatives=self._alternatives(best), errors=errors,
             history=_history(best),
             measured_transmissibility=data.transmissibility,
             modelled_transmissibility=complex(problem.rig.transmissibility(f, problem.modulus(best.x, f))[0]),
@@ -215,7 +176,7 @@ class _Finish:
             start = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
         return minimise_envelope_cost(self.problem, start, *self.bounds)
 
-    def _region(self, x: RealArray) -> Region:
+    def _region(self, x: RealArray, errors: ErrorParts) -> Region:
         """Return the accepted region: eq. (10) to the letter, or what noise and stated uncertainties leave open."""
         low, high = self.bounds
         response = pseudo_inverse(self.problem.jacobian(x))
@@ -229,7 +190,7 @@ class _Finish:
                 low,
                 high,
             )
-        covariance = solution_covariance(self.problem, x, self.known)
+        covariance = errors.covariance
         here, metric = self.problem.residual(x), np.linalg.inv(covariance)
 
         def gauge(points: RealArray) -> RealArray:

@@ -24,7 +24,7 @@ from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 
 MODEL_ERROR = 0.002  # relative, of a solver and of the plates' idealisation: one standard deviation
-_SMOOTH = 0.3  # correlation length of that error in ln f
+SMOOTH = 0.3  # correlation length of that error in ln f
 _BINS = 6  # kept of each burst: its main lobe holds about as many independent ones
 _DENSITY_STEP = 0.01
 _COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
@@ -62,10 +62,15 @@ class ConfigurationData:
 
     def covariance(self, model_error: float) -> RealArray:
         """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
-        distance = np.subtract.outer(np.log(self.frequency), np.log(self.frequency)) / _SMOOTH
+        distance = np.subtract.outer(np.log(self.frequency), np.log(self.frequency)) / SMOOTH
         # a hundredth of the model's error has no smoothness: windowing, and bins that are not quite independent
         rough = (0.1 * model_error) ** 2
         return np.asarray(np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2))
+
+
+def whitening(data: ConfigurationData, model_error: float) -> RealArray:
+    """Return the matrix W that makes one part of ln(ratio) independent and of unit variance."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(data.covariance(model_error))))
 
 
 def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
@@ -114,18 +119,21 @@ class RigChange:
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """ln(transmissibility) of rigs near a given one, to second order in density and thickness.
+    """ln(transmissibility) of rigs near a given one, to second order in density and thickness, and in the plate's mass.
 
     Attributes
     ----------
     rig : Rig
     density_step, thickness_step : float
         Relative, and m; about as large as the changes asked for. A step of 0 for a thickness that is known.
+    mass_step : float
+        Relative; 0 where the plate's mass is known, or follows from density and modulus (`Rig.scales`).
     """
 
     rig: Rig
     density_step: float
     thickness_step: float
+    mass_step: float = 0.0
 
     @cached_property
     def _around(self) -> list[tuple[Rig, int, int]]:
@@ -137,12 +145,25 @@ class Neighbourhood:
         rig = self.rig.shifted("density", i * self.density_step, relative=True) if i else self.rig
         return rig.shifted("thickness", j * self.thickness_step, relative=False) if j else rig
 
+    @cached_property
+    def _plates(self) -> list[Rig]:
+        return [self.rig.shifted("top_plate_mass", sign * self.mass_step, relative=True) for sign in (1, -1)]
+
     def log_motion(
-        self, frequency: RealArray, modulus: ComplexArray, density: RealArray, thickness: RealArray
+        self,
+        frequency: RealArray,
+        modulus: ComplexArray,
+        density: RealArray,
+        thickness: RealArray,
+        plate_mass: RealArray | None = None,
     ) -> ComplexArray:
-        """Return ln(top/base), shape (..., n); `density` and `thickness` of shape (..., 1)."""
+        """Return ln(top/base), shape (..., n); `density`, `thickness` and `plate_mass` of shape (..., 1)."""
         here = self.rig.transmissibility(frequency, modulus)
         total = np.log(here)
+        if self.mass_step and plate_mass is not None and np.any(plate_mass):
+            # known to so few thousandths that its product with the other changes is nothing
+            ahead, behind = (np.log(rig.transmissibility(frequency, modulus) / here) for rig in self._plates)
+            total = total + _parabola(ahead, behind, plate_mass / self.mass_step)
         if not (np.any(density) or np.any(thickness)):
             return np.asarray(total)
         change = {(i, j): np.log(rig.transmissibility(frequency, modulus) / here) for rig, i, j in self._around}
@@ -244,7 +265,7 @@ class JointProblem:
 
     @cached_property
     def _whitening(self) -> list[RealArray]:
-        return [np.linalg.inv(np.linalg.cholesky(d.covariance(self.model_error))) for d in self.data]
+        return [whitening(data, self.model_error) for data in self.data]
 
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data): real, then imaginary parts of ln(model/measured)."""
@@ -284,16 +305,19 @@ class JointProblem:
         """Return ln(top/base) of a configuration as the channels see it, shape (..., n)."""
         amounts = self.nuisances.of_rig(values, data)
         near = self._near(data.name)
-        # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
-        scale = 1 + amounts.plate_mass[..., None]
-        density = (1 + amounts.density[..., None]) / scale - 1
-        motion = near.log_motion(data.frequency, modulus / scale, density, amounts.thickness[..., None])
+        density, thickness, mass = (x[..., None] for x in (amounts.density, amounts.thickness, amounts.plate_mass))
+        if near.rig.scales:
+            # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
+            modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
+        motion = near.log_motion(data.frequency, modulus, density, thickness, mass)
         return np.asarray(motion + self.nuisances.of_channels(values, data))
 
     def _near(self, name: str) -> Neighbourhood:
         if name not in self._neighbourhoods:
             step = self.known.density or _DENSITY_STEP
-            self._neighbourhoods[name] = Neighbourhood(self.rigs[name], step, self.known.thickness)
+            rig, known = self.rigs[name], self.known
+            mass_step = 0.0 if rig.scales else known.top_plate_mass
+            self._neighbourhoods[name] = Neighbourhood(rig, step, known.thickness, mass_step)
         return self._neighbourhoods[name]
 
 

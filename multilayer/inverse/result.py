@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.inverse.uncertainty import ErrorParts
 from multilayer.media.kramers_kronig import gross_loss_modulus
 
 CSV_COLUMNS = (
@@ -51,6 +52,8 @@ class BurstFit:
         What a reader should know all the same.
     alternatives : list of Solution
         Other solutions that meet the acceptance criteria.
+    errors : ErrorParts, optional
+        What the uncertainty of (ln E1, loss factor) consists of.
     history : array, shape (n_evaluations, 3)
         E1, E2 (Pa) and cost at each evaluation of the optimiser.
     measured_transmissibility, modelled_transmissibility : complex
@@ -74,6 +77,7 @@ class BurstFit:
     reason: str = ""
     notes: list[str] = field(default_factory=list)
     alternatives: list[Solution] = field(default_factory=list)
+    errors: ErrorParts | None = field(repr=False, default=None)
     history: RealArray = field(repr=False, default_factory=lambda: np.empty((0, 3)))
     measured_transmissibility: complex = 1.0
     modelled_transmissibility: complex = 1.0
@@ -206,6 +210,7 @@ def _burst_dict(burst: BurstFit) -> dict[str, Any]:
         "notes": burst.notes,
         "optimum": _solution_dict(burst.optimum),
         "alternatives": [_solution_dict(solution) for solution in burst.alternatives],
+        "errors": None if burst.errors is None else burst.errors.to_dict(),
         "transmissibility": {
             "measured": [burst.measured_transmissibility.real, burst.measured_transmissibility.imag],
             "modelled": [burst.modelled_transmissibility.real, burst.modelled_transmissibility.imag],

@@ -7,13 +7,15 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from multilayer.inverse.pores import Pores
 from multilayer.models import Model, refuse
 from multilayer.stack import Ambient
-from multilayer.units import Duration, Frequency, Positive, Pressure, Ratio, Unit
+from multilayer.units import Duration, Frequency, NonNegative, Positive, Pressure, Ratio, Unit
 
 Method = Literal["least-squares", "nelder-mead"]
 RigModel = Literal["plane_wave", "finite"]
 Level = Annotated[float, Positive, Unit("")]
+SensorMass = Annotated[float, NonNegative, Unit("kg")]
 
 
 class Bounds(Model):
@@ -70,6 +72,10 @@ class FitSettings(Model):
         all (as in the paper). By default ``local`` for least-squares, ``none`` for nelder-mead.
     calibration : path, optional
         A calibration campaign: both accelerometers at one spot.
+    pores : Pores, optional
+        Air in the sample's pores; the campaign's density and Poisson's ratio are then those of the frame.
+    sensor_mass : float
+        kg of the accelerometer, which moves with the top plate: in its middle, or spread over it for plane waves.
     """
 
     version: Literal[1] = 1
@@ -83,11 +89,16 @@ class FitSettings(Model):
     acceptance: Acceptance = Acceptance()
     quasi_static: QuasiStatic | None = None
     calibration: Path | None = None
+    pores: Pores | None = None
+    sensor_mass: SensorMass = 0.0
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        mistakes: list[tuple[tuple[str, ...], str, str]] = []
+        if self.model == "plane_wave" and self.pores is not None and self.pores.rim == "open":
+            text = "plane waves have no rim for air to leave by; use model: finite, or rim: sealed"
+            mistakes.append((("pores", "rim"), text, "open"))
         if self.model == "finite":
-            mistakes: list[tuple[tuple[str], str, str]] = []
             if self.method != "least-squares":
                 text = (
                     f"{self.method} is the paper's method with the paper's model; use least-squares with model: finite"
@@ -95,8 +106,13 @@ class FitSettings(Model):
                 mistakes.append((("method",), text, self.method))
             if self.termination == "ambient":
                 mistakes.append((("termination",), "the finite model has no air above; leave it out", "ambient"))
-            refuse(self, mistakes)
+        refuse(self, mistakes)
         return self
+
+    @property
+    def open_rim(self) -> bool:
+        """Whether air leaves the sample's pores through its rim."""
+        return self.pores is not None and self.model == "finite" and self.pores.rim != "sealed"
 
     @property
     def air_above(self) -> Literal["free", "ambient"]:

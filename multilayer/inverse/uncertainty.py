@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
@@ -9,26 +13,66 @@ from multilayer.inverse.burst import BurstProblem
 from multilayer.measurements.description import Uncertainty
 
 
+@dataclass(frozen=True)
+class ErrorParts:
+    """Where the uncertainty of a burst's (ln E1, E2/E1) comes from, so that bursts can be compared.
+
+    Attributes
+    ----------
+    own : array, shape (2, 2)
+        Covariance of what belongs to this burst alone: noise and unexplained residual.
+    stated : mapping of str to array, shape (2,)
+        What one standard deviation of each stated uncertainty does; other bursts have the same error in common.
+    model : array, shape (2, 2)
+        What a relative error of the modelled transmissibility does: rows its level (1) and its phase (1 rad).
+    """
+
+    own: RealArray
+    stated: Mapping[str, RealArray]
+    model: RealArray
+
+    @property
+    def covariance(self) -> RealArray:
+        """Covariance of the solution, shape (2, 2): all parts but that of the model."""
+        return np.asarray(self.own + sum(np.outer(shift, shift) for shift in self.stated.values()))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        stated = {name: shift.tolist() for name, shift in self.stated.items()}
+        return {"own": self.own.tolist(), "stated": stated, "model": self.model.tolist()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> ErrorParts:
+        """Return what `to_dict` gave."""
+        stated = {str(name): np.array(shift, dtype=float) for name, shift in data["stated"].items()}
+        return cls(np.array(data["own"], dtype=float), stated, np.array(data["model"], dtype=float))
+
+
 def pseudo_inverse(jacobian: RealArray) -> RealArray:
     """Return the matrix that turns a small change of the data into the change of the solution."""
     return np.asarray(np.linalg.pinv(jacobian))
 
 
-def solution_covariance(problem: BurstProblem, x: RealArray, known: Uncertainty | None) -> RealArray:
-    """Return the covariance of (ln E1, E2/E1) at a solution, shape (2, 2).
+def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) -> ErrorParts:
+    """Return the parts of the uncertainty at a solution, each through the linear response of the estimator.
 
-    Sum of three parts, each through the linear response of the estimator: the noise of both channels (that of the
-    base passes through the transmissibility); the laboratory's stated uncertainties; and the unexplained residual,
-    taken as if an error of the same norm lay where the unknowns absorb it.
+    The noise of both channels (that of the base passes through the transmissibility); the laboratory's stated
+    uncertainties; and the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it.
     """
     residual, jacobian = problem.residual_and_jacobian(x)
     response = pseudo_inverse(jacobian)
-    unexplained = float(residual @ residual) * np.linalg.inv(jacobian.T @ jacobian)
-    covariance = noise_covariance(problem, x, response) + unexplained
-    if known is not None:
-        shifts = response @ np.stack(stated_shifts(problem, x, known), axis=-1)
-        covariance = covariance + shifts @ shifts.T
-    return np.asarray(covariance)
+    unexplained = float(residual @ residual) * response @ response.T
+    own = noise_covariance(problem, x, response) + unexplained
+    shifts = {} if known is None else stated_shifts(problem, x, known)
+    top = problem.data.in_band[2]
+    # a model that is too large finds what a measurement that is too small does
+    model = np.stack([response @ problem.as_real(-top), response @ problem.as_real(-1j * top)])
+    return ErrorParts(np.asarray(own), {name: response @ shift for name, shift in shifts.items()}, model)
+
+
+def solution_covariance(problem: BurstProblem, x: RealArray, known: Uncertainty | None) -> RealArray:
+    """Return the covariance of (ln E1, E2/E1) at a solution, shape (2, 2): all parts but that of the model."""
+    return error_parts(problem, x, known).covariance
 
 
 def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -> RealArray:
@@ -43,12 +87,15 @@ def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -
     return np.asarray((response * per_entry) @ response.T)
 
 
-def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> list[RealArray]:
-    """Return what one standard deviation of each uncertain quantity does to the residual."""
+def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> dict[str, RealArray]:
+    """Return what one standard deviation of each uncertain quantity does to the residual, by its name."""
     f, _, top = problem.data.in_band
     here = problem.predict(x)
-    gain = float(np.hypot(known.channel_gain, known.remount_gain))
-    shifts: list[ComplexArray] = [gain * top, -2j * np.pi * f * known.channel_delay * top]
+    shifts: dict[str, ComplexArray] = {
+        "channel_gain": known.channel_gain * top,
+        "remount_gain": known.remount_gain * top,
+        "channel_delay": -2j * np.pi * f * known.channel_delay * top,
+    }
     for quantity, amount, relative in (
         ("thickness", known.thickness, False),
         ("density", known.density, True),
@@ -56,5 +103,5 @@ def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> li
     ):
         if amount:
             rig = problem.rig.shifted(quantity, amount, relative=relative)  # type: ignore[arg-type]
-            shifts.append(BurstProblem(problem.data, rig, problem.dispersive).predict(x) - here)
-    return [problem.as_real(shift) for shift in shifts]
+            shifts[quantity] = BurstProblem(problem.data, rig, problem.dispersive).predict(x) - here
+    return {name: problem.as_real(shift) for name, shift in shifts.items()}

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.media.gas import dry_air
+from multilayer.media.pumped_air import cylindrical_length
 from multilayer.models import refuse
 from multilayer.rig.effect_base import GRAVITY, Effect, Geometry, Mistake, Moment, Mounting, Surroundings, power_law
 from multilayer.rig.specimen import SkinSettings, SpecimenSettings
@@ -79,11 +80,11 @@ class SaturatingAir(Effect):
         for source in (specimen, self):
             given = {name: getattr(source, name) for name in (*pores, "viscous_length", "thermal_length")}
             pores |= {name: value for name, value in given.items() if value is not None}
-        tube = np.sqrt(8 * dry_air().viscosity * pores["tortuosity"] / (pores["porosity"] * pores["flow_resistivity"]))
-        viscous = pores.get("viscous_length", float(tube))
+        tube = cylindrical_length(pores["porosity"], pores["flow_resistivity"], pores["tortuosity"], dry_air())
+        viscous = pores.get("viscous_length", tube)
         lengths = {
             "viscous_length": viscous,
-            "thermal_length": pores.get("thermal_length", max(2 * float(tube), viscous)),
+            "thermal_length": pores.get("thermal_length", max(2 * tube, viscous)),
         }
         return {**pores, **{name: length / (1 + self.perturbation) for name, length in lengths.items()}}
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError
 from multilayer.rig.assembly import Assembly, Parameters, assemble, coefficients
+from multilayer.rig.fractions import LossyFractions, PartialFractions
 from multilayer.rig.solve import Combination
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ _RANK = 1e-12  # singular values of the basis kept, relative
 _CHUNK = 4_000_000  # numbers in a batch of small matrices
 _LEAST_LOSS = 0.01
 _REMEMBERED = 64  # sets of frequencies
+_ABOUT = 0.3  # loss factor of the modulus about which a lossy rig is expanded
+Fractions: TypeAlias = PartialFractions | LossyFractions
 
 
 @dataclass(frozen=True)
@@ -80,53 +83,14 @@ class ReducedBasis:
         return np.concatenate(parts) if parts else np.empty(0, dtype=complex)
 
     def _solve(self, values: ComplexArray) -> ComplexArray:
-        n_terms, n = self.loads.shape
-        system = (values.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n)
-        moved = np.linalg.solve(system, (values.T @ self.loads)[..., None])
+        system, loads = self.combined(values)
+        moved = np.linalg.solve(system, loads[..., None])
         return np.asarray(1 + moved[..., 0] @ self.reading)
 
-    def partial_fractions(self, stiffness: RealArray, rest: RealArray) -> PartialFractions:
-        """Return the transmissibility as a function of the modulus, at many frequencies.
-
-        Parameters
-        ----------
-        stiffness : array, shape (n_terms,)
-            Coefficients of what the modulus multiplies.
-        rest : array, shape (n_terms, n_frequency)
-            Those of everything else, all real.
-        """
+    def combined(self, values: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return matrices and loads at points of coefficients `values`, shapes (n_points, n, n) and (n_points, n)."""
         n_terms, n = self.loads.shape
-        lower = np.linalg.cholesky(np.tensordot(stiffness, self.matrices, 1))
-        unit = np.linalg.inv(lower)
-        others = unit @ (rest.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n) @ unit.T
-        poles, vectors = np.linalg.eigh(0.5 * (others + others.swapaxes(-1, -2)))
-        loads, reading = (rest.T @ self.loads) @ unit.T, unit @ self.reading
-        residues = np.einsum("fi,fij->fj", loads, vectors) * (reading @ vectors)
-        return PartialFractions(poles, residues)
-
-
-@dataclass(frozen=True)
-class PartialFractions:
-    """At a given frequency a rig without other losses is ``1 + sum_i w_i / (E + mu_i)``, mu and w real.
-
-    Attributes
-    ----------
-    poles, residues : array, shape (n_frequency, n)
-        mu and w.
-    """
-
-    poles: RealArray
-    residues: RealArray
-
-    def __call__(self, modulus: ComplexArray) -> ComplexArray:
-        """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""
-        size = max(1, _CHUNK // self.poles.size)
-        rows = modulus.reshape(-1, modulus.shape[-1])
-        parts = [
-            np.sum(self.residues / (rows[i : i + size, :, None] + self.poles), axis=-1)
-            for i in range(0, len(rows), size)
-        ]
-        return np.asarray(1 + np.concatenate(parts).reshape(modulus.shape))
+        return (values.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n), values.T @ self.loads
 
 
 def relative_error(found: ComplexArray, truth: ComplexArray) -> float:
@@ -249,7 +213,7 @@ class ReducedRig:
     basis: ReducedBasis
     ranges: Ranges
     error: float
-    _fractions: dict[tuple[Any, ...], PartialFractions] = field(default_factory=dict, repr=False, compare=False)
+    _fractions: dict[tuple[Any, ...], Fractions] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def build(cls, rig: TwoPlateRig, ranges: Ranges, tolerance: float = 1e-5) -> ReducedRig:
@@ -318,14 +282,13 @@ class ReducedRig:
 
     def _fractions_for(
         self, frequency: ArrayLike, modulus: ArrayLike, shift: tuple[ArrayLike, ...]
-    ) -> PartialFractions | None:
-        """Return the partial fractions at these frequencies, where nothing but the sample is lossy.
+    ) -> Fractions | None:
+        """Return the partial fractions at these frequencies.
 
         They are worth their making where many moduli meet the same frequencies, and are kept for the next call.
         """
-        lossless = not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
         f = np.asarray(frequency, dtype=float)
-        if not lossless or f.ndim != 1 or np.shape(modulus)[-1:] != f.shape or any(np.ndim(v) for v in shift):
+        if f.ndim != 1 or np.shape(modulus)[-1:] != f.shape or any(np.ndim(v) for v in shift):
             return None
         scales = [float(np.asarray(v)) for v in shift]
         key = (f.tobytes(), *scales)
@@ -337,9 +300,17 @@ class ReducedRig:
             self._fractions[key] = self._expand(f, *scales)
         return self._fractions[key]
 
-    def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> PartialFractions:
+    @property
+    def _lossless(self) -> bool:
+        """Whether nothing but the sample's frame is lossy."""
+        return not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
+
+    def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> Fractions:
         at = Parameters(frequency, 0.0, density, thickness, plate_mass)
-        unit = Parameters(0.0, 1.0, 0.0, thickness, 0.0)
-        rest, stiffness = (coefficients(self.rig, self.names, point).real for point in (at, unit))
-        own = np.array([name in ("sample_0", "sample_1", "sample_2") for name in self.names])
-        return self.basis.partial_fractions(np.where(own, stiffness, 0.0), rest)
+        rest, loads = self.basis.combined(coefficients(self.rig, self.names, at))
+        own = {"sample_0": thickness, "sample_1": 1.0, "sample_2": 1 / thickness}
+        stiffness = np.tensordot([own.get(name, 0.0) for name in self.names], self.basis.matrices, 1)
+        if self._lossless:
+            return PartialFractions.of(stiffness, rest.real, loads.real, self.basis.reading)
+        centre = complex(np.sqrt(np.prod(self.ranges.modulus)) * (1 + _ABOUT * 1j))
+        return LossyFractions.of(stiffness, rest, loads, self.basis.reading, centre)

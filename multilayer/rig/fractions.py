@@ -1,0 +1,93 @@
+"""The transmissibility of a reduced rig at given frequencies as a sum of simple fractions of the sample's modulus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+
+_CHUNK = 4_000_000  # numbers in a batch of fractions
+
+
+@dataclass(frozen=True)
+class PartialFractions:
+    """At a given frequency a rig without other losses is ``1 + sum_i w_i / (E + mu_i)``, mu and w real.
+
+    Attributes
+    ----------
+    poles, residues : array, shape (n_frequency, n)
+        mu and w.
+    """
+
+    poles: RealArray
+    residues: RealArray
+
+    @classmethod
+    def of(cls, stiffness: RealArray, rest: RealArray, loads: RealArray, reading: RealArray) -> PartialFractions:
+        """Return the fractions of ``1 + reading (E K + M)^-1 load``.
+
+        Parameters
+        ----------
+        stiffness : array, shape (n, n)
+            K, positive definite.
+        rest : array, shape (n_frequency, n, n)
+            M, symmetric and real.
+        loads : array, shape (n_frequency, n)
+        reading : array, shape (n,)
+        """
+        unit = np.linalg.inv(np.linalg.cholesky(stiffness))
+        others = unit @ rest @ unit.T
+        poles, vectors = np.linalg.eigh(0.5 * (others + others.swapaxes(-1, -2)))
+        residues = np.einsum("fi,fij->fj", loads @ unit.T, vectors) * ((unit @ reading) @ vectors)
+        return cls(poles, residues)
+
+    def __call__(self, modulus: ComplexArray) -> ComplexArray:
+        """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""
+        return _summed(self.residues, 1.0, self.poles, modulus)
+
+
+@dataclass(frozen=True)
+class LossyFractions:
+    """The same of a rig with other losses, in pores or glue: ``1 + sum_i w_i / (1 + d_i (E - E0))``, d and w complex.
+
+    Attributes
+    ----------
+    slopes, residues : complex array, shape (n_frequency, n)
+        d (1/Pa) and w.
+    centre : complex
+        E0, Pa.
+    """
+
+    slopes: ComplexArray
+    residues: ComplexArray
+    centre: complex
+
+    @classmethod
+    def of(
+        cls, stiffness: RealArray, rest: ComplexArray, loads: ComplexArray, reading: RealArray, centre: complex
+    ) -> LossyFractions:
+        """Return the fractions; K may be singular here (it does not act on pressures) and M complex.
+
+        About a modulus with losses, where ``E0 K + M`` is a passive system away from its resonances: well conditioned.
+        """
+        about = np.linalg.inv(centre * stiffness + rest)
+        slopes, vectors = np.linalg.eig(about @ stiffness)
+        moved = np.einsum("fij,fj->fi", about, loads)
+        amplitudes = np.linalg.solve(vectors, moved[..., None])[..., 0]
+        return cls(slopes, amplitudes * (reading @ vectors), centre)
+
+    def __call__(self, modulus: ComplexArray) -> ComplexArray:
+        """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""
+        return _summed(self.residues, self.slopes, 1.0, modulus - self.centre)
+
+
+def _summed(residues: ComplexArray | RealArray, factor: Numeric, constant: Numeric, x: ComplexArray) -> ComplexArray:
+    """Return ``1 + sum_i residue_i / (constant_i + factor_i x)``, batch by batch."""
+    size = max(1, _CHUNK // residues.size)
+    rows = x.reshape(-1, x.shape[-1])
+    parts = [
+        np.sum(residues / (constant + factor * rows[i : i + size, :, None]), axis=-1) for i in range(0, len(rows), size)
+    ]
+    return np.asarray(1 + np.concatenate(parts).reshape(x.shape))
