@@ -103,6 +103,7 @@ def refine(
         x_scale=scale,
         xtol=1e-8,
         ftol=1e-9,
+        gtol=1e-15,  # of a product of two numbers that are both small where the data hardly depend on the unknowns
         max_nfev=max_evaluations,
     )
     on_bound = bool(np.any((found.x - low < 1e-6 * (high - low)) | (high - found.x < 1e-6 * (high - low))))

@@ -1,0 +1,169 @@
+"""Parameters that only a combination of is known: which, in what combination, and how well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import BoolArray, RealArray
+from multilayer.inverse.priors import Parameter
+
+OPEN = 1.0  # an eigenvalue of J^T J below it: the prior says more of this direction than the data
+_CORRELATED = 0.95
+_LINKED = 0.15  # of two parameters in the projector on the open directions
+_MEMBER = 0.15  # least weight of a member, in a combination of unit length
+_BETTER = 2.0  # a combination is worth telling when it is known so many times better than its members
+_STEP = 1e-4
+_LOGARITHMIC = ("lognormal", "loguniform")
+PREFIX = "ln "  # of the names of parameters whose value is a logarithm
+
+
+@dataclass(frozen=True)
+class Group:
+    """Parameters of which the data know a combination better than each.
+
+    Attributes
+    ----------
+    names : tuple of str
+    correlation : float
+        The largest in absolute value between two of them.
+    exponents : tuple of float
+        Of the combination: powers of logarithmic parameters, factors of others; the first is 1.
+    combination : str
+        That in symbols.
+    std : float
+        Of the combination; relative where it is a product.
+    times_better : float
+        How much better it is known than if the members' uncertainties were independent.
+    text : str
+        The same in words.
+    """
+
+    names: tuple[str, ...]
+    correlation: float
+    exponents: tuple[float, ...]
+    combination: str
+    std: float
+    times_better: float
+    text: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return asdict(self)
+
+
+def collinear_groups(
+    parameters: Sequence[Parameter], z: RealArray, information: RealArray, covariance: RealArray
+) -> list[Group]:
+    """Return the combinations that are known better than their members, the most telling first.
+
+    Parameters
+    ----------
+    parameters : sequence of Parameter, n of them
+    z : array, shape (n,)
+        Coordinates of a minimum.
+    information : array, shape (n, n)
+        ``J^T J`` there.
+    covariance : array, shape (n, n)
+        Of the coordinates, after the measurement.
+    """
+    found = []
+    for members in _linked(information, covariance):
+        spread = np.sqrt(np.diag(covariance)[members])
+        correlation = covariance[np.ix_(members, members)] / np.outer(spread, spread)
+        values, vectors = np.linalg.eigh(correlation)
+        own = [parameters[k] for k in members]
+        for value, vector in zip(values, vectors.T, strict=True):
+            kept = np.flatnonzero(np.abs(vector) > _MEMBER)
+            if value < _BETTER**-2 and len(kept) > 1:
+                factors = vector / (spread * _slopes(own, z[members]))
+                found.append(
+                    _group([own[k] for k in kept], factors[kept], float(value), correlation[np.ix_(kept, kept)])
+                )
+    return sorted(found, key=lambda group: -group.times_better)
+
+
+def _linked(information: RealArray, covariance: RealArray) -> list[list[int]]:
+    """Return groups of parameters with correlations near 1, or open directions in common."""
+    values, vectors = np.linalg.eigh(information)
+    undetermined = vectors[:, values < OPEN]
+    # the projector, not its vectors, which rotate freely among equal eigenvalues
+    projector = undetermined @ undetermined.T
+    spread = np.sqrt(np.diag(covariance))
+    correlated = np.abs(covariance / np.outer(spread, spread)) > _CORRELATED
+    return _components((np.abs(projector) > _LINKED) | correlated)
+
+
+def _components(edges: BoolArray) -> list[list[int]]:
+    """Return the connected parts of a graph that have more than one node."""
+    found: list[list[int]] = []
+    left = set(range(len(edges)))
+    while left:
+        part: set[int] = set()
+        new = {left.pop()}
+        while new:
+            part |= new
+            new = {j for i in new for j in np.flatnonzero(edges[i]).tolist()} - part
+        left -= part
+        if len(part) > 1:
+            found.append(sorted(part))
+    return found
+
+
+def _slopes(parameters: Sequence[Parameter], z: RealArray) -> RealArray:
+    """Return the change of each parameter, or of its logarithm, with its coordinate."""
+    found = []
+    for parameter, at in zip(parameters, z, strict=True):
+        ends = parameter.prior.value(np.array([at - _STEP, at + _STEP]))
+        found.append(np.diff(np.log(ends) if parameter.prior.kind in _LOGARITHMIC else ends)[0] / (2 * _STEP))
+    return np.array(found)
+
+
+def _group(chosen: Sequence[Parameter], factors: RealArray, eigenvalue: float, correlation: RealArray) -> Group:
+    std, better = np.sqrt(max(eigenvalue, 0.0)) / abs(factors[0]), 1 / np.sqrt(max(eigenvalue, 1e-30))
+    powers = factors / factors[0]
+    names = tuple(shown_name(parameter) for parameter in chosen)
+    product = all(_is_logarithmic(parameter) for parameter in chosen)
+    combination = _product(names, powers) if product else _sum(chosen, powers)
+    alike = (("ratio", "product") if product else ("difference", "sum"))[bool(powers[1] > 0)]
+    kind = f"a {alike}-like combination" if len(names) == 2 else "a combination"
+    within = f"{100 * std:.2g} %" if product else f"{std:.2g}"
+    text = (
+        f"{', '.join(names[:-1])} and {names[-1]} are known best as {kind}: {combination} to within {within}, "
+        f"{better:.2g} times better than they would give by themselves"
+    )
+    apart = correlation - np.eye(len(chosen))
+    largest = float(apart.flat[int(np.abs(apart).argmax())])
+    exponents = tuple(float(p) for p in powers)
+    return Group(tuple(p.name for p in chosen), largest, exponents, combination, float(std), float(better), text)
+
+
+def shown_name(parameter: Parameter) -> str:
+    """Return a parameter's name without what says that its value is a logarithm."""
+    return parameter.name.removeprefix(PREFIX)
+
+
+def _is_logarithmic(parameter: Parameter) -> bool:
+    return parameter.prior.kind in _LOGARITHMIC or parameter.name.startswith(PREFIX)
+
+
+def _product(names: Sequence[str], powers: RealArray) -> str:
+    above = [_power(name, p) for name, p in zip(names, powers, strict=True) if p > 0]
+    below = [_power(name, -p) for name, p in zip(names, powers, strict=True) if p < 0]
+    return " / ".join([" · ".join(above), *below])
+
+
+def _power(name: str, power: float) -> str:
+    return name if abs(power - 1) < 0.05 else f"{name}^{power:.2g}"
+
+
+def _sum(chosen: Sequence[Parameter], factors: RealArray) -> str:
+    terms = []
+    for parameter, factor in zip(chosen, factors, strict=True):
+        name = f"ln {shown_name(parameter)}" if _is_logarithmic(parameter) else parameter.name
+        size = "" if abs(abs(factor) - 1) < 0.005 else f"{abs(factor):.2g} "
+        terms.append(f"{'-' if factor < 0 else '+'} {size}{name}")
+    return " ".join(terms).removeprefix("+ ")

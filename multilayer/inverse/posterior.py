@@ -1,0 +1,290 @@
+"""What the data leave of the unknowns: samples, intervals in the parameters' own units, bands of curves, evidence.
+
+Three ways end in the same `Posterior`: Gaussians about the minima (`laplace`, here), the profile along one parameter
+(`profile.profile_likelihood`) and nested sampling (`nested.nested`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import logsumexp, ndtr, ndtri
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError, suggest
+from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import Minimum, Problem
+
+Curve = Callable[[RealArray], RealArray]
+_DRAWS = 2000
+_CHECKED = 256
+_CHUNK = 64  # points of one batched call: as fast as more of them, in little memory
+_ONE_HUMP = 2.0  # equal Gaussians whose centres are nearer than two standard deviations have one maximum only
+_NEGLIGIBLE = 30.0  # below the best in ln(evidence)
+_LEVELS = (0.68, 0.90)
+_BEYOND = 1e-6
+
+
+class Band(NamedTuple):
+    """Quantiles of a curve, each of the curve's shape: not a curve itself, but one interval per point."""
+
+    low: RealArray
+    median: RealArray
+    high: RealArray
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What is known of the parameters after the measurement.
+
+    Attributes
+    ----------
+    method : str
+        Where it comes from.
+    parameters : tuple of Parameter
+    samples : array, shape (n_samples, n)
+        Standard normal coordinates; all count alike.
+    log_evidence : float
+        Logarithm of the probability of the data, but for the constant of the whitened data; as
+        `Minimum.log_evidence`.
+    log_evidence_error : float
+        One standard deviation of that; NaN where it was not looked into.
+    """
+
+    method: str
+    parameters: tuple[Parameter, ...]
+    samples: RealArray = field(repr=False)
+    log_evidence: float
+    log_evidence_error: float
+
+    def index(self, name: str) -> int:
+        """Return the place of a parameter.
+
+        Raises
+        ------
+        InputError
+            When there is none of that name.
+        """
+        return index_of(self.parameters, name)
+
+    def coordinate_quantile(self, index: int, probability: float) -> float:
+        """Return a quantile of one standard normal coordinate."""
+        return float(np.quantile(self.samples[:, index], probability))
+
+    def interval(self, name: str, probability: float = 0.9) -> tuple[float, float]:
+        """Return the ends of a central interval, in the parameter's own unit.
+
+        Parameters
+        ----------
+        name : str
+        probability : float
+            That the parameter lies within; as much lies below as above.
+        """
+        index, p = self.index(name), _checked(probability)
+        ends = (self.coordinate_quantile(index, q) for q in (0.5 - p / 2, 0.5 + p / 2))
+        # monotonic: the quantile of the value is the value of the quantile
+        low, high = (float(self.parameters[index].prior.value(z)) for z in ends)
+        return low, high
+
+    def median(self, name: str) -> float:
+        """Return the median, in the parameter's own unit."""
+        index = self.index(name)
+        return float(self.parameters[index].prior.value(self.coordinate_quantile(index, 0.5)))
+
+    def band(self, function: Curve, probability: float = 0.9) -> Band:
+        """Return between which values a curve lies, point by point.
+
+        Parameters
+        ----------
+        function : callable
+            Maps coordinates of shape (m, n) to real values of shape (m, ...).
+        probability : float
+            That any one point of the curve lies within.
+        """
+        p = _checked(probability)
+        starts = range(0, len(self.samples), _CHUNK)
+        values = np.concatenate([np.asarray(function(self.samples[i : i + _CHUNK])) for i in starts])
+        if np.iscomplexobj(values):
+            raise InputError("a complex curve has no quantiles; take its real part, imaginary part, amount or phase")
+        low, median, high = np.quantile(values, [0.5 - p / 2, 0.5, 0.5 + p / 2], axis=0)
+        return Band(low, median, high)
+
+    @property
+    def covariance(self) -> RealArray:
+        """Covariance of the coordinates, shape (n, n)."""
+        return np.atleast_2d(np.cov(self.samples, rowvar=False))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: medians and intervals, and not the samples."""
+        return {
+            "method": self.method,
+            "log_evidence": self.log_evidence,
+            "log_evidence_error": None if np.isnan(self.log_evidence_error) else self.log_evidence_error,
+            "n_samples": len(self.samples),
+            "parameters": [self._said(parameter) for parameter in self.parameters],
+        }
+
+    def _said(self, parameter: Parameter) -> dict[str, Any]:
+        name = parameter.name
+        intervals = {f"interval_{100 * p:.0f}": list(self.interval(name, p)) for p in _LEVELS}
+        told = {"name": name, "unit": parameter.unit, "nuisance": parameter.nuisance}
+        return {**told, "median": self.median(name), **intervals}
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianMixture(Posterior):
+    """Laplace's approximation: one Gaussian per minimum, weighted by its evidence.
+
+    Attributes
+    ----------
+    weights : array, shape (n_minima,)
+        Probability of each minimum.
+    means : array, shape (n_minima, n)
+        Of the coordinates.
+    roots : array, shape (n_minima, n, n)
+        Their covariances are ``root root^T``.
+    effective_share : float
+        Effective number of the draws that were checked over their number: 1 where the posterior is Gaussian indeed,
+        near 0 where the approximation is not to be trusted; NaN where it was not looked into.
+    """
+
+    weights: RealArray
+    means: RealArray = field(repr=False)
+    roots: RealArray = field(repr=False)
+    effective_share: float = float("nan")
+
+    def coordinate_quantile(self, index: int, probability: float) -> float:
+        """Return a quantile of one coordinate, from the mixture itself rather than from samples of it."""
+        centres, spreads = self.means[:, index], np.linalg.norm(self.roots[:, index], axis=-1)
+        ends = centres + spreads * ndtri(probability)
+        if len(ends) == 1:
+            return float(ends[0])
+        # the quantile lies between those of the components; beyond rounding, too
+        low, high = float(ends.min() - _BEYOND), float(ends.max() + _BEYOND)
+        share = self.weights / self.weights.sum()
+        return float(brentq(lambda z: share @ ndtr((z - centres) / spreads) - probability, low, high))
+
+    @property
+    def covariance(self) -> RealArray:
+        """Covariance of the coordinates: within the minima, and between them."""
+        apart = self.means - self.weights @ self.means
+        within = np.einsum("k,kil,kjl->ij", self.weights, self.roots, self.roots)
+        return np.asarray(within + np.einsum("k,ki,kj->ij", self.weights, apart, apart))
+
+    def log_density(self, z: RealArray) -> RealArray:
+        """Return the logarithm of the density at coordinates of shape (m, n)."""
+        parts = []
+        for mean, root in zip(self.means, self.roots, strict=True):
+            white = np.linalg.solve(root, (z - mean).T)
+            parts.append(-0.5 * np.sum(white**2, axis=0) - np.linalg.slogdet(root)[1])
+        normal = np.stack(parts, axis=-1) - 0.5 * z.shape[-1] * np.log(2 * np.pi)
+        return np.asarray(logsumexp(normal, b=self.weights, axis=-1))
+
+    def draw(self, count: int, rng: np.random.Generator) -> RealArray:
+        """Return points drawn from the mixture, shape (count, n)."""
+        chosen = rng.choice(len(self.weights), size=count, p=self.weights / self.weights.sum())
+        normal = rng.standard_normal((count, self.means.shape[1]))
+        return np.asarray(self.means[chosen] + np.einsum("kij,kj->ki", self.roots[chosen], normal))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with the probability of each minimum."""
+        share = None if np.isnan(self.effective_share) else self.effective_share
+        return super().to_dict() | {"minima": self.weights.tolist(), "effective_share": share}
+
+
+def laplace(
+    problem: Problem,
+    minima: Minimum | Sequence[Minimum],
+    *,
+    draws: int = _DRAWS,
+    checked: int = _CHECKED,
+    seed: int = 0,
+) -> GaussianMixture:
+    """Return Laplace's approximation, a Gaussian about each minimum in proportion to its evidence.
+
+    Parameters
+    ----------
+    problem : Problem
+    minima : Minimum or sequence of Minimum
+        What `least_squares.search` found. Of several under one hump only the best counts.
+    draws : int
+        Number of samples.
+    checked : int
+        For how many points drawn from the mixture the true density is computed, which gives the error of the
+        evidence; 0 for none.
+    seed : int
+
+    Notes
+    -----
+    The evidence's error is the difference from importance sampling (Geweke, Econometrica 57, 1989, 1317-1339) and the
+    standard error of the latter, as one.
+    """
+    chosen = one_per_hump([minima] if isinstance(minima, Minimum) else minima)
+    if not chosen:
+        raise InputError("there is no minimum to approximate; search again, from more starts")
+    evidence = np.array([minimum.log_evidence for minimum in chosen])
+    total = float(logsumexp(evidence))
+    means, roots = np.array([m.z for m in chosen]), np.array([covariance_root(m) for m in chosen])
+    nothing, unknown = np.empty((0, means.shape[1])), float("nan")
+    found = GaussianMixture(
+        "laplace", problem.parameters, nothing, total, unknown, np.exp(evidence - total), means, roots
+    )  # fmt: skip
+    rng = np.random.default_rng(seed)
+    found = replace(found, samples=found.draw(draws, rng))
+    if not checked:
+        return found
+    error, share = _check(problem, found, found.draw(checked, rng))
+    return replace(found, log_evidence_error=error, effective_share=share)
+
+
+def covariance_root(minimum: Minimum) -> RealArray:
+    """Return R of covariance = R R^T; from the precision, whose inverse may lose its sign to rounding."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(minimum.precision)).T)
+
+
+def one_per_hump(minima: Sequence[Minimum]) -> list[Minimum]:
+    """Return the most probable minimum of every hump of the density that counts, the most probable hump first."""
+    kept: list[Minimum] = []
+    best = max((minimum.log_evidence for minimum in minima), default=0.0)
+    for minimum in sorted((m for m in minima if m.log_evidence > best - _NEGLIGIBLE), key=lambda m: m.cost):
+        apart = (minimum.z - other.z for other in kept)
+        if all(d @ other.precision @ d > _ONE_HUMP**2 for d, other in zip(apart, kept, strict=True)):
+            kept.append(minimum)
+    return sorted(kept, key=lambda m: -m.log_evidence)
+
+
+def log_posterior(problem: Problem, z: RealArray) -> RealArray:
+    """Return the logarithm of likelihood times prior, shape (m,), of coordinates of shape (m, n).
+
+    Its integral is the evidence; -infinity where the model has no answer.
+    """
+    parts = [np.sum(problem.residual(z[i : i + _CHUNK]) ** 2, axis=-1) for i in range(0, len(z), _CHUNK)]
+    value = -0.5 * (np.concatenate(parts) + np.sum(z**2, axis=-1) + z.shape[-1] * np.log(2 * np.pi))
+    return np.where(np.isnan(value), -np.inf, value)
+
+
+def index_of(parameters: Sequence[Parameter], name: str) -> int:
+    """Return the place of a parameter; an `InputError` with the nearest name when there is none."""
+    names = [parameter.name for parameter in parameters]
+    if name not in names:
+        raise InputError(f"there is no parameter '{name}'; {suggest(name, names)}")
+    return names.index(name)
+
+
+def _check(problem: Problem, found: GaussianMixture, z: RealArray) -> tuple[float, float]:
+    """Return the error of the evidence and the effective share of points drawn from the mixture."""
+    ratios = log_posterior(problem, z) - found.log_density(z)
+    truth = float(logsumexp(ratios)) - np.log(len(z))
+    share = float(np.exp(2 * logsumexp(ratios) - logsumexp(2 * ratios))) / len(z)
+    scatter = (1 / share - 1) / len(z)
+    return float(np.hypot(truth - found.log_evidence, np.sqrt(max(scatter, 0.0)))), share
+
+
+def _checked(probability: float) -> float:
+    if not 0 < probability < 1:
+        raise InputError(f"a probability of {probability:g} is not allowed; it must lie between 0 and 1")
+    return probability
