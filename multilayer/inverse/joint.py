@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.inverse.burst import BurstData
-from multilayer.inverse.least_squares import distinct, minimise, search
+from multilayer.inverse.least_squares import distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, values_of
 from multilayer.inverse.problem import Minimum, by_differences
 from multilayer.inverse.rig import Rig
@@ -30,6 +30,7 @@ _DENSITY_STEP = 0.01
 _COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
 Tell = Callable[[str], None]
 N_BEST, N_FOLLOWED = 6, 3
+_FEW = 60  # evaluations after which a start of the coarse search must be near the best
 
 
 @dataclass(frozen=True)
@@ -350,7 +351,8 @@ def solve_joint(
 ) -> list[Minimum]:
     """Return the distinct minima of a joint problem, the most probable first.
 
-    The law alone is sought first, from many starts; its best minima are then followed with the nuisances.
+    The law alone is sought first, from many starts; its best minima are then followed with the nuisances, but for those
+    that fit far worse than the best.
 
     Parameters
     ----------
@@ -364,9 +366,9 @@ def solve_joint(
         Called with a short text after each start.
     """
     law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
-    coarse = search(law_only, starts, n_best=n_best, seed=seed, tell=tell)
-    m = len(problem.nuisances.parameters)
-    fine = [minimise(problem, np.concatenate([found.z, np.zeros(m)])) for found in coarse[:n_followed]]
+    coarse = search(law_only, starts, n_best=n_best, seed=seed, few=_FEW, tell=tell)
+    rest = np.zeros(len(problem.nuisances.parameters))
+    fine = [minimise(problem, np.concatenate([m.z, rest])) for m in coarse[:n_followed] if hopeful(m, coarse)]
     return distinct(fine)
 
 

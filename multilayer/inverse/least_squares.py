@@ -16,10 +16,14 @@ _CHUNK = 32
 _MOST = 200  # evaluations from one start
 _ALIKE = 0.1  # standard deviations: minima nearer than this are one
 _TIGHT = 1e-8
+_HOPELESS = 4.0
 
 
-def minimise(problem: Problem, start: RealArray) -> Minimum:
-    """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each."""
+def minimise(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
+    """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
+
+    After `most` evaluations it stops where it is.
+    """
     n = start.size
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
 
@@ -37,7 +41,7 @@ def minimise(problem: Problem, start: RealArray) -> Minimum:
         return np.concatenate([both(z)[1], np.eye(n)])
 
     found = least_squares(
-        residual, start, jac=derivative, method="trf", x_scale=1.0, max_nfev=_MOST,
+        residual, start, jac=derivative, method="trf", x_scale=1.0, max_nfev=most,
         ftol=_TIGHT, xtol=1e-6, gtol=1e-6,
     )  # fmt: skip
     values, slopes = both(found.x)
@@ -51,6 +55,7 @@ def search(
     n_best: int = 6,
     n_candidates: int = _CANDIDATES,
     seed: int = 0,
+    few: int = _MOST,
     tell: Callable[[str], None] | None = None,
 ) -> list[Minimum]:
     """Return the distinct minima of a problem, the most probable first.
@@ -65,6 +70,9 @@ def search(
     n_candidates : int
         How many are drawn; a power of two fills the prior evenly.
     seed : int
+    few : int
+        Evaluations after which a start is given up that is not `hopeful` beside the best one so far: most of those
+        that need more creep along the floor of a wrong valley.
     tell : callable, optional
         Called with a short text after each start.
     """
@@ -74,10 +82,19 @@ def search(
     chosen = [*starts, *points[np.argsort(costs, kind="stable")[:n_best]]]
     minima = []
     for number, start in enumerate(chosen, start=1):
-        minima.append(minimise(problem, np.asarray(start, dtype=float)))
+        found = minimise(problem, np.asarray(start, dtype=float), few)
+        if not found.converged and few < _MOST and hopeful(found, minima):
+            found = minimise(problem, found.z)
+        minima.append(found)
         if tell is not None:
             tell(f"start {number} of {len(chosen)}")
     return distinct(minima)
+
+
+def hopeful(minimum: Minimum, others: Sequence[Minimum]) -> bool:
+    """Tell whether the cost is within four times the least of the others, or what noise makes of that."""
+    least = min((other.cost for other in others), default=np.inf)
+    return bool(minimum.cost <= _HOPELESS * max(least, minimum.residual.size))
 
 
 def draw_prior(n: int, count: int, seed: int) -> RealArray:
