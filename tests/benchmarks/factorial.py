@@ -1,0 +1,114 @@
+"""Table 2 of Bonfiglio & Pompoli 2015 in full: ``docs/validation/factorial.md`` and its figures.
+
+Run it as ``python -m tests.benchmarks.factorial [--jobs 2] [--cluster ADDRESS] > docs/validation/factorial.md``. What
+is done is kept in a file; started again after an interruption, the command does the rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import asdict
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from multilayer.cli.progress import progress_bar
+from multilayer.errors import InputError, MultilayerError
+from multilayer.executors import as_done, cluster, local_pool
+from tests.benchmarks.factorial_cases import CYCLES, LINES, PERIOD, Design, Outcome, Task
+from tests.benchmarks.factorial_fit import solve
+from tests.benchmarks.factorial_numbers import Run
+from tests.benchmarks.factorial_page import write_page
+
+ROOT = Path(__file__).parents[2]
+
+
+class Store:
+    """A file of outcomes, one line of JSON each, for one design."""
+
+    def __init__(self, path: Path, design: Design) -> None:
+        self.path = path
+        self._design = sha256(repr((design, CYCLES, PERIOD, LINES.tolist())).encode()).hexdigest()[:12]
+
+    def read(self) -> list[Outcome]:
+        """Return the outcomes in the file; a last line that was cut short is removed from it.
+
+        Raises
+        ------
+        InputError
+            For results of another design.
+        """
+        text = self.path.read_text(encoding="utf-8") if self.path.exists() else ""
+        whole = [line for line in text.splitlines() if _is_whole(line)]
+        if (clean := "".join(f"{line}\n" for line in whole)) != text:
+            beside = self.path.with_suffix(".part")
+            beside.write_text(clean, encoding="utf-8")
+            beside.replace(self.path)
+        plain = [json.loads(line) for line in whole]
+        if any(found.pop("design", None) != self._design for found in plain):
+            raise InputError(f"--results: {self.path} holds results of something else; name another file, or --fresh")
+        return [Outcome.read(found) for found in plain]
+
+    def append(self, outcome: Outcome) -> None:
+        """Add an outcome."""
+        line = json.dumps({"design": self._design, **asdict(outcome)})
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(f"{line}\n")
+
+
+def _is_whole(line: str) -> bool:
+    try:
+        json.loads(line)
+    except ValueError:
+        return False
+    return True
+
+
+def run(design: Design, store: Store, workers: AbstractContextManager[Executor | None]) -> Run:
+    """Compute what the store lacks, and return all of the design."""
+    known = {outcome.key for outcome in store.read()}
+    left = [task for task in design.tasks if task.key not in known]
+    start = time.perf_counter()
+    with workers as executor, progress_bar("factorial", len(left)) as advance:
+        for index, outcome in as_done(solve, left, executor):
+            store.append(outcome)
+            advance(_told(left[index]))
+    return Run(design, store.read(), time.perf_counter() - start, len(left))
+
+
+def _told(task: Task) -> str:
+    return f"E1 {task.modulus:g} Pa, {1e3 * task.thickness:g} mm, nu {task.poisson_ratio:g}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Compute and print the page."""
+    options = _options(arguments)
+    options.results.parent.mkdir(parents=True, exist_ok=True)
+    if options.fresh:
+        options.results.unlink(missing_ok=True)
+    design = Design()
+    try:
+        workers: Any = cluster(options.cluster) if options.cluster else local_pool(options.jobs)
+        print(write_page(run(design, Store(options.results, design), workers), options.figures))  # noqa: T201
+    except MultilayerError as error:
+        sys.exit(str(error))
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--jobs", type=int, default=1, help="processes of this machine to compute with")
+    parser.add_argument("--cluster", help="a Dask scheduler whose workers compute, as tcp://10.0.0.1:8786")
+    parser.add_argument("--results", type=Path, default=ROOT / "results" / "factorial.jsonl", help="what is done")
+    parser.add_argument("--fresh", action="store_true", help="forget what is done")
+    parser.add_argument("--figures", type=Path, default=ROOT / "docs" / "validation", help="folder of the figures")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    main()
