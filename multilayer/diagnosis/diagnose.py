@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import EFFECTS, Effect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
 from multilayer.diagnosis.experiments import alive_hypotheses, next_experiments
 from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
 from multilayer.diagnosis.held_out import Shrinkage, shrinkage
-from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.locate import locate, shown
 from multilayer.diagnosis.ranking import (
     UNKNOWN,
@@ -43,7 +43,7 @@ _SHOWN_CAUSES = 8
 _REFERENCE = 1000.0  # Hz, where moduli are told
 
 
-def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] = ()) -> dict[str, Effect]:
+def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] = ()) -> dict[str, BaseEffect]:
     """Return effects by name: all registered ones, or those wanted, without some.
 
     Raises
@@ -61,7 +61,7 @@ def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] =
 def diagnose_campaign(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
-    effects: Mapping[str, Effect] | None = None,
+    effects: Mapping[str, BaseEffect] | None = None,
     *,
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
@@ -93,7 +93,7 @@ def diagnose_campaign(
     every = dict(effects) if effects is not None else chosen_effects()
     nominal = _nominal(campaign, recordings, law, calibration, every, seed)
     tell("nominal model")
-    usable = {name: effect for name, effect in every.items() if effect.applies(campaign)}
+    usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     singles = fit_effects(nominal, usable)
     tell("effects one by one")
     found = compare(nominal, singles, usable)
@@ -133,17 +133,18 @@ def _nominal(
     recordings: Mapping[tuple[str, float], Recording],
     law: str,
     calibration: Calibration | None,
-    effects: Mapping[str, Effect],
+    effects: Mapping[str, BaseEffect],
     seed: int,
 ) -> Fitted:
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
     minima = solve_joint(joint, seed=seed)
     found = fit(Hypothesis(campaign, joint), minima[0].z)
-    if not any(effect.needs_finite_elements and effect.applies(campaign) for effect in effects.values()):
+    acting = [effect for effect in effects.values() if isinstance(effect, Effect) and effect.applies(campaign)]
+    if not any(effect.needs_finite_elements for effect in acting):
         return found
     rigs = rigs_around(campaign, joint, minima[0], lambda text: None)
-    return Fitted(replace(found.hypothesis, finite=rigs), found.minimum)
+    return Fitted(replace(rig_hypothesis(found.hypothesis), finite=rigs), found.minimum)
 
 
 def _record(
@@ -159,6 +160,7 @@ def _record(
     places, limit = locate(found.nominal.hypothesis, found.nominal.minimum, seed)
     probabilities = found.probabilities()
     causes = [] if decision.verdict == "no_gap" else _causes(found, held, similarity, probabilities)
+    probability = found.probability_of(decision)
     alive = alive_hypotheses(
         [(found.fitted[names], probabilities[names]) for names in found.ranked if names in found.fitted], decision.group
     )
@@ -166,7 +168,8 @@ def _record(
     return {
         "version": 1,
         "verdict": decision.verdict,
-        "sentence": _sentence(found, decision, causes),
+        "sentence": _sentence(found, decision, probability),
+        "probability": round(probability, 4),
         "where": [] if decision.verdict == "no_gap" else shown(places, limit),
         "causes": causes,
         "group": [list(names) for names in decision.group if decision.verdict == "effect"],
@@ -179,7 +182,7 @@ def _record(
         "inputs": {
             "campaign": campaign.folder.resolve().name,
             "multilayer": version("multilayer"),
-            "law": found.nominal.hypothesis.joint.space.template.law,
+            "law": rig_hypothesis(found.nominal.hypothesis).joint.space.template.law,
             "p_value": global_p_value(found.nominal),
             "chi_square": found.nominal.minimum.cost,
             "n_data": len(found.nominal.minimum.residual),
@@ -195,7 +198,10 @@ def _causes(
 ) -> list[dict[str, Any]]:
     kept = dict(zip(similarity.names, similarity.kept, strict=True))
     causes = []
-    for names in found.ranked[:_SHOWN_CAUSES]:
+    # the nominal model stands among its rivals
+    shown = dict.fromkeys([*found.ranked[:_SHOWN_CAUSES], UNKNOWN, ()])
+    ranked = sorted(shown, key=lambda names: -found.score(names))
+    for names in ranked:
         entry: dict[str, Any] = {
             "effects": list(names),
             "probability": round(probabilities[names], 4),
@@ -203,7 +209,7 @@ def _causes(
             "parameters": {},
             "gap_before": _per_datum(found.nominal),
         }
-        if names != UNKNOWN:
+        if names not in (UNKNOWN, ()):
             fitted = found.fitted[names]
             after = _per_datum(fitted)
             entry["parameters"] = _parameters(fitted)
@@ -259,7 +265,7 @@ def _confounded(similarity: Similarity) -> list[dict[str, Any]]:
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
-    joint = fitted.hypothesis.joint
+    joint = rig_hypothesis(fitted.hypothesis).joint
     return joint.space.modulus(joint.law_coordinates(fitted.minimum.z), frequency)
 
 
@@ -285,7 +291,7 @@ def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
 
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
     pairs = zip(
-        nominal.hypothesis.data,
+        rig_hypothesis(nominal.hypothesis).data,
         nominal.hypothesis.log_ratios(nominal.minimum.z),
         best.hypothesis.log_ratios(best.minimum.z),
         strict=True,
@@ -307,12 +313,11 @@ def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
 _DB = 20 / np.log(10)
 
 
-def _sentence(found: Hypotheses, decision: Decision, causes: Sequence[dict[str, Any]]) -> str:
+def _sentence(found: Hypotheses, decision: Decision, probability: float) -> str:
     if decision.verdict == "no_gap":
         return f"No gap: {decision.reason}."
     if decision.verdict == "unknown":
         return f"There is a gap, and none of the known effects explains it: {decision.reason}."
     others = [names for names in decision.group if names != decision.best]
     rivals = f"; the data cannot tell it from {', or '.join(map(in_words, others))}" if others else ""
-    probability = 100 * next(c["probability"] for c in causes if tuple(c["effects"]) == decision.best)
-    return f"The gap is caused by {in_words(decision.best)} (probability {probability:.0f} %){rivals}."
+    return f"The gap is caused by {in_words(decision.best)} (probability {100 * probability:.0f} %){rivals}."

@@ -12,11 +12,12 @@ import numpy as np
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.inverse.joint import whitening
 
 _NOTHING: tuple[float, tuple[str, ...], tuple[str, ...]] = (-1.0, (), ())
-_MOST = 30.0  # nats: more is no better
+_MOST = 1e4  # nats
 _STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _AIRLESS = ("saturating_air",)
@@ -94,7 +95,7 @@ def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, An
     """
     if len(alive) < 2:
         return []
-    setting = alive[0][0].hypothesis.settings[0]
+    setting = rig_hypothesis(alive[0][0].hypothesis).settings[0]
     found = []
     for experiment in MENU:
         moved = experiment.setting(setting)
@@ -118,7 +119,7 @@ def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, An
 
 def _predict(fitted: Fitted, setting: Setting, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:
     """Return ln(ratio), shape (n,), and its derivatives by the coordinates, shape (n, d)."""
-    hypothesis = fitted.hypothesis
+    hypothesis = rig_hypothesis(fitted.hypothesis)
     kept = tuple(effect for effect in hypothesis.effects if effect.name not in experiment.without)
     names = {p.name for p in replace(hypothesis, effects=kept).parameters}
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]

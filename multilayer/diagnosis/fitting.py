@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import Effect
-from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.discrepancy import tolerant_covariance
+from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.problem import Minimum
 
@@ -22,11 +25,11 @@ class Fitted:
 
     Attributes
     ----------
-    hypothesis : Hypothesis
+    hypothesis : AnyHypothesis
     minimum : Minimum
     """
 
-    hypothesis: Hypothesis
+    hypothesis: AnyHypothesis
     minimum: Minimum
 
     @property
@@ -39,24 +42,27 @@ class Fitted:
         """Laplace's, but for the constant of the whitened data."""
         return self.minimum.log_evidence
 
+    @cached_property
+    def covariance(self) -> RealArray:
+        """Of the coordinates, the errors of the effects' laws included."""
+        return tolerant_covariance(self.hypothesis, self.minimum)
+
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
         """Return value and ends of the central interval of a parameter, in its own unit, by Laplace's approximation."""
-        from scipy.special import ndtri
-
         index = [p.name for p in self.hypothesis.parameters].index(name)
         prior = self.hypothesis.parameters[index].prior
-        spread = float(np.sqrt(self.minimum.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
+        spread = float(np.sqrt(self.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
         z = float(self.minimum.z[index])
         value, low, high = (float(prior.value(np.asarray(x))) for x in (z, z - spread, z + spread))
         return value, low, high
 
 
-def fit(hypothesis: Hypothesis, start: RealArray, starts: Sequence[float] = _STARTS) -> Fitted:
+def fit(hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _STARTS) -> Fitted:
     """Return the most probable parameters of a hypothesis.
 
     Parameters
     ----------
-    hypothesis : Hypothesis
+    hypothesis : AnyHypothesis
     start : array
         Coordinates of law and nuisances, and of effects that are given already.
     starts : sequence of float
@@ -71,11 +77,11 @@ def fit(hypothesis: Hypothesis, start: RealArray, starts: Sequence[float] = _STA
     return Fitted(hypothesis, min(found, key=lambda minimum: minimum.cost))
 
 
-def fit_effects(nominal: Fitted, effects: Mapping[str, Effect]) -> dict[tuple[str, ...], Fitted]:
+def fit_effects(nominal: Fitted, effects: Mapping[str, BaseEffect]) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself."""
     z = nominal.minimum.z
     return {
-        (name,): fit(replace(nominal.hypothesis, effects=(effect,)), z)
+        (name,): fit(nominal.hypothesis.with_effects(effect), z)
         for name, effect in effects.items()
-        if effect.applies(nominal.hypothesis.campaign)
+        if nominal.hypothesis.admits(effect)
     }

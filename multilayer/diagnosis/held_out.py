@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.inverse.joint import ConfigurationData
+from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.inverse.least_squares import minimise
 
 _BLOCKS = 3  # of a single configuration's bursts
@@ -40,7 +38,7 @@ class Shrinkage:
         return 0.0 if gap <= 0 else float(1 - max(self.after - 1, 0.0) / gap)
 
 
-def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[ConfigurationData], list[ConfigurationData]]]]:
+def folds(hypothesis: AnyHypothesis) -> tuple[str, list[tuple[list[AnyData], list[AnyData]]]]:
     """Return how data are left out, and pairs (kept, left out).
 
     One configuration after the other; of a single one contiguous blocks of bursts, whose neighbours are left out too.
@@ -58,18 +56,8 @@ def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[ConfigurationDat
         guard = np.arange(max(block[0] - 1, 0), min(block[-1] + 2, n))
         kept = np.setdiff1d(np.arange(n), guard)
         if len(kept) > 1:
-            found.append(([_bursts(only, kept)], [_bursts(only, block)]))
-    return "contiguous blocks of bursts, with guards", found
-
-
-def _bursts(data: ConfigurationData, kept: RealArray | np.ndarray) -> ConfigurationData:
-    """Return the data of some bursts."""
-    inside = np.isin(data.burst, kept)
-    renumbered = np.searchsorted(kept, data.burst[inside])
-    return replace(
-        data, frequency=data.frequency[inside], burst=renumbered, ratio=data.ratio[inside],
-        variance=data.variance[inside], centres=data.centres[kept],
-    )  # fmt: skip
+            found.append(([only.part(kept)], [only.part(block)]))
+    return "contiguous blocks of frequencies, with guards", found
 
 
 def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:

@@ -10,7 +10,8 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
-from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values
+from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
+from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
 from multilayer.inverse.priors import Parameter, values_of
 from multilayer.inverse.problem import by_differences
@@ -90,6 +91,15 @@ class Hypothesis:
         step = self.joint.known.density or 0.01
         return {name: Neighbourhood(rig, step, self.joint.known.thickness) for name, rig in self.finite.items()}
 
+    @property
+    def quantities(self) -> tuple[str, str]:
+        """What real and imaginary part of ln(ratio) are."""
+        return ("level", "phase")
+
+    def admits(self, effect: BaseEffect) -> bool:
+        """Tell whether an effect can act in this campaign: only one of the rig can."""
+        return isinstance(effect, Effect) and effect.applies(self.campaign)
+
     def with_effects(self, *effects: Effect) -> Hypothesis:
         """Return the hypothesis of other effects."""
         return replace(self, effects=effects)
@@ -127,6 +137,13 @@ class Hypothesis:
             difference = np.log(motion + _TINY) + channels - np.log(setting.data.ratio)
             found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
         return found
+
+    def without_effect(self, index: int, z: RealArray) -> list[ComplexArray]:
+        """Return `log_ratios` without one of the effects, everything else at the same coordinates (d,)."""
+        own = len(self.effects[index].parameters)
+        first = len(self.joint.parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
+        others = (*self.effects[:index], *self.effects[index + 1 :])
+        return replace(self, effects=others).log_ratios(np.delete(z, np.s_[first : first + own]))
 
     def _nuisances(self, z: RealArray) -> dict[str, RealArray]:
         own = self.joint.nuisances.parameters
@@ -216,6 +233,19 @@ class Hypothesis:
         thicker = np.asarray(chain.thickness - height)
         motion = near.log_motion(setting.frequency, modulus / scale, np.asarray(density.real), thicker.real)
         return np.asarray(np.exp(motion))
+
+
+def rig_hypothesis(hypothesis: AnyHypothesis) -> Hypothesis:
+    """Return a hypothesis that is known to be one of the two-plate rig.
+
+    Raises
+    ------
+    TypeError
+        When it is of something else.
+    """
+    if not isinstance(hypothesis, Hypothesis):
+        raise TypeError(f"{type(hypothesis).__name__} is no hypothesis of the two-plate rig")
+    return hypothesis
 
 
 def held_factor(poisson_ratio: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.problem import Minimum
 
 _BANDS = 4  # per configuration
@@ -25,7 +25,8 @@ class Place:
 
     Attributes
     ----------
-    quantity : {'level', 'phase'}
+    quantity : str
+        One of the hypothesis' two, as level and phase.
     configuration : str
     band_hz : (low, high)
     significance : float
@@ -50,8 +51,8 @@ class Place:
         }
 
 
-def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
-    """Return whitened unit steps of level or phase, by configuration and band."""
+def _templates(hypothesis: AnyHypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
+    """Return whitened unit steps of the two quantities, by configuration and band."""
     total = sum(2 * len(data.frequency) for data in hypothesis.data)
     found, first = [], 0
     for i, data in enumerate(hypothesis.data):
@@ -59,7 +60,7 @@ def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, floa
         edges = np.quantile(np.log(f), np.linspace(0, 1, min(_BANDS, len(data.centres)) + 1))
         for low, high in pairwise(edges):
             inside = ((np.log(f) >= low) & (np.log(f) <= high)).astype(complex)
-            for quantity, step in (("level", inside), ("phase", 1j * inside)):
+            for quantity, step in zip(hypothesis.quantities, (inside, 1j * inside), strict=True):
                 column = np.zeros(total)
                 column[first : first + 2 * n] = hypothesis.whitened(i, step)
                 found.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
@@ -67,7 +68,7 @@ def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, floa
     return found
 
 
-def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
+def locate(hypothesis: AnyHypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
     """Return the places of the gap, the most significant first, and the significance that chance reaches.
 
     ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C the covariance of noise and of all unknowns, linearised; the second number

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from scipy.special import logsumexp
 
 from multilayer.diagnosis.discrepancy import discrepancy_evidence, tolerant_p_value
-from multilayer.diagnosis.effects.base import Effect
+from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.held_out import Shrinkage
 from multilayer.diagnosis.thresholds import (
-    CANDIDATES,
     CERTAIN_P,
     FIT_P,
-    GLOBAL_P,
-    LEAST_EVIDENCE,
+    LEAST_SCORE,
     LEAST_SHRINKAGE,
+    N_FIRST,
+    N_SECOND,
+    PRIOR_NONE,
+    PRIOR_ONE,
+    PRIOR_TWO,
+    PRIOR_UNKNOWN,
+    RIGHT_GUARDED,
+    RIGHT_NO_GAP,
     SECOND_EVIDENCE,
     TEMPERATURE,
     TIED,
@@ -31,6 +36,7 @@ Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)
 _SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)
 _LARGE = (0.01, 0.02, 0.04, 0.08)
+_MOST_TIMES = 10.0  # its usual size, of an effect whose gain is estimated
 
 
 @dataclass(frozen=True)
@@ -45,47 +51,113 @@ class Hypotheses:
     evidence : dict
         Log evidence by names, the tolerance being allowed in each; the nominal model under ``()``, none of the known
         effects under ``("unknown",)``.
+    n_effects : int
+        How many effects were tried by themselves.
     """
 
     nominal: Fitted
     fitted: dict[tuple[str, ...], Fitted]
     evidence: dict[tuple[str, ...], float]
+    n_effects: int
+
+    def score(self, names: tuple[str, ...]) -> float:
+        """Return the logarithm of evidence times prior: how common such a cause is, shared by all of its kind."""
+        if names == ():
+            return self.evidence[names] + float(np.log(PRIOR_NONE))
+        if names == UNKNOWN:
+            return self.evidence[names] + float(np.log(PRIOR_UNKNOWN))
+        n = max(self.n_effects, 1)
+        prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
+        return self.evidence[names] + float(np.log(prior))
 
     @property
     def ranked(self) -> list[tuple[str, ...]]:
         """Names of the causes, the most probable first; without the nominal model."""
-        return sorted((names for names in self.evidence if names), key=lambda names: -self.evidence[names])
+        return sorted((names for names in self.evidence if names), key=lambda names: -self.score(names))
 
     def probabilities(self) -> dict[tuple[str, ...], float]:
-        """Return probabilities by names: evidence over the temperature that development runs called for."""
+        """Return probabilities by names: scores over the temperature that development runs called for."""
         names = list(self.evidence)
-        scaled = np.array([self.evidence[n] for n in names]) / TEMPERATURE
+        scaled = np.array([self.score(n) for n in names]) / TEMPERATURE
         shares = np.exp(scaled - logsumexp(scaled))
         return dict(zip(names, (float(p) for p in shares), strict=True))
 
+    def probability_of(self, decision: Decision) -> float:
+        """Return the probability that a verdict is right.
+
+        Where a guard overrules the evidence (a misfit that remains, or no shrinkage on held-out data), or chance
+        explains the misfit, no less than what such verdicts reached on development runs.
+        """
+        probabilities = self.probabilities()
+        if decision.verdict == "no_gap":
+            return max(probabilities[()], RIGHT_NO_GAP)
+        if decision.verdict == "unknown":
+            return max(probabilities[UNKNOWN], RIGHT_GUARDED if decision.guarded else 0.0)
+        return probabilities[decision.best]
+
 
 def tolerant_evidence(fitted: Fitted) -> float:
-    """Return the log evidence of a hypothesis that may be off by as much as solvers are."""
+    """Return the log evidence of a hypothesis that may be off by as much as solvers, and its laws, are."""
     return discrepancy_evidence(fitted.hypothesis, fitted.minimum, _SMALL)[0]
 
 
-def compare(nominal: Fitted, singles: Mapping[tuple[str, ...], Fitted], effects: Mapping[str, Effect]) -> Hypotheses:
-    """Return the evidence of nominal model, single effects, pairs of the best, and of something unknown."""
+def compare(
+    nominal: Fitted, singles: Mapping[tuple[str, ...], Fitted], effects: Mapping[str, BaseEffect]
+) -> Hypotheses:
+    """Return the evidence of nominal model, single effects, pairs of promising ones, and of something unknown."""
     fitted = dict(singles)
     evidence = {names: tolerant_evidence(one) for names, one in {(): nominal, **fitted}.items()}
-    best = sorted(singles, key=lambda names: -evidence[names])[:CANDIDATES]
-    if best and evidence[best[0]] - evidence[()] > LEAST_EVIDENCE:
-        for first, second in combinations(best, 2):
-            pair = _pair(singles[first], effects[second[0]])
+    best = sorted(singles, key=lambda names: -evidence[names])
+    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE:
+        for names, second in _promising(singles, best, effects):
+            pair = _pair(singles[names], effects[second])
             score = tolerant_evidence(pair)
-            if score > max(evidence[first], evidence[second]) + SECOND_EVIDENCE:
+            if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
     evidence[UNKNOWN] = discrepancy_evidence(nominal.hypothesis, nominal.minimum, _LARGE)[0]
-    return Hypotheses(nominal, fitted, evidence)
+    return Hypotheses(nominal, fitted, evidence, len(singles))
 
 
-def _pair(one: Fitted, other: Effect) -> Fitted:
-    hypothesis = replace(one.hypothesis, effects=(*one.hypothesis.effects, other))
+def _promising(
+    singles: Mapping[tuple[str, ...], Fitted], best: Sequence[tuple[str, ...]], effects: Mapping[str, BaseEffect]
+) -> list[tuple[tuple[str, ...], str]]:
+    """Return pairs to be fitted: the best effects, each with those that would gain most beside it, no pair twice."""
+    found: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
+    for names in best[:N_FIRST]:
+        others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
+        gains = expected_gains(singles[names], others)
+        for second in sorted(gains, key=lambda name: -gains[name])[:N_SECOND]:
+            if gains[second] > SECOND_EVIDENCE:
+                found.setdefault(frozenset((*names, second)), (names, second))
+    return list(found.values())
+
+
+def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str, float]:
+    """Return by about how much the cost would fall with each of some further effects: half the score statistic.
+
+    From the change of the residuals that an effect of its usual size makes, taken as proportional to that size.
+    """
+    hypothesis, minimum = fitted.hypothesis, fitted.minimum
+    gains = {}
+    for name, effect in others.items():
+        more = hypothesis.with_effects(*hypothesis.effects, effect)
+        parts = [p.prior.normal is not None for p in effect.parameters]
+        steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
+        change = more.residual(steps) - minimum.residual
+        if not np.all(np.isfinite(change)):
+            gains[name] = 0.0
+            continue
+        along = minimum.jacobian.T @ change
+        stiffness = float(change @ change - along @ np.linalg.solve(minimum.precision, along))
+        pull = -float(minimum.residual @ change)
+        low = -_MOST_TIMES if any(parts) else 0.0
+        times = float(np.clip(pull / max(stiffness, 1e-12), low, _MOST_TIMES))
+        gains[name] = times * pull - 0.5 * times**2 * stiffness
+    return gains
+
+
+def _pair(one: Fitted, other: BaseEffect) -> Fitted:
+    hypothesis = one.hypothesis.with_effects(*one.hypothesis.effects, other)
     return fit(hypothesis, one.minimum.z)
 
 
@@ -101,12 +173,15 @@ class Decision:
     group : list of tuple of str
         Hypotheses that the data cannot tell from it.
     reason : str
+    guarded : bool
+        Whether the verdict is "unknown" against the evidence.
     """
 
     verdict: Verdict
     best: tuple[str, ...]
     group: list[tuple[str, ...]]
     reason: str
+    guarded: bool = False
 
 
 def global_p_value(nominal: Fitted) -> float:
@@ -115,14 +190,16 @@ def global_p_value(nominal: Fitted) -> float:
 
 
 def is_gap(found: Hypotheses) -> bool:
-    """Tell whether there is a gap at all."""
-    p = global_p_value(found.nominal)
-    return p <= CERTAIN_P or (p <= GLOBAL_P and _is_supported(found))
+    """Tell whether there is a gap: a cause is well ahead of the nominal model, or chance cannot explain the misfit.
+
+    A single effect of a known kind shows in the evidence long before it shows in the sum of all squares.
+    """
+    return _is_supported(found) or global_p_value(found.nominal) <= CERTAIN_P
 
 
 def _is_supported(found: Hypotheses) -> bool:
-    """Tell whether some cause has more evidence than the nominal model."""
-    return max(found.evidence[names] for names in found.ranked) - found.evidence[()] >= LEAST_EVIDENCE
+    """Tell whether some cause is well ahead of the nominal model."""
+    return found.score(found.ranked[0]) - found.score(()) >= LEAST_SCORE
 
 
 def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
@@ -131,21 +208,27 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     if not is_gap(found):
         return Decision("no_gap", (), [], f"a misfit as large has the probability {p:.2g} without any effect")
     if not _is_supported(found):
-        text = f"a misfit as large has the probability {p:.1g}, and no known effect makes it more probable"
-        return Decision("unknown", UNKNOWN, [UNKNOWN], text)
+        text = f"a misfit as large has the probability {_told(p)}, and no known effect makes it more probable"
+        return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)
     best = _carried_over(found.ranked[0], shrinkage)
-    group = _group(found, best)
     if best == UNKNOWN:
-        return Decision("unknown", best, group, "a smooth discrepancy explains the gap better than any known effect")
-    fitted, held = found.fitted[best], shrinkage.get(best)
+        text = "a smooth discrepancy explains the gap better than any known effect"
+        return Decision("unknown", best, _group(found, best), text)
+    fitted, held, label = found.fitted[best], shrinkage.get(best), in_words(best)
     own = tolerant_p_value(fitted.hypothesis, fitted.minimum, TOLERANCE)
-    label = " and ".join(best)
+    text = ""
     if own < FIT_P:
-        return Decision("unknown", best, group, f"{label} explains most, but leaves a misfit of probability {own:.1g}")
-    if held is not None and np.isfinite(held.share) and held.share < LEAST_SHRINKAGE:
+        text = f"{label} explains most, but leaves a misfit of probability {_told(own)}"
+    elif held is not None and np.isfinite(held.share) and held.share < LEAST_SHRINKAGE:
         text = f"with {label} the gap on held-out data shrinks by {100 * held.share:.0f} % only"
-        return Decision("unknown", best, group, text)
+    group = _group(found, best)
+    if text:
+        return Decision("unknown", best, group, text, guarded=True)
     return Decision("effect", best, group, f"{label} explains the gap")
+
+
+def _told(p: float) -> str:
+    return f"{p:.1g}" if p > 1e-300 else "below 1e-300"
 
 
 def _carried_over(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> tuple[str, ...]:
@@ -158,8 +241,8 @@ def _carried_over(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shr
 
 
 def _group(found: Hypotheses, best: tuple[str, ...]) -> list[tuple[str, ...]]:
-    top = found.evidence[best]
-    tied = [names for names in found.ranked if abs(top - found.evidence[names]) < TIED and names != best]
+    top = found.score(best)
+    tied = [names for names in found.ranked if top - found.score(names) < TIED and names not in (best, UNKNOWN)]
     return [best, *tied]
 
 

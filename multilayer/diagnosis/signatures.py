@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import Effect
+from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import DETECTED
 from multilayer.inverse.problem import Minimum
 
 
-def signature(nominal: Fitted, effect: Effect) -> RealArray:
+def signature(nominal: Fitted, effect: BaseEffect) -> RealArray:
     """Return what an effect of its prior's median size does to the whitened residuals, shape (n_data,).
 
     Signed parameters are taken at one standard deviation.
     """
-    hypothesis = replace(nominal.hypothesis, effects=(effect,))
+    hypothesis = nominal.hypothesis.with_effects(effect)
     z = np.concatenate([nominal.minimum.z, [1.0 if p.prior.normal else 0.0 for p in effect.parameters]])
     return np.asarray(hypothesis.residual(z) - nominal.hypothesis.residual(nominal.minimum.z))
 
@@ -37,7 +36,7 @@ def inner_products(minimum: Minimum, columns: RealArray) -> tuple[RealArray, Rea
     return np.asarray(gram / np.outer(norms, norms)), np.asarray(norms / bare)
 
 
-def detectable(nominal: Fitted, effects: Mapping[str, Effect], columns: RealArray) -> dict[str, dict[str, object]]:
+def detectable(nominal: Fitted, effects: Mapping[str, BaseEffect], columns: RealArray) -> dict[str, dict[str, object]]:
     """Return the smallest size of each effect that this campaign would show, in the unit of its first parameter.
 
     Where the signature of the effect, taken as proportional to that parameter, is `DETECTED` standard deviations.

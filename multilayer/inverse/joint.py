@@ -68,6 +68,15 @@ class ConfigurationData:
         rough = (0.1 * model_error) ** 2
         return np.asarray(np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2))
 
+    def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
+        """Return the data of some bursts, by their indices, which are numbered anew."""
+        inside = np.isin(self.burst, kept)
+        renumbered = np.searchsorted(kept, self.burst[inside])
+        return replace(
+            self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
+            variance=self.variance[inside], centres=self.centres[kept],
+        )  # fmt: skip
+
 
 def whitening(data: ConfigurationData, model_error: float) -> RealArray:
     """Return the matrix W that makes one part of ln(ratio) independent and of unit variance."""
@@ -253,8 +262,8 @@ class JointProblem:
 
     @cached_property
     def law_parameters(self) -> tuple[Parameter, ...]:
-        """The law's unknowns, as natural logarithms."""
-        boxes = zip(self.space.names, self.space.low, self.space.high, strict=True)
+        """Natural logarithms of the law's unknowns, or of their products; `LawSpace.coordinates`."""
+        boxes = zip(self.space.coordinates, self.space.low, self.space.high, strict=True)
         return tuple(
             Parameter(name=f"ln {name}", prior=Prior(uniform=(float(low), float(high)))) for name, low, high in boxes
         )

@@ -96,11 +96,8 @@ class Chain:
         return replace(self, **changes)  # type: ignore[arg-type]
 
 
-class Effect:
-    """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
-
-    The model of a datum is made in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the motion
-    of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not act.
+class BaseEffect:
+    """What every unmodelled effect says of itself; `Effect` is one of the two-plate rig, `TubeEffect` one of a tube.
 
     Attributes
     ----------
@@ -116,16 +113,33 @@ class Effect:
         With priors in SI units.
     absent : mapping
         Values of parameters at which the effect vanishes, where that is not at their smallest (0 for signed ones).
-    needs_finite_elements : bool
-        Whether the rods are replaced by finite elements of the free rim.
+    law_error : float
+        How well the law is known: relative error of what the effect changes, one standard deviation, smooth in ln f.
     """
 
+    kind: ClassVar[str]
     name: ClassVar[str]
     law: ClassVar[str]
     separated_by: ClassVar[str]
     source: ClassVar[str] = ""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     absent: ClassVar[Mapping[str, float]] = {}
+    law_error: ClassVar[float] = 0.15
+
+
+class Effect(BaseEffect):
+    """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
+
+    The model of a datum is made in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the motion
+    of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not act.
+
+    Attributes
+    ----------
+    needs_finite_elements : bool
+        Whether the rods are replaced by finite elements of the free rim.
+    """
+
+    kind = "two-plate rig"
     needs_finite_elements: ClassVar[bool] = False
 
     def applies(self, campaign: Campaign) -> bool:
@@ -145,7 +159,7 @@ class Effect:
         return motion
 
 
-EFFECTS: Registry[type[Effect]] = Registry("multilayer.effects", "effect")
+EFFECTS: Registry[type[BaseEffect]] = Registry("multilayer.effects", "effect")
 
 
 def positive(name: str, median: float, spread: float, unit: str = "") -> Parameter:
@@ -163,4 +177,4 @@ def between(name: str, low: float, high: float, unit: str = "") -> Parameter:
     return Parameter(name=name, prior=Prior(uniform=(low, high)), unit=unit)
 
 
-__all__ = ["EFFECTS", "Chain", "Effect", "Setting", "Values", "between", "positive", "signed"]
+__all__ = ["EFFECTS", "BaseEffect", "Chain", "Effect", "Setting", "Values", "between", "positive", "signed"]
