@@ -93,14 +93,16 @@ def _point(index: int, campaign: Campaign, burst: BurstFit, sensor_mass: float) 
     configuration = campaign.configuration(burst.configuration)
     if burst.errors is None:
         raise InputError(f"{campaign.folder}: the parts of the uncertainties are missing; fit the campaign anew")
+    # without stated uncertainties the mean is one over the region of eq. (10), which these errors say nothing of
+    stated, best = bool(burst.errors.stated), burst.optimum
     return ModulusPoint(
         campaign=index,
         configuration=burst.configuration,
         frequency=burst.frequency,
         specimen=(configuration.specimen_thickness, configuration.specimen_radius),
         stress=static_stress(campaign, configuration, sensor_mass),
-        storage_modulus=burst.storage_modulus,
-        loss_factor=burst.loss_factor,
+        storage_modulus=burst.storage_modulus if stated else best.storage_modulus,
+        loss_factor=burst.loss_factor if stated else best.loss_modulus / best.storage_modulus,
         spread=(burst.storage_modulus_std / burst.storage_modulus, burst.loss_factor_std),
         errors=burst.errors,
     )
@@ -111,7 +113,9 @@ def values_of(points: Sequence[ModulusPoint]) -> RealArray:
     return np.array([math.log(p.storage_modulus) for p in points] + [p.loss_factor for p in points])
 
 
-def covariance_of(points: Sequence[ModulusPoint], scatter: float = 0.0) -> RealArray:
+def covariance_of(
+    points: Sequence[ModulusPoint], scatter: float = 0.0, common: frozenset[str] = frozenset()
+) -> RealArray:
     """Return the covariance of `values_of`, shape (2 n, 2 n).
 
     Parameters
@@ -119,18 +123,20 @@ def covariance_of(points: Sequence[ModulusPoint], scatter: float = 0.0) -> RealA
     points : sequence of ModulusPoint
     scatter : float
         Relative standard deviation of E1, and of the loss factor, from specimen to specimen.
+    common : set of str
+        Errors that are the same in all campaigns, as ``channel_gain``.
 
     Notes
     -----
     Gain and delay of the channels, density and plate mass are one error per campaign, the remounting's gain one per
-    configuration, the thickness one per height. Errors of different campaigns are independent. The model's own error
-    (0.2 % of the transmissibility, smooth in ln f) is one function of frequency per configuration.
+    configuration, the thickness one per height. Errors of different campaigns are independent but for `common`. The
+    model's own error (0.2 % of the transmissibility, smooth in ln f) is one function of frequency per configuration.
     """
     n = len(points)
     total = np.diag(np.full(2 * n, _FLOOR**2))
     for i, point in enumerate(points):
         total[np.ix_([i, n + i], [i, n + i])] += _own(point)
-    shared = _shared(points, scatter)
+    shared = _shared(points, scatter, common)
     return np.asarray(total + shared @ shared.T + _of_the_model(points))
 
 
@@ -146,11 +152,12 @@ def _own(point: ModulusPoint) -> RealArray:
     return own
 
 
-def _shared(points: Sequence[ModulusPoint], scatter: float) -> RealArray:
+def _shared(points: Sequence[ModulusPoint], scatter: float, common: frozenset[str]) -> RealArray:
     """Return a column for each error that several points share, shape (2 n, n_errors)."""
     n, columns = len(points), dict[Hashable, RealArray]()
     for i, point in enumerate(points):
-        parts = {_owner(name, point): shift for name, shift in point.errors.stated.items()}
+        stated = point.errors.stated.items()
+        parts = {name if name in common else _owner(name, point): shift for name, shift in stated}
         specimen = (point.campaign, point.specimen)
         parts["stiffness", specimen] = np.array([scatter, 0.0])
         parts["damping", specimen] = np.array([0.0, scatter * point.loss_factor])

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
-from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
+from multilayer.inverse.correlated import birge
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen, covariance_of, values_of
 
 Cell: TypeAlias = tuple[Specimen, float]
 """A specimen at a frequency, Hz."""
-_CHANCE = 0.05  # below it the scatter is more than the stated errors, which are then enlarged
 _STEPS, _SETTLED = 50, 1e-10
 _LEAST = -0.9  # b s, d s: a modulus stays above 0
 
@@ -46,9 +45,7 @@ class Solution:
     @property
     def scale(self) -> float:
         """Birge's ratio where the scatter is more than chance, else 1."""
-        if not self.degrees or chi2.sf(self.chi_square, self.degrees) > _CHANCE:
-            return 1.0
-        return float(np.sqrt(self.chi_square / self.degrees))
+        return birge(self.chi_square, self.degrees)
 
 
 @dataclass(frozen=True)
@@ -62,16 +59,19 @@ class Regression:
         Hz; those with a slope of their own where slopes are `apart`.
     apart : tuple of bool
         Whether every frequency has a slope of its own, of E1 and of the loss factor.
+    all_cells : list of Cell, optional
+        More than those of the points.
     """
 
     points: list[ModulusPoint]
     frequencies: list[float]
     apart: tuple[bool, bool]
+    all_cells: list[Cell] | None = None
 
     @cached_property
     def cells(self) -> list[Cell]:
         """What values at zero stress belong to, in order."""
-        return sorted({(p.specimen, p.frequency) for p in self.points})
+        return self.all_cells or sorted({(p.specimen, p.frequency) for p in self.points})
 
     @cached_property
     def _cell(self) -> RealArray:
@@ -102,6 +102,14 @@ class Regression:
         upper = [self._cell, zero[0], self._slope[0] * s / (1 + stiffening[:, None]), zero[2]]
         lower = [zero[0], self._cell * (1 + damping[:, None]), zero[1], self._slope[1] * s * losses[:, None]]
         return values, np.concatenate([np.concatenate(upper, axis=1), np.concatenate(lower, axis=1)])
+
+    def line(self, solution: Solution, cell: Cell, stress: RealArray) -> tuple[RealArray, RealArray]:
+        """Return (ln E1, loss factor) of a cell at stresses (n,), Pa, and standard deviations, both of shape (n, 2)."""
+        near = next(p for p in self.points if (p.specimen, p.frequency) == cell)
+        there = replace(self, points=[replace(near, stress=float(s)) for s in stress], all_cells=self.cells)
+        values, slopes = there._modelled(solution.z)
+        spread = solution.scale * np.sqrt(np.einsum("ij,jk,ik->i", slopes, solution.covariance, slopes))
+        return values.reshape(2, -1).T, spread.reshape(2, -1).T
 
     def solve(self) -> Solution:
         """Return the solution by Gauss and Newton's steps."""
