@@ -8,6 +8,7 @@ import sys
 
 import typer
 
+from multilayer.cli.anisotropy import anisotropy
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
@@ -15,6 +16,7 @@ from multilayer.cli.effects import effects
 from multilayer.cli.fit import fit
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
+from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
@@ -42,6 +44,8 @@ app.command()(simulate)
 app.command()(compare)
 app.command()(fit)
 app.command()(methods)
+app.command()(preload)
+app.command()(anisotropy)
 app.command()(diagnose)
 app.command()(effects)
 app.command("shape-factor")(shape_factor)
