@@ -69,12 +69,22 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _
         Coordinates tried for the effects that `start` does not hold.
     """
     missing = len(hypothesis.parameters) - len(start)
-    points = [np.concatenate([start, np.full(missing, at)]) for at in (starts if missing else (0.0,))]
+    points = [np.concatenate([start, at]) for at in _starting_points(hypothesis, missing, starts)]
     # the starts are compared where they are: only the best two are followed
     costs = [float(np.sum(hypothesis.residual(z) ** 2) + z @ z) for z in points]
     best = [points[i] for i in np.argsort(costs)[:2]]
     found = [minimise(hypothesis, z) for z in best]
     return Fitted(hypothesis, min(found, key=lambda minimum: minimum.cost))
+
+
+def _starting_points(hypothesis: AnyHypothesis, missing: int, starts: Sequence[float]) -> list[RealArray]:
+    """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
+    if not missing:
+        return [np.empty(0)]
+    own = hypothesis.effects[-1].starts if hypothesis.effects else ()
+    if own and len(own[0]) == missing:
+        return [np.array(point) for point in own]
+    return [np.full(missing, at) for at in starts]
 
 
 def fit_effects(nominal: Fitted, effects: Mapping[str, BaseEffect]) -> dict[tuple[str, ...], Fitted]:

@@ -115,6 +115,8 @@ class BaseEffect:
         Values of parameters at which the effect vanishes, where that is not at their smallest (0 for signed ones).
     law_error : float
         How well the law is known: relative error of what the effect changes, one standard deviation, smooth in ln f.
+    starts : tuple of tuple of float
+        Coordinates of all parameters from which fits start; the middle of the priors and 1.5 to either side when empty.
     """
 
     kind: ClassVar[str]
@@ -125,6 +127,7 @@ class BaseEffect:
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     absent: ClassVar[Mapping[str, float]] = {}
     law_error: ClassVar[float] = 0.15
+    starts: ClassVar[tuple[tuple[float, ...], ...]] = ()
 
 
 class Effect(BaseEffect):

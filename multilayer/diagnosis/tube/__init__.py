@@ -1,0 +1,1 @@
+"""The diagnosis of impedance tubes: data, hypothesis, file."""

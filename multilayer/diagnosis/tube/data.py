@@ -1,0 +1,179 @@
+"""Reflection coefficients measured in a tube, as a diagnosis takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, IndexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.inverse.measured_columns import MeasuredValues, zero_noise
+from multilayer.inverse.measurement_file import Reflection, SurfaceImpedance
+from multilayer.inverse.observations import Scale
+from multilayer.inverse.whitening import CorrelatedError, ValueNoise, Whitening, whitening
+
+TUBE_ERROR = CorrelatedError(0.01)  # of R, where the file says none: what mounting a sample again changes
+_MOST = 96  # frequencies of one measurement: neighbours tell nothing new, their errors being correlated
+_GROUPS = 12  # of frequencies that are left out together
+_FEWEST = 8
+_THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # differences without what is smooth
+_LARGE, _SMALL = 80.0, 4.0  # medians of |Z| that no sample has as a multiple of rho c, and in Pa s/m
+
+
+@dataclass(frozen=True)
+class TubeData:
+    """One measurement.
+
+    Attributes
+    ----------
+    name, stack : str
+        Its own, and that of the stack that was measured.
+    angle : float
+        Degrees from the normal.
+    frequency : array, shape (n,)
+        Hz.
+    burst : array of int, shape (n,)
+        Group of neighbouring frequencies.
+    centres : array, shape (n_groups,)
+        Hz.
+    reflection : complex array, shape (n,)
+    slope : complex array, shape (n,)
+        Derivative of the reflection coefficient by the measured quantity, to which `noise` belongs.
+    amounts : complex array, shape (n,)
+        What a stated model error is relative to.
+    noise : ValueNoise
+    error : CorrelatedError
+    estimated : float or None
+        Standard deviation of the noise of each part of R, where it is estimated.
+    """
+
+    name: str
+    stack: str
+    angle: float
+    frequency: RealArray
+    burst: IndexArray
+    centres: RealArray
+    reflection: ComplexArray
+    slope: ComplexArray
+    amounts: ComplexArray
+    noise: ValueNoise
+    error: CorrelatedError
+    estimated: float | None = None
+
+    @cached_property
+    def whitening(self) -> Whitening:
+        """What makes differences of R independent numbers of unit variance."""
+        return whitening(self.frequency, self.slope, self.amounts, self.noise, self.error)
+
+    @cached_property
+    def spread(self) -> tuple[RealArray, RealArray]:
+        """Standard deviations of real and imaginary part, shape (n,) each, of noise and model error together."""
+        assert self.whitening.dense is not None  # there always is a model error
+        covariance = np.linalg.inv(self.whitening.dense.T @ self.whitening.dense)
+        real, imaginary = np.sqrt(np.diag(covariance)).reshape(2, -1)
+        return real, imaginary
+
+    def part(self, kept: IndexArray) -> TubeData:
+        """Return the data of some groups, by their indices, which are numbered anew."""
+        index = np.flatnonzero(np.isin(self.burst, kept))
+        return replace(
+            self, frequency=self.frequency[index], burst=np.searchsorted(kept, self.burst[index]),
+            centres=self.centres[kept], reflection=self.reflection[index], slope=self.slope[index],
+            amounts=self.amounts[index], noise=ValueNoise(self.noise.real[index], self.noise.imaginary[index]),
+        )  # fmt: skip
+
+
+def tube_data(
+    measurement: SurfaceImpedance | Reflection, name: str, stack: str, scale: Scale, values: MeasuredValues
+) -> TubeData:
+    """Return a measurement as data of a diagnosis: frequencies evenly over ln f, noise estimated where none is said.
+
+    Parameters
+    ----------
+    measurement : SurfaceImpedance or Reflection
+    name, stack : str
+    scale : Scale
+        Reflection coefficient of the measured quantity.
+    values : MeasuredValues
+
+    Raises
+    ------
+    InputError
+        When there are too few frequencies, or noise must be estimated and cannot.
+    """
+    f, v = values.frequency, np.asarray(values.values, dtype=complex)
+    if len(f) < _FEWEST:
+        raise InputError(f"{name}: {len(f)} frequencies are too few for a diagnosis, which needs {_FEWEST}")
+    _refuse_contradiction(measurement, name, v)
+    reflection, slope = scale.of_measured(v), np.asarray(scale.slope(v), dtype=complex)
+    estimated = None if _has_noise(values) else roughness(reflection)
+    noise = values.noise
+    if estimated is not None:
+        size = estimated / np.abs(slope)
+        noise = ValueNoise(size, size)
+    else:
+        for zero in zero_noise(values):
+            raise InputError(f"{name}: the noise is 0 at {zero:g} Hz; add an absolute one, as {{absolute: ...}}")
+    stated = measurement.model_error
+    error = TUBE_ERROR if stated is None else CorrelatedError(stated.relative, stated.length)
+    kept = _even(f)
+    burst = _groups(f[kept])
+    centres = np.array([np.exp(np.mean(np.log(f[kept][burst == g]))) for g in range(burst.max() + 1)])
+    return TubeData(
+        name, stack, measurement.angle, f[kept], burst, centres, np.asarray(reflection[kept], dtype=complex),
+        slope[kept], np.asarray(1 / slope if stated is None else v, dtype=complex)[kept],
+        ValueNoise(noise.real[kept], noise.imaginary[kept]), error, estimated,
+    )  # fmt: skip
+
+
+def _has_noise(values: MeasuredValues) -> bool:
+    return bool(np.any(values.noise.real) or np.any(values.noise.imaginary))
+
+
+def _groups(f: RealArray) -> IndexArray:
+    """Return the group of each frequency: about evenly over ln f, none of them empty."""
+    edges = np.geomspace(f[0], f[-1], min(_GROUPS, len(f) // 2) + 1)[1:-1]
+    return np.asarray(np.unique(np.searchsorted(edges, f, side="right"), return_inverse=True)[1])
+
+
+def _even(f: RealArray) -> IndexArray:
+    """Return the indices of frequencies about evenly spaced in ln f."""
+    if len(f) <= _MOST:
+        return np.arange(len(f))
+    wanted = np.geomspace(f[0], f[-1], _MOST)
+    right = np.clip(np.searchsorted(f, wanted), 1, len(f) - 1)
+    nearest = np.where(wanted - f[right - 1] < f[right] - wanted, right - 1, right)
+    return np.unique(nearest)
+
+
+def roughness(reflection: ComplexArray) -> float:
+    """Return the standard deviation of the noise of each part of R, from third differences of neighbouring values.
+
+    What is smooth over four neighbours cancels; the rest counts as noise, so that a coarse grid overstates it. Errors
+    common to neighbours, as those of mounting, are not seen. A median, for the sake of steps and outliers.
+    """
+    differences = np.convolve(reflection, _THIRD, mode="valid")
+    size = float(np.median(np.abs(np.concatenate([differences.real, differences.imag]))))
+    return max(size / 0.6745 / float(np.sqrt(np.sum(_THIRD**2))), 1e-5)
+
+
+def _refuse_contradiction(measurement: SurfaceImpedance | Reflection, name: str, values: ComplexArray) -> None:
+    """Refuse values whose size contradicts what the file says they are."""
+    typical = float(np.median(np.abs(values)))
+    if isinstance(measurement, Reflection):
+        if typical > 1.5:
+            raise InputError(
+                f"{name}: these are no reflection coefficients: half of them exceed {typical:.3g}, and no passive "
+                "sample reflects more than comes; if they are impedances, say 'kind: surface_impedance'"
+            )
+    elif measurement.normalised and typical > _LARGE:
+        raise InputError(
+            f"{name}: an impedance of typically {typical:.3g} times rho c; if it is in Pa s/m, say 'normalised: false'"
+        )
+    elif not measurement.normalised and typical < _SMALL:
+        raise InputError(
+            f"{name}: an impedance of typically {typical:.3g} Pa s/m is far below that of air; if it is a multiple of "
+            "rho c, say 'normalised: true'"
+        )

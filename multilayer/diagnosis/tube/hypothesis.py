@@ -1,0 +1,190 @@
+"""Stacks in a tube under a hypothesis: unknown fields, and some unmodelled effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.effects.base import BaseEffect, Values
+from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
+from multilayer.diagnosis.tube.data import TubeData
+from multilayer.errors import MultilayerError
+from multilayer.inverse.priors import Parameter, values_of
+from multilayer.inverse.problem import by_differences
+from multilayer.inverse.stack_unknowns import Unknown
+from multilayer.simulation.located import with_values
+from multilayer.simulation.warned import collected_warnings
+from multilayer.stack import Stack
+
+_AT_ONCE = 16_384  # samples times frequencies of one batched solve
+
+
+@dataclass(frozen=True)
+class TubeHypothesis:
+    """A `Problem`: nominal stacks with unknown fields, and effects; what is compared is the reflection coefficient.
+
+    Attributes
+    ----------
+    stacks : mapping
+        By name, with nominal values.
+    unknowns : tuple of Unknown
+    measurements : tuple of TubeData
+    tube : Tube
+    effects : tuple of TubeEffect
+    seen : tuple of TubeData, optional
+        The data that residuals are made of; all when left out.
+    """
+
+    stacks: Mapping[str, Stack]
+    unknowns: tuple[Unknown, ...]
+    measurements: tuple[TubeData, ...]
+    tube: Tube = field(default_factory=Tube)
+    effects: tuple[TubeEffect, ...] = ()
+    seen: tuple[TubeData, ...] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def quantities(self) -> tuple[str, str]:
+        """What the parts of R are called."""
+        return ("real", "imag")
+
+    @cached_property
+    def nominal_parameters(self) -> tuple[Parameter, ...]:
+        """Coordinates of the unknowns."""
+        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+
+    @cached_property
+    def effect_parameters(self) -> tuple[Parameter, ...]:
+        """The effects' parameters, as ``rear_air_gap.depth``."""
+        return tuple(
+            parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
+            for effect in self.effects
+            for parameter in effect.parameters
+        )
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Unknowns, effects."""
+        return (*self.nominal_parameters, *self.effect_parameters)
+
+    @cached_property
+    def start(self) -> RealArray:
+        """Coordinates of the unknowns near the nominal values."""
+        return np.concatenate([unknown.start for unknown in self.unknowns])
+
+    @property
+    def data(self) -> tuple[TubeData, ...]:
+        """The data in use."""
+        return self.measurements if self.seen is None else self.seen
+
+    @cached_property
+    def settings(self) -> tuple[TubeSetting, ...]:
+        """What effects see of every measurement."""
+        return tuple(
+            TubeSetting(data.name, data.frequency, data.angle, self.stacks[data.stack], self.tube) for data in self.data
+        )
+
+    def admits(self, effect: BaseEffect) -> bool:
+        """Tell whether an effect can act in some measurement: only one of tubes can."""
+        return isinstance(effect, TubeEffect) and any(effect.applies(setting) for setting in self.settings)
+
+    def with_effects(self, *effects: TubeEffect) -> TubeHypothesis:
+        """Return the hypothesis of other effects."""
+        return replace(self, effects=effects)
+
+    def of(self, data: Sequence[TubeData]) -> TubeHypothesis:
+        """Return the same with residuals of some data only."""
+        return replace(self, seen=tuple(data))
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data); NaN where a stack has no response."""
+        parts = [self.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
+        return np.concatenate(parts, axis=-1)
+
+    def whitened(self, index: int, difference: ComplexArray) -> RealArray:
+        """Return a difference of R of one measurement as independent unit normal numbers, shape (..., 2 n)."""
+        return self.data[index].whitening(np.asarray(difference, dtype=complex))
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative, from one batch."""
+        return by_differences(self.residual, z)
+
+    def log_ratios(self, z: RealArray) -> list[ComplexArray]:
+        """Return R modelled minus measured, shape (..., n), of every measurement."""
+        return [r - data.reflection for r, data in zip(self.reflections(z), self.data, strict=True)]
+
+    def reflections(self, z: RealArray) -> list[ComplexArray]:
+        """Return R as the tube would report it, shape (..., n), of every measurement."""
+        return [self.predict(setting, data.stack, z) for setting, data in zip(self.settings, self.data, strict=True)]
+
+    def without_effect(self, index: int, z: RealArray) -> list[ComplexArray]:
+        """Return `log_ratios` without one of the effects, everything else at the same coordinates (d,)."""
+        own = len(self.effects[index].parameters)
+        first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
+        others = (*self.effects[:index], *self.effects[index + 1 :])
+        return replace(self, effects=others).log_ratios(np.delete(z, np.s_[first : first + own]))
+
+    def predict(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
+        """Return R of a stack in any setting, shape (..., n), of coordinates of shape (..., d)."""
+        flat = np.asarray(z, dtype=float).reshape(-1, z.shape[-1])
+        step = max(1, _AT_ONCE // len(setting.frequency))
+        with collected_warnings():  # a search leaves the range of formulae
+            pieces = [self._batch(setting, stack, flat[i : i + step]) for i in range(0, len(flat), step)]
+        return np.concatenate(pieces).reshape(*z.shape[:-1], -1)
+
+    def _batch(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
+        """Return R, shape (m, n), of coordinates of shape (m, d); NaN where there is none."""
+        samples = self._samples(stack, z)
+        acting = [effect.changes_gas for effect in self.effects if effect.applies(setting)]
+        if not any(acting) and all(path.startswith("layers.") for path in samples):
+            try:
+                return self._respond(setting, stack, z)
+            except MultilayerError:  # one sample without a response spoils the batch
+                pass
+        return np.concatenate([self._respond_or_not(setting, stack, one[None]) for one in z])
+
+    def _respond_or_not(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
+        try:
+            return self._respond(setting, stack, z)
+        except MultilayerError:
+            return np.full((1, len(setting.frequency)), np.nan + 0j)
+
+    def _respond(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
+        samples = self._samples(stack, z)
+        # the gas takes no arrays: a single sample is written as numbers
+        alone = {path: column.item() for path, column in samples.items()} if len(z) == 1 else {}
+        sample = with_values(self.stacks[stack], alone or {path: c[:, None] for path, c in samples.items()})
+        values = self._effect_values(z[:, len(self.nominal_parameters) :])
+        acting = [pair for pair in zip(self.effects, values, strict=True) if pair[0].applies(setting)]
+        for effect, own in acting:
+            sample = effect.stack(setting, sample, own)
+        reflection = np.broadcast_to(setting.reflection(sample), (len(z), len(setting.frequency)))
+        for effect, own in acting:
+            reflection = effect.surface(setting, sample, reflection, own)
+        for effect, own in acting:
+            reflection = effect.reading(setting, reflection, own)
+        return np.broadcast_to(reflection, (len(z), len(setting.frequency)))
+
+    def _samples(self, stack: str, z: RealArray) -> dict[str, RealArray]:
+        """Return by path the values, shape (m,), of the unknown fields of a stack."""
+        found: dict[str, RealArray] = {}
+        first = 0
+        for unknown in self.unknowns:
+            own = z[:, first : first + len(unknown.parameters)]
+            first += len(unknown.parameters)
+            found |= {target.path: column for target, column in unknown.columns(own) if target.stack == stack}
+        return found
+
+    def _effect_values(self, z: RealArray) -> list[Values]:
+        flat = values_of(self.effect_parameters, z)
+        return [
+            {p.name: flat[f"{effect.name}.{p.name}"][:, None] for p in effect.parameters} for effect in self.effects
+        ]
