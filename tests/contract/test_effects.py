@@ -5,9 +5,10 @@ import pytest
 
 from multilayer.diagnosis.effects import EFFECTS, Effect
 from multilayer.diagnosis.effects.base import positive
+from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.testing import check_effect
 
-# the effects of the two-plate rig in ../shared/GAP.md
+# the effects of ../shared/GAP.md
 NAMES = {
     "finite_size", "sensor_mass", "adhesive", "channel_gain", "channel_delay", "high_pass", "crosstalk", "preload",
     "saturating_air", "dispersion", "plate_flexure", "sensor_mount", "rocking", "delamination", "skin",
@@ -15,8 +16,15 @@ NAMES = {
 }  # fmt: skip
 
 
-def test_all_effects_of_the_rig_are_there():
-    assert set(EFFECTS.names()) >= NAMES
+TUBE_NAMES = {
+    "rear_air_gap", "lateral_air_gap", "edge_constraint", "frame_motion", "facing", "sample_position",
+    "microphone_gain", "microphone_phase", "temperature", "thickness_error",
+}  # fmt: skip
+
+
+def test_all_effects_are_there():
+    assert set(EFFECTS.names()) >= NAMES | TUBE_NAMES
+    assert {name for name in EFFECTS if issubclass(EFFECTS[name], TubeEffect)} == TUBE_NAMES
 
 
 @pytest.mark.parametrize("name", EFFECTS.names())
@@ -53,14 +61,36 @@ class Nameless(Silent):
     law = ""
 
 
+class SilentTube(TubeEffect):
+    name = "silent_tube"
+    law = "nothing"
+    separated_by = "nothing"
+    source = "nowhere"
+    parameters = (positive("size", 1.0, 1.0),)
+
+
+class InplaceTube(SilentTube):
+    def reading(self, setting, reflection, values):
+        reflection *= 1 - 1e-3 * values["size"]
+        return reflection
+
+
+class JumpTube(SilentTube):
+    def reading(self, setting, reflection, values):
+        return reflection * 0.9
+
+
 @pytest.mark.parametrize(
     ("effect", "word"),
     [
         (Silent, "changes nothing"),
         (Jump, "still changes"),
         (Inplace, "changed in place"),
-        (Mixed, "other motions than one by one"),
+        (Mixed, "other responses than one by one"),
         (Nameless, "needs a 'law'"),
+        (SilentTube, "changes nothing"),
+        (InplaceTube, "changed in place"),
+        (JumpTube, "still changes"),
     ],
 )
 def test_a_broken_effect_is_told(effect, word):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -134,7 +135,7 @@ class TubeHypothesis:
 
     def predict(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
         """Return R of a stack in any setting, shape (..., n), of coordinates of shape (..., d)."""
-        flat = np.asarray(z, dtype=float).reshape(-1, z.shape[-1])
+        flat = z.reshape(math.prod(z.shape[:-1]), z.shape[-1])
         step = max(1, _AT_ONCE // len(setting.frequency))
         with collected_warnings():  # a search leaves the range of formulae
             pieces = [self._batch(setting, stack, flat[i : i + step]) for i in range(0, len(flat), step)]
@@ -166,7 +167,7 @@ class TubeHypothesis:
         acting = [pair for pair in zip(self.effects, values, strict=True) if pair[0].applies(setting)]
         for effect, own in acting:
             sample = effect.stack(setting, sample, own)
-        reflection = np.broadcast_to(setting.reflection(sample), (len(z), len(setting.frequency)))
+        reflection = np.array(np.broadcast_to(setting.reflection(sample), (len(z), len(setting.frequency))))
         for effect, own in acting:
             reflection = effect.surface(setting, sample, reflection, own)
         for effect, own in acting:

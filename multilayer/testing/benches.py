@@ -1,0 +1,97 @@
+"""Small measurements without errors, on which the laws of effects are tried: a two-plate rig and a tube."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.effects.tube import TubeEffect
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.diagnosis.tube.data import TUBE_ERROR, TubeData
+from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.inverse.joint import ConfigurationData, JointProblem, law_space
+from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.inverse.whitening import ValueNoise
+from multilayer.measurements.description import Campaign
+from multilayer.response import plane_wave
+from multilayer.stack import Stack
+
+_FREQUENCIES = (100.0, 200.0, 400.0, 800.0, 1500.0)
+_MODULUS = 2e5 * (1 + 0.2j)
+
+
+def bench(effect: BaseEffect) -> AnyHypothesis:
+    """Return the nominal hypothesis of the kind that an effect is of; all its unknowns may be 0."""
+    if isinstance(effect, TubeEffect):
+        return _tube()
+    return Hypothesis(*joint_bench())
+
+
+@cache
+def _tube() -> TubeHypothesis:
+    """Return a foam of two thicknesses on the wall of a tube; nothing is unknown."""
+    stacks = {name: Stack.model_validate(_foam(thickness)) for name, thickness in (("thin", 0.025), ("thick", 0.05))}
+    f, n = np.array(_FREQUENCIES), len(_FREQUENCIES)
+    ones = np.ones(n, dtype=complex)
+    noise = ValueNoise(np.full(n, 1e-3), np.full(n, 1e-3))
+    data = tuple(
+        TubeData(name, name, 0.0, f, np.arange(n), f, plane_wave(stack, f).reflection, ones, ones, noise, TUBE_ERROR)
+        for name, stack in stacks.items()
+    )
+    return TubeHypothesis(stacks, (), data)
+
+
+def _foam(thickness: float) -> dict[str, Any]:
+    foam = {
+        "type": "equivalent_fluid", "name": "foam", "thickness": thickness, "porosity": 0.97, "flow_resistivity": 1e4,
+        "tortuosity": 1.3, "viscous_length": 1e-4, "thermal_length": 2e-4,
+    }  # fmt: skip
+    return {"version": 1, "layers": [foam]}
+
+
+@cache
+def joint_bench() -> tuple[Campaign, JointProblem]:
+    """Return a small campaign without errors, a thin and a thick configuration under two plates."""
+    campaign = Campaign.model_validate(_campaign())
+    f = np.array(_FREQUENCIES)
+    data, rigs = [], {}
+    for configuration in campaign.configurations:
+        rig = PlaneWaveRig.of(campaign, configuration)
+        ratio = rig.transmissibility(f, np.full(len(f), _MODULUS))
+        ones = np.ones(len(f))
+        data.append(
+            ConfigurationData(
+                configuration.name, configuration.specimen_thickness, f, np.arange(len(f)), ratio, 1e-6 * ones, f
+            )
+        )
+        rigs[configuration.name] = rig
+    space = law_space("fractional_zener", f, np.full(len(f), _MODULUS))
+    return campaign, JointProblem(data, rigs, space)
+
+
+def _campaign() -> dict[str, Any]:
+    bursts = [{"frequency": f, "file": f"{f:g}.npz"} for f in _FREQUENCIES]
+    sizes = {"thin": (0.0125, 0.001), "thick": (0.025, 0.003)}
+    return {
+        "version": 1,
+        "rig": "shaker-two-plate",
+        "sampling_rate": 25600,
+        "specimen": {"density": 80, "poisson_ratio": 0.0},
+        "top_plate": {"density": 7850, "young_modulus": 2.1e11, "poisson_ratio": 0.3},
+        "base_plate": {"density": 2700, "young_modulus": 7e10, "poisson_ratio": 0.33, "thickness": 0.01},
+        "burst": {"cycles": 10, "level_rms": 5.0},
+        "configurations": [
+            {
+                "name": name,
+                "specimen_thickness": height,
+                "top_plate_thickness": plate,
+                "specimen_radius": 0.0225,
+                "bursts": bursts,
+            }
+            for name, (height, plate) in sizes.items()
+        ],
+    }
