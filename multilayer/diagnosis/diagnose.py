@@ -17,18 +17,17 @@ from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.locate import locate, shown
 from multilayer.diagnosis.ranking import (
-    UNKNOWN,
     Decision,
     Hypotheses,
     compare,
     decide,
     global_p_value,
-    in_words,
     is_gap,
 )
+from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
 from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
-from multilayer.diagnosis.thresholds import ABSORBED, ALIKE, MODEL_ERROR
+from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import solve_joint
@@ -39,7 +38,6 @@ from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 
 Progress = Callable[[str], None]
-_SHOWN_CAUSES = 8
 _REFERENCE = 1000.0  # Hz, where moduli are told
 
 
@@ -99,7 +97,7 @@ def diagnose_campaign(
     found = compare(nominal, singles, usable)
     tell("effects in pairs")
     gap = is_gap(found)
-    tried = _worth_checking(found) if gap else []
+    tried = worth_checking(found) if gap else []
     held = dict(zip(tried, shrinkage(nominal, [found.fitted[names] for names in tried]), strict=True)) if tried else {}
     tell("held-out data")
     decision = decide(found, held)
@@ -119,13 +117,6 @@ def diagnose_campaign(
 
 
 N_STEPS = 5
-
-
-def _worth_checking(found: Hypotheses) -> list[tuple[str, ...]]:
-    """Return the hypotheses to check on held-out data: the best, its single effects, and its rival."""
-    ranked = [names for names in found.ranked if names in found.fitted]
-    parts = [(name,) for name in ranked[0]] if ranked else []
-    return list(dict.fromkeys([*ranked[:2], *(names for names in parts if names in found.fitted)]))
 
 
 def _nominal(
@@ -159,7 +150,7 @@ def _record(
     """Return ``diagnosis.json``."""
     places, limit = locate(found.nominal.hypothesis, found.nominal.minimum, seed)
     probabilities = found.probabilities()
-    causes = [] if decision.verdict == "no_gap" else _causes(found, held, similarity, probabilities)
+    causes = [] if decision.verdict == "no_gap" else cause_entries(found, held, similarity, probabilities)
     probability = found.probability_of(decision)
     alive = alive_hypotheses(
         [(found.fitted[names], probabilities[names]) for names in found.ranked if names in found.fitted], decision.group
@@ -168,15 +159,15 @@ def _record(
     return {
         "version": 1,
         "verdict": decision.verdict,
-        "sentence": _sentence(found, decision, probability),
+        "sentence": sentence(found, decision, probability),
         "probability": round(probability, 4),
         "where": [] if decision.verdict == "no_gap" else shown(places, limit),
         "causes": causes,
         "group": [list(names) for names in decision.group if decision.verdict == "effect"],
-        "gap": _gap(found.nominal, gap),
+        "gap": gap_entry(found.nominal, gap),
         "unknowns": _unknowns(found, decision),
         "detectable": sizes,
-        "confounded": _confounded(similarity),
+        "confounded": confounded_entries(similarity),
         "next_experiment": next_experiments(alive),
         "hypotheses_tried": len(found.evidence),
         "inputs": {
@@ -188,80 +179,6 @@ def _record(
             "n_data": len(found.nominal.minimum.residual),
         },
     }
-
-
-def _causes(
-    found: Hypotheses,
-    held: Mapping[tuple[str, ...], Shrinkage],
-    similarity: Similarity,
-    probabilities: Mapping[tuple[str, ...], float],
-) -> list[dict[str, Any]]:
-    kept = dict(zip(similarity.names, similarity.kept, strict=True))
-    causes = []
-    # the nominal model stands among its rivals
-    shown = dict.fromkeys([*found.ranked[:_SHOWN_CAUSES], UNKNOWN, ()])
-    ranked = sorted(shown, key=lambda names: -found.score(names))
-    for names in ranked:
-        entry: dict[str, Any] = {
-            "effects": list(names),
-            "probability": round(probabilities[names], 4),
-            "log_evidence": round(found.evidence[names], 2),
-            "parameters": {},
-            "gap_before": _per_datum(found.nominal),
-        }
-        if names not in (UNKNOWN, ()):
-            fitted = found.fitted[names]
-            after = _per_datum(fitted)
-            entry["parameters"] = _parameters(fitted)
-            entry["gap_after"] = after
-            entry["shrinkage"] = round(held[names].share, 4) if names in held else _share(entry["gap_before"], after)
-            entry["absorbed"] = any(kept[name] < ABSORBED for name in names)
-        causes.append(entry)
-    return causes
-
-
-def _parameters(fitted: Fitted) -> dict[str, Any]:
-    found = {}
-    for parameter in fitted.hypothesis.effect_parameters:
-        value, low, high = fitted.interval(parameter.name)
-        found[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
-    return found
-
-
-def _per_datum(fitted: Fitted) -> float:
-    return round(fitted.minimum.misfit / len(fitted.minimum.residual), 4)
-
-
-def _share(before: float, after: float) -> float:
-    return round(1 - max(after - 1, 0.0) / max(before - 1, 1e-9), 4) if before > 1 else 0.0
-
-
-def _gap(nominal: Fitted, held: Shrinkage | None) -> dict[str, Any]:
-    if held is None:
-        before = _per_datum(nominal)
-        return {"before": before, "after": before, "shrinkage": 0.0, "held_out": "nothing: there is no gap"}
-    return {
-        "before": round(held.before, 4),
-        "after": round(held.after, 4),
-        "shrinkage": round(held.share, 4),
-        "held_out": held.held_out,
-    }
-
-
-def _confounded(similarity: Similarity) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = []
-    n = len(similarity.names)
-    for i in range(n):
-        if similarity.kept[i] < ABSORBED:
-            found.append(
-                {"effects": [similarity.names[i]], "absorbed": True, "kept": round(float(similarity.kept[i]), 3)}
-            )
-        found += [
-            {"effects": [similarity.names[i], similarity.names[j]], "cosine": round(float(similarity.cosines[i, j]), 3)}
-            for j in range(i + 1, n)
-            if abs(similarity.cosines[i, j]) > ALIKE
-        ]
-    return found
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
@@ -311,13 +228,3 @@ def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
 
 
 _DB = 20 / np.log(10)
-
-
-def _sentence(found: Hypotheses, decision: Decision, probability: float) -> str:
-    if decision.verdict == "no_gap":
-        return f"No gap: {decision.reason}."
-    if decision.verdict == "unknown":
-        return f"There is a gap, and none of the known effects explains it: {decision.reason}."
-    others = [names for names in decision.group if names != decision.best]
-    rivals = f"; the data cannot tell it from {', or '.join(map(in_words, others))}" if others else ""
-    return f"The gap is caused by {in_words(decision.best)} (probability {100 * probability:.0f} %){rivals}."
