@@ -32,6 +32,13 @@ def fit(
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
     law: Annotated[str, typer.Option(help="The law of a joint fit.")] = "fractional_zener",
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
+    posterior: Annotated[
+        str | None,
+        typer.Option(
+            metavar="METHOD",
+            help="Of joint and stack fits: laplace (default), profile, or nested (slow, needs dynesty).",
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
@@ -53,6 +60,8 @@ def fit(
 
     Example: multilayer fit examples/foam_b --joint --law fractional_zener --model finite
 
+    Example: multilayer fit examples/foam_b --joint --model finite --posterior profile
+
     Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
     from multilayer.inverse.sources import is_stack_fit
@@ -62,8 +71,9 @@ def fit(
         from multilayer.cli.stack_fit import fit_stack_file
 
         others = {"--method": method, "--model": model, "--joint": joint, "--elements": elements}
-        return fit_stack_file(sources[0], out, as_json, figures, {**others, "--cluster": cluster, "--resume": resume})
-    task = FitTask(sources[0], method, model, joint, law, elements, figures)
+        others |= {"--cluster": cluster, "--resume": resume}
+        return fit_stack_file(sources[0], out, as_json, figures, others, posterior)
+    task = FitTask(sources[0], method, model, joint, law, elements, figures, posterior)
     if len(sources) == 1:
         accepted = _fit_one(task, out, as_json, resume)
     else:

@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 
 
 def fit_stack_file(
-    source: Path, out: Path | None, as_json: bool, figures: bool, campaign_options: Mapping[str, object]
+    source: Path,
+    out: Path | None,
+    as_json: bool,
+    figures: bool,
+    campaign_options: Mapping[str, object],
+    posterior: str | None = None,
 ) -> None:
     """Fit fields of stacks to measurements of them; see ``docs/stack-fit.md``.
 
@@ -25,6 +30,8 @@ def fit_stack_file(
     as_json, figures : bool
     campaign_options : mapping
         Options that a campaign's fit has and this one has not, by name; None where not given.
+    posterior : str or None
+        Where intervals come from; one of `knowledge.METHODS`, of which the first where None.
 
     Raises
     ------
@@ -33,6 +40,8 @@ def fit_stack_file(
     """
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
+    from multilayer.inverse.knowledge import LAPLACE
+    from multilayer.inverse.knowledge import refuse_unusable as refuse_method
     from multilayer.inverse.stack_file import load_stack_fit, name_of
     from multilayer.inverse.stack_fit import fit_stacks
     from multilayer.report.files import refuse_unusable, write_files
@@ -41,12 +50,14 @@ def fit_stack_file(
     for option, value in campaign_options.items():
         if value:
             raise InputError(f"{option} is of the fit of a campaign; {source} is a stack-fit file: leave it out")
+    method = posterior or LAPLACE
+    refuse_method(method)
     file = load_stack_fit(source)
     name = name_of(source)
     folder = out or Path("results") / name
     refuse_unusable(folder)
     with progress_bar("fit", file.search.starts + 1) as advance:
-        result = fit_stacks(file, name, advance)
+        result = fit_stacks(file, name, advance, method)
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
     written = write_files(folder, _files(result, figures))

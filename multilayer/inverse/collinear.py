@@ -157,6 +157,7 @@ def _product(names: Sequence[str], powers: RealArray) -> str:
 
 
 def _power(name: str, power: float) -> str:
+    name = f"({name})" if "/" in name or "*" in name else name
     return name if abs(power - 1) < 0.05 else f"{name}^{power:.2g}"
 
 

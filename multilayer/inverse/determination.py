@@ -7,13 +7,15 @@ that the data determine.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
 
+from multilayer.arrays import RealArray
 from multilayer.inverse.collinear import OPEN, PREFIX, Group, collinear_groups, shown_name
+from multilayer.inverse.least_squares import draw_prior
 from multilayer.inverse.posterior import Posterior, laplace
 from multilayer.inverse.priors import Parameter
 from multilayer.inverse.problem import Minimum, Problem
@@ -22,7 +24,29 @@ from multilayer.inverse.profile import Profile
 Verdict = Literal["determined", "narrowed", "not determined"]
 Ends = tuple[bool, bool]
 _DETERMINED, _NARROWED = 0.9, 0.2  # least shares of information
-_TOGETHER = 0.68
+_TOGETHER, _NEARLY_ALL = 0.68, 0.9
+_PRIOR_DRAWS = 2048
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A positive quantity that follows from several coordinates, and is of interest in place of one of them.
+
+    Attributes
+    ----------
+    replaces : str
+        Name of the parameter whose finding it takes the place of.
+    name, unit : str
+    nuisance : bool
+    logarithm : callable
+        Maps coordinates of shape (m, n) to the natural logarithm, shape (m,).
+    """
+
+    replaces: str
+    name: str
+    unit: str
+    nuisance: bool
+    logarithm: Callable[[RealArray], RealArray]
 
 
 @dataclass(frozen=True)
@@ -35,6 +59,8 @@ class Finding:
     nuisance : bool
     prior, posterior : (low, high)
         Central 68 % intervals, in the parameter's unit.
+    posterior_90 : (low, high)
+        After the measurement, of 90 %.
     median : float
         After the measurement.
     prior_std, posterior_std : float
@@ -53,6 +79,7 @@ class Finding:
     nuisance: bool
     prior: tuple[float, float]
     posterior: tuple[float, float]
+    posterior_90: tuple[float, float]
     median: float
     prior_std: float
     posterior_std: float
@@ -106,7 +133,12 @@ class Determination:
 
 
 def determination(
-    problem: Problem, minimum: Minimum, *, posterior: Posterior | None = None, profiles: Sequence[Profile] = ()
+    problem: Problem,
+    minimum: Minimum,
+    *,
+    posterior: Posterior | None = None,
+    profiles: Sequence[Profile] = (),
+    derived: Sequence[Derived] = (),
 ) -> Determination:
     """Say what the data determine, from the neighbourhood of a minimum.
 
@@ -119,65 +151,98 @@ def determination(
     profiles : sequence of Profile
         Of parameters that the data may bound to one side only, which no curvature at a minimum shows. Their own
         intervals take the place of the posterior's.
+    derived : sequence of Derived
+        Quantities to speak of in place of coordinates that mean less to a reader. Combinations (`groups`) are of the
+        coordinates all the same.
     """
-    known = posterior or laplace(problem, minimum, draws=2, checked=0)
+    known = posterior or laplace(problem, minimum, checked=0)
     covariance, along = known.covariance, {profile.name: profile for profile in profiles}
-    findings = [
-        _finding(parameter, along.get(parameter.name, known), float(covariance[i, i]))
-        for i, parameter in enumerate(problem.parameters)
-    ]
+    instead = {one.replaces: one for one in derived}
+    before = draw_prior(len(problem.parameters), _PRIOR_DRAWS, seed=0) if derived else np.empty((0, 0))
+    findings = []
+    for i, parameter in enumerate(problem.parameters):
+        own = along.get(parameter.name, known)
+        one = instead.get(parameter.name)
+        quantity = _of_parameter(parameter, own, float(covariance[i, i])) if one is None else _of(one, own, before)
+        findings.append(_finding(quantity))
     information = minimum.jacobian.T @ minimum.jacobian
     groups = collinear_groups(problem.parameters, minimum.z, information, covariance)
     return Determination(findings, groups, int(np.sum(np.linalg.eigvalsh(information) < OPEN)))
 
 
-def _finding(parameter: Parameter, known: Posterior, variance: float) -> Finding:
-    share = float(np.clip(1 - variance, 0.0, 1.0))
-    verdict: Verdict = "determined" if share >= _DETERMINED else "narrowed" if share >= _NARROWED else "not determined"
-    open_ends = known.open_ends if isinstance(known, Profile) else None
-    before, after = _prior_interval(parameter), known.interval(parameter.name, _TOGETHER)
-    widths = (0.5 * (before[1] - before[0]), 0.5 * (after[1] - after[0]))
-    return Finding(
-        parameter.name, parameter.unit, parameter.nuisance, before, after, known.median(parameter.name), *widths,
-        share, verdict, open_ends, _in_words(parameter, known, verdict, open_ends),
+@dataclass(frozen=True)
+class _Quantity:
+    """What a finding is made from; `shown` is how its values are written in words."""
+
+    name: str
+    said: str
+    unit: str
+    nuisance: bool
+    before: tuple[float, float]
+    after: tuple[float, float]
+    outer: tuple[float, float]
+    median: float
+    share: float
+    open_ends: Ends | None
+    shown: Callable[[float], float]
+
+
+def _of_parameter(parameter: Parameter, known: Posterior, variance: float) -> _Quantity:
+    ends = parameter.prior.value(np.array([-1.0, 1.0]))
+    logarithm = parameter.name.startswith(PREFIX)
+    return _Quantity(
+        parameter.name, shown_name(parameter), parameter.unit, parameter.nuisance, (float(ends[0]), float(ends[1])),
+        known.interval(parameter.name, _TOGETHER), known.interval(parameter.name, _NEARLY_ALL),
+        known.median(parameter.name), float(np.clip(1 - variance, 0.0, 1.0)),
+        known.open_ends if isinstance(known, Profile) else None, _exp if logarithm else float,
     )  # fmt: skip
 
 
-def _prior_interval(parameter: Parameter) -> tuple[float, float]:
-    low, high = parameter.prior.value(np.array([-1.0, 1.0]))
-    return float(low), float(high)
+def _of(one: Derived, known: Posterior, before: RealArray) -> _Quantity:
+    prior, after = one.logarithm(before), one.logarithm(known.samples)
+    levels = [0.5 - _TOGETHER / 2, 0.5 + _TOGETHER / 2, 0.5 - _NEARLY_ALL / 2, 0.5 + _NEARLY_ALL / 2, 0.5]
+    low, high = np.exp(np.quantile(prior, levels[:2])).tolist()
+    ends = np.exp(np.quantile(after, levels)).tolist()
+    share = float(np.clip(1 - np.var(after) / np.var(prior), 0.0, 1.0))
+    itself = one.name == one.replaces.removeprefix(PREFIX)
+    return _Quantity(
+        one.name, one.name, one.unit, one.nuisance, (low, high), (ends[0], ends[1]), (ends[2], ends[3]), ends[4],
+        share, known.open_ends if isinstance(known, Profile) and itself else None, float,
+    )  # fmt: skip
 
 
-def _in_words(parameter: Parameter, known: Posterior, verdict: Verdict, open_ends: Ends | None) -> str:
-    name = shown_name(parameter)
-    before = span_text(parameter, *_prior_interval(parameter))
-    after = span_text(parameter, *known.interval(parameter.name, _TOGETHER))
-    low, high = (_plain(parameter, end) for end in known.interval(parameter.name, 0.9))
-    if open_ends == (True, True) or (verdict == "not determined" and open_ends in (None, (False, False))):
-        return f"the data say nothing about {name} beyond its prior ({before})"
-    if open_ends == (False, True):
-        return (
-            f"{name} is bounded from below only: above {_with_unit(parameter, low)} (95 %); upwards its prior decides"
-        )
-    if open_ends == (True, False):
-        limit = _with_unit(parameter, high)
-        return f"{name} is bounded from above only: below {limit} (95 %); downwards its prior decides"
+def _exp(value: float) -> float:
+    return float(np.exp(value))
+
+
+def _finding(q: _Quantity) -> Finding:
+    verdict: Verdict = (
+        "determined" if q.share >= _DETERMINED else "narrowed" if q.share >= _NARROWED else "not determined"
+    )
+    widths = (0.5 * (q.before[1] - q.before[0]), 0.5 * (q.after[1] - q.after[0]))
+    return Finding(
+        q.name, q.unit, q.nuisance, q.before, q.after, q.outer, q.median, *widths, q.share, verdict, q.open_ends,
+        _in_words(q, verdict),
+    )  # fmt: skip
+
+
+def _in_words(q: _Quantity, verdict: Verdict) -> str:
+    before, after = (_span(q, *ends) for ends in (q.before, q.after))
+    low, high = (f"{q.shown(end):.3g} {q.unit}".strip() for end in q.outer)
+    if q.open_ends == (True, True) or (verdict == "not determined" and q.open_ends in (None, (False, False))):
+        return f"the data say nothing about {q.said} beyond its prior ({before})"
+    if q.open_ends == (False, True):
+        return f"{q.said} is bounded from below only: above {low} (95 %); upwards its prior decides"
+    if q.open_ends == (True, False):
+        return f"{q.said} is bounded from above only: below {high} (95 %); downwards its prior decides"
     if verdict == "narrowed":
-        return f"data and prior both count for {name}: {after} (prior {before})"
-    return f"the data determine {name}: {after}"
+        return f"data and prior both count for {q.said}: {after} (prior {before})"
+    return f"the data determine {q.said}: {after}"
 
 
-def _plain(parameter: Parameter, value: float) -> float:
-    return float(np.exp(value)) if parameter.name.startswith(PREFIX) else value
-
-
-def _with_unit(parameter: Parameter, value: float) -> str:
-    return f"{value:.3g} {parameter.unit}".strip()
-
-
-def span_text(parameter: Parameter, low: float, high: float) -> str:
-    """Return the ends of an interval as text, with as many digits as tell them apart; logarithms undone."""
-    a, b = _plain(parameter, low), _plain(parameter, high)
+def _span(q: _Quantity, low: float, high: float) -> str:
+    """Return the ends of an interval as text, with as many digits as tell them apart."""
+    a, b = q.shown(low), q.shown(high)
     size, apart = max(abs(a), abs(b)), abs(b - a)
     digits = int(np.clip(np.ceil(np.log10(size / apart)) + 2, 3, 8)) if apart > 0 else 3
-    return f"{a:.{digits}g} to {b:.{digits}g} {parameter.unit}".strip()
+    return f"{a:.{digits}g} to {b:.{digits}g} {q.unit}".strip()

@@ -26,6 +26,7 @@ from multilayer.inverse.joint import (
     law_space,
     solve_joint,
 )
+from multilayer.inverse.knowledge import Knowledge
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.result import CSV_COLUMNS, csv_cell
 from multilayer.inverse.rig import Rig
@@ -57,6 +58,8 @@ class JointFit:
         The distinct solutions, the most probable first.
     criteria : Criteria
         Of eq. (10), for `accepted`.
+    knowledge : Knowledge, optional
+        Intervals, and what the data determine; see `joint_knowledge.with_knowledge`.
     """
 
     campaign: str
@@ -65,6 +68,7 @@ class JointFit:
     problem: JointProblem = field(repr=False)
     minima: list[Minimum] = field(repr=False)
     criteria: Criteria
+    knowledge: Knowledge | None = field(default=None, repr=False)
 
     @property
     def best(self) -> Minimum:
@@ -195,6 +199,7 @@ class JointFit:
                 {"chi_square": m.cost, "log_evidence": m.log_evidence, "law": self._law_of(m).model_dump(mode="json")}
                 for m in self.minima
             ],
+            **({} if self.knowledge is None else self.knowledge.to_dict()),
         }
 
     def _law_of(self, minimum: Minimum) -> ModulusLaw:

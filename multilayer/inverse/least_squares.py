@@ -80,7 +80,7 @@ def search(
     points = draw_prior(n, n_candidates, seed)
     costs = np.concatenate([_cost(problem, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)])
     chosen = [*starts, *points[np.argsort(costs, kind="stable")[:n_best]]]
-    minima = []
+    minima: list[Minimum] = []
     for number, start in enumerate(chosen, start=1):
         found = minimise(problem, np.asarray(start, dtype=float), few)
         if not found.converged and few < _MOST and hopeful(found, minima):

@@ -60,7 +60,7 @@ def nested(
     InputError
         When dynesty is not installed.
     """
-    sampler_type = _sampler()
+    sampler_type = require_sampler()
     n = len(problem.parameters)
     with _InStep(problem, at_once) as pool:
         sampler = sampler_type(
@@ -74,7 +74,14 @@ def nested(
     return Posterior("nested", problem.parameters, samples, float(found.logz[-1]), float(found.logzerr[-1]))
 
 
-def _sampler() -> Any:
+def require_sampler() -> Any:
+    """Return dynesty's sampler.
+
+    Raises
+    ------
+    InputError
+        When it is not installed.
+    """
     try:
         from dynesty import NestedSampler
     except ImportError:

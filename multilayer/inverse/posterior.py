@@ -27,6 +27,7 @@ _ONE_HUMP = 2.0  # equal Gaussians whose centres are nearer than two standard de
 _NEGLIGIBLE = 30.0  # below the best in ln(evidence)
 _LEVELS = (0.68, 0.90)
 _BEYOND = 1e-6
+_STEP = 1e-3  # of a standard deviation
 
 
 class Band(NamedTuple):
@@ -105,13 +106,7 @@ class Posterior:
         probability : float
             That any one point of the curve lies within.
         """
-        p = _checked(probability)
-        starts = range(0, len(self.samples), _CHUNK)
-        values = np.concatenate([np.asarray(function(self.samples[i : i + _CHUNK])) for i in starts])
-        if np.iscomplexobj(values):
-            raise InputError("a complex curve has no quantiles; take its real part, imaginary part, amount or phase")
-        low, median, high = np.quantile(values, [0.5 - p / 2, 0.5, 0.5 + p / 2], axis=0)
-        return Band(low, median, high)
+        return _quantiles(_values(function, self.samples), _checked(probability))
 
     @property
     def covariance(self) -> RealArray:
@@ -167,6 +162,33 @@ class GaussianMixture(Posterior):
         low, high = float(ends.min() - _BEYOND), float(ends.max() + _BEYOND)
         share = self.weights / self.weights.sum()
         return float(brentq(lambda z: share @ ndtr((z - centres) / spreads) - probability, low, high))
+
+    def band(self, function: Curve, probability: float = 0.9) -> Band:
+        """Return between which values a curve lies, point by point, the curve taken as linear about each minimum.
+
+        Laplace's Gaussian is the tangent of a posterior that may be curved. What the data determine well, though its
+        parameters trade against each other, follows the tangent; draws from the Gaussian would leave the valley.
+        """
+        p = _checked(probability)
+        parts = [self._tangent(function, mean, root) for mean, root in zip(self.means, self.roots, strict=True)]
+        if len(parts) == 1:
+            (value, slopes), width = parts[0], ndtri(0.5 + p / 2)
+            reach = width * np.linalg.norm(slopes, axis=0)
+            return Band(value - reach, value, value + reach)
+        counts = np.round(_DRAWS * self.weights / self.weights.sum()).astype(int)
+        rng, n = np.random.default_rng(0), self.means.shape[1]
+        drawn = [
+            value + np.tensordot(rng.standard_normal((count, n)), slopes, 1)
+            for (value, slopes), count in zip(parts, counts, strict=True)
+        ]
+        return _quantiles(np.concatenate(drawn), p)
+
+    def _tangent(self, function: Curve, mean: RealArray, root: RealArray) -> tuple[RealArray, RealArray]:
+        """Return a curve at a minimum, and its change along the columns of `root`, shape (n, ...)."""
+        steps = _STEP * root.T
+        values = _values(function, np.concatenate([mean[None], mean + steps, mean - steps]))
+        n = mean.size
+        return values[0], (values[1 : 1 + n] - values[1 + n :]) / (2 * _STEP)
 
     @property
     def covariance(self) -> RealArray:
@@ -282,6 +304,17 @@ def _check(problem: Problem, found: GaussianMixture, z: RealArray) -> tuple[floa
     share = float(np.exp(2 * logsumexp(ratios) - logsumexp(2 * ratios))) / len(z)
     scatter = (1 / share - 1) / len(z)
     return float(np.hypot(truth - found.log_evidence, np.sqrt(max(scatter, 0.0)))), share
+
+
+def _values(function: Curve, z: RealArray) -> RealArray:
+    values = np.concatenate([np.asarray(function(z[i : i + _CHUNK])) for i in range(0, len(z), _CHUNK)])
+    if np.iscomplexobj(values):
+        raise InputError("a complex curve has no quantiles; take its real part, imaginary part, amount or phase")
+    return values
+
+
+def _quantiles(values: RealArray, p: float) -> Band:
+    return Band(*np.quantile(values, [0.5 - p / 2, 0.5, 0.5 + p / 2], axis=0))
 
 
 def _checked(probability: float) -> float:

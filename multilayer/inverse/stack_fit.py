@@ -8,18 +8,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
+from multilayer.inverse.knowledge import LAPLACE, Knowledge
 from multilayer.inverse.least_squares import search
+from multilayer.inverse.posterior import Posterior
 from multilayer.inverse.priors import Prior
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.stack_file import StackFitFile, load_stack_fit, name_of
+from multilayer.inverse.stack_knowledge import curve_bands, knowledge_of
 from multilayer.inverse.stack_problem import StackProblem
-from multilayer.inverse.stack_result import LEVELS, FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
 from multilayer.inverse.stack_unknowns import Unknown
-from multilayer.media.laws.parameters import LawSpace
 from multilayer.simulation.located import with_values
 from multilayer.stack import Stack
 
@@ -27,9 +28,12 @@ _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _STEP = 1e-4
 _DRAWS = 2048
 Tell = Callable[[str], None]
+Ends = tuple[tuple[float, float], tuple[float, float]]
 
 
-def fit_stacks(source: StackFitFile | str | Path, name: str | None = None, tell: Tell | None = None) -> StackFitResult:
+def fit_stacks(
+    source: StackFitFile | str | Path, name: str | None = None, tell: Tell | None = None, posterior: str = LAPLACE
+) -> StackFitResult:
     """Fit the unknowns of a stack-fit file.
 
     Parameters
@@ -39,6 +43,8 @@ def fit_stacks(source: StackFitFile | str | Path, name: str | None = None, tell:
         Of the result; see `name_of` when left out.
     tell : callable, optional
         Called with a short text after each start.
+    posterior : {'laplace', 'profile', 'nested'}
+        Where intervals and bands come from.
 
     Raises
     ------
@@ -48,7 +54,8 @@ def fit_stacks(source: StackFitFile | str | Path, name: str | None = None, tell:
     file = source if isinstance(source, StackFitFile) else load_stack_fit(source)
     called = name or ("fit" if isinstance(source, StackFitFile) else name_of(Path(source)))
     problem = StackProblem.of(file)
-    return describe(problem, find_minima(problem, file, tell), called, file.model_dump(mode="json", by_alias=True))
+    settings = file.model_dump(mode="json", by_alias=True)
+    return describe(problem, find_minima(problem, file, tell), called, settings, posterior, tell)
 
 
 def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = None) -> list[Minimum]:
@@ -66,28 +73,36 @@ def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = N
 
 
 def describe(
-    problem: StackProblem, minima: Sequence[Minimum], name: str = "fit", settings: dict[str, Any] | None = None
+    problem: StackProblem,
+    minima: Sequence[Minimum],
+    name: str = "fit",
+    settings: dict[str, Any] | None = None,
+    posterior: str = LAPLACE,
+    tell: Tell | None = None,
 ) -> StackFitResult:
     """Return minima as a result: values, intervals, curves.
 
-    Standard deviations and intervals are those of a Gaussian about the best minimum (Laplace), in the coordinates in
-    which the priors are standard normal; what the model leaves unexplained widens them: covariances are scaled by
-    chi-square over the degrees of freedom where that is above 1 (R. T. Birge, Phys. Rev. 40, 1932, 207-227).
+    Standard deviations are those of a Gaussian about the best minimum, in the coordinates in which the priors are
+    standard normal; intervals and bands are the posterior's, all minima counted. What the model leaves unexplained
+    widens both: covariances are scaled by chi-square over the degrees of freedom where that is above 1 (R. T. Birge,
+    Phys. Rev. 40, 1932, 207-227).
     """
     scale = _scale(minima[0])
     scaled = [_widened(minimum, scale) for minimum in minima]
     best, covariance = minima[0].z, scaled[0].covariance
     spread = np.sqrt(np.diag(covariance))
+    known = knowledge_of(problem, scaled, scale, posterior, tell)
     return StackFitResult(
         name=name,
         settings=settings or {},
-        quantities=_quantities(problem, best, covariance),
+        quantities=_quantities(problem, best, covariance, known),
         correlation=covariance / np.outer(spread, spread),
         minima=_minima(problem, minima, scaled),
-        curves=_curves(problem, best),
+        curves=_curves(problem, best, known.posterior),
         scale=scale,
         stacks=_fitted(problem, best),
         warnings=problem.warnings(best),
+        knowledge=known,
     )
 
 
@@ -118,26 +133,24 @@ def _values(problem: StackProblem, z: RealArray) -> RealArray:
     return np.concatenate([unknown.values(own) for unknown, own in problem.parts(z)], axis=-1)
 
 
-def _quantities(problem: StackProblem, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
+def _quantities(problem: StackProblem, z: RealArray, covariance: RealArray, known: Knowledge) -> list[FoundQuantity]:
     found: list[FoundQuantity] = []
     for unknown, own in problem.parts(z):
         inside = slice(len(found), len(found) + own.size)
         of_unknown = _of_prior if unknown.space is None else _of_law
-        found += of_unknown(unknown, own, covariance[inside, inside])
+        # one finding per coordinate, and as many quantities
+        ends = [(finding.posterior, finding.posterior_90) for finding in known.determination.findings[inside]]
+        found += of_unknown(unknown, own, covariance[inside, inside], ends)
     return found
 
 
-def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
-    """Return a quantity that is a monotonic function of one coordinate: quantiles carry over."""
+def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[Ends]) -> list[FoundQuantity]:
+    """Return a quantity that is a function of one coordinate."""
     (parameter,), prior = unknown.parameters, unknown.parameters[0].prior
     centre, spread = float(z[0]), float(np.sqrt(covariance[0, 0]))
-    ends = tuple(
-        (float(prior.value(centre - width * spread)), float(prior.value(centre + width * spread)))
-        for width in (float(ndtri(0.5 + level / 2)) for level in LEVELS)
-    )
     left = _std(prior, centre, spread, natural=True) / _std(prior, 0.0, 1.0, natural=True)
     value, std = float(prior.value(centre)), _std(prior, centre, spread)
-    return [FoundQuantity(parameter.name, parameter.unit, value, std, ends, left, parameter.nuisance)]
+    return [FoundQuantity(parameter.name, parameter.unit, value, std, ends[0], left, parameter.nuisance)]
 
 
 def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -> float:
@@ -149,7 +162,7 @@ def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -
     return float(np.sqrt(weights @ (values - weights @ values) ** 2))
 
 
-def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray) -> list[FoundQuantity]:
+def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[Ends]) -> list[FoundQuantity]:
     """Return the parameters of a law, whose logarithms follow from several coordinates: to first order."""
     space = unknown.space
     assert space is not None
@@ -157,32 +170,24 @@ def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray) -> list[Found
     steps = _STEP * np.eye(z.size)
     slopes = (np.log(unknown.values(z + steps)) - np.log(unknown.values(z - steps))).T / (2 * _STEP)
     spreads = np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
-    lows, highs, before = _ends_of_law(space)
+    before = space.logs(space.points(_DRAWS, np.random.default_rng(0))).std(axis=0)
     found = []
     for i, (name, unit) in enumerate(zip(unknown.names, unknown.units, strict=True)):
-        widths = [float(ndtri(0.5 + level / 2)) * spreads[i] for level in LEVELS]
-        ends = tuple(
-            (max(float(values[i] * np.exp(-w)), lows[i]), min(float(values[i] * np.exp(w)), highs[i])) for w in widths
-        )
         std, left = float(values[i] * spreads[i]), float(spreads[i] / before[i])
-        found.append(FoundQuantity(name, unit, float(values[i]), std, ends, left, unknown.parameters[i].nuisance))
+        found.append(FoundQuantity(name, unit, float(values[i]), std, ends[i], left, unknown.parameters[i].nuisance))
     return found
 
 
-def _ends_of_law(space: LawSpace) -> tuple[list[float], list[float], RealArray]:
-    """Return within which values the parameters of a law are sought, and the spread of their logarithms before."""
-    low, high = np.exp([(unknown.low, unknown.high) for unknown in space.unknowns]).T
-    logs = space.logs(space.points(_DRAWS, np.random.default_rng(0)))
-    return low.tolist(), high.tolist(), np.asarray(logs.std(axis=0))
-
-
-def _curves(problem: StackProblem, z: RealArray) -> list[FittedCurve]:
+def _curves(problem: StackProblem, z: RealArray, posterior: Posterior) -> list[FittedCurve]:
     return [
         FittedCurve(
-            o.name, o.kind, o.stack, o.unit, o.frequency, o.measured, o.scale.shown(response), o.residual(response)
+            o.name, o.kind, o.stack, o.unit, o.frequency, o.measured, o.scale.shown(response), o.residual(response),
+            band,
         )
-        for o, response in zip(problem.observations, problem.predict(z), strict=True)
-    ]
+        for o, response, band in zip(
+            problem.observations, problem.predict(z), curve_bands(problem, z, posterior), strict=True
+        )
+    ]  # fmt: skip
 
 
 def _fitted(problem: StackProblem, z: RealArray) -> dict[str, Stack]:

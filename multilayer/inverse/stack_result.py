@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.config.yaml12 import dump_yaml
+from multilayer.inverse.knowledge import Knowledge
+from multilayer.inverse.posterior import Band
 from multilayer.simulation.result import plain_list
 from multilayer.stack import Stack
 
 UNDETERMINED = 0.5  # of the prior's spread: what is left of it, from where on the data say little
-LEVELS = (0.68, 0.90)
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class FoundQuantity:
     std : float
         Standard deviation.
     intervals : tuple of (low, high)
-        That hold it with the probabilities of `LEVELS`, as much below as above.
+        That hold it with 68 and 90 %, as much below as above.
     left : float
         Standard deviation after over that before the measurement; of the logarithm where the prior is about that.
     nuisance : bool
@@ -75,6 +76,8 @@ class FittedCurve:
         In `unit`.
     residual : array, shape (n_data,)
         Whitened, in the fitted quantity; real parts first.
+    band : Band
+        That holds each point of the fitted curve at 90 %, part by part as `parts_of` has it.
     """
 
     name: str
@@ -85,6 +88,7 @@ class FittedCurve:
     measured: NDArray[Any]
     predicted: NDArray[Any]
     residual: RealArray
+    band: Band = field(repr=False)
 
     @property
     def rms(self) -> float:
@@ -103,6 +107,20 @@ class FittedCurve:
             found |= {f"{what}_re": values.real, f"{what}_im": values.imag}
         n = len(self.frequency)
         return found | {"residual_re": self.residual[:n], "residual_im": np.resize(self.residual[n:], n)}
+
+
+def parts_of(kind: str, values: NDArray[Any], near: NDArray[Any] | None = None) -> RealArray:
+    """Return the parts that a curve is drawn by, shape (..., n_parts, n), of values of shape (..., n).
+
+    The values themselves where real; amplitude and phase (degrees) of a transmissibility, the phase unwrapped, or
+    within half a turn of that of `near`; else real and imaginary part.
+    """
+    if not np.iscomplexobj(values):
+        return np.asarray(values[..., None, :])
+    if kind != "transmissibility":
+        return np.stack([values.real, values.imag], axis=-2)
+    phase = np.unwrap(np.angle(values)) if near is None else np.unwrap(np.angle(near)) + np.angle(values / near)
+    return np.stack([np.abs(values), np.rad2deg(phase)], axis=-2)
 
 
 @dataclass(frozen=True)
@@ -151,6 +169,8 @@ class StackFitResult:
         The fitted stacks by name.
     warnings : list of str
         Where formulae do not hold.
+    knowledge : Knowledge
+        Posterior, and what the data determine.
     """
 
     name: str
@@ -161,6 +181,7 @@ class StackFitResult:
     curves: list[FittedCurve]
     scale: float
     stacks: dict[str, Stack] = field(repr=False)
+    knowledge: Knowledge = field(repr=False)
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -209,6 +230,7 @@ class StackFitResult:
             "minima": [self._minimum(minimum) for minimum in self.minima],
             "measurements": [_curve(curve) for curve in self.curves],
             "warnings": self.warnings,
+            **self.knowledge.to_dict(),
         }
 
     def _minimum(self, minimum: FoundMinimum) -> dict[str, Any]:

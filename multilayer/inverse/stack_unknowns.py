@@ -214,7 +214,7 @@ def _law(
         space = LawSpace.of(template, said.fixed, _law_bounds(template, said), f, moduli)
     except MultilayerError as error:
         raise MistakeError(("law",), "; ".join(str(error).splitlines()), said.law) from None
-    boxes = zip(space.names, space.low.tolist(), space.high.tolist(), strict=True)
+    boxes = zip(space.coordinates, space.low.tolist(), space.high.tolist(), strict=True)
     parameters = tuple(
         Parameter(name=f"ln {name}.{field}", prior=Prior(uniform=(low, high)), nuisance=said.nuisance)
         for field, low, high in boxes

@@ -19,7 +19,7 @@ def determination_table(found: Determination, *, nuisances: bool = True) -> None
     ----------
     found : Determination
     nuisances : bool
-        Whether those have rows, too.
+        Whether those have rows, too, and combinations of nothing but them a line.
     """
     out = console()
     heading = f"the data determine {found.n_determined:.1f} of {len(found.findings)} parameters"
@@ -34,8 +34,10 @@ def determination_table(found: Determination, *, nuisances: bool = True) -> None
         if nuisances or not finding.nuisance:
             table.add_row(*_cells(finding))
     out.print(table)
+    own = {finding.name for finding in found.findings if finding.nuisance}
     for group in found.groups:
-        out.print(_bullet(group))
+        if nuisances or not own.issuperset(group.names):
+            out.print(_bullet(group))
 
 
 def _cells(finding: Finding) -> list[str | Text]:

@@ -35,6 +35,8 @@ class FitTask:
     law : str
     elements : int or None
     figures : bool
+    posterior : str or None
+        How a joint fit's intervals are found; one of `knowledge.METHODS`, of which the first where None.
     """
 
     source: Path
@@ -44,6 +46,7 @@ class FitTask:
     law: str = "fractional_zener"
     elements: int | None = None
     figures: bool = True
+    posterior: str | None = None
 
     @property
     def record(self) -> str:
@@ -60,6 +63,12 @@ class FitTask:
         """
         from multilayer.inverse.sources import read_fit
 
+        if self.posterior is not None:
+            from multilayer.inverse.knowledge import refuse_unusable
+
+            if not self.joint:
+                raise InputError("--posterior is of joint fits and of fits of stacks; add --joint, or leave it out")
+            refuse_unusable(self.posterior)
         if self.joint:
             from multilayer.media.laws import LAWS
 
@@ -104,11 +113,14 @@ def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> Fit
     """Return the result of a task whose input has been read."""
     if task.joint:
         from multilayer.inverse.joint_fit import fit_joint
+        from multilayer.inverse.joint_knowledge import with_knowledge
+        from multilayer.inverse.knowledge import LAPLACE
 
-        return fit_joint(
+        found = fit_joint(
             job.campaign, job.recordings, task.law, elements=task.elements, settings=job.settings,
             calibration=job.calibration, progress=progress,
         )  # fmt: skip
+        return with_knowledge(found, task.posterior or LAPLACE, progress)
     from multilayer.inverse.fit import fit_campaign
 
     return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
@@ -116,7 +128,7 @@ def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> Fit
 
 def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
     """Return a result with its files."""
-    record = {**result.to_dict(), "inputs": {"sha256": fingerprint(task, job)}}
+    record = {**result.to_dict(), **_moduli(task, result), "inputs": {"sha256": fingerprint(task, job)}}
     files: dict[str, bytes | str] = {
         "moduli.csv": result.to_csv(),
         task.record: json.dumps(record, indent=1) + "\n",
@@ -124,6 +136,14 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
     if task.figures:
         files.update(_figures(task, job, result))
     return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, record))
+
+
+def _moduli(task: FitTask, result: Any) -> dict[str, Any]:
+    if not task.joint:
+        return {}
+    from multilayer.inverse.joint_knowledge import modulus_intervals
+
+    return {"modulus_intervals": modulus_intervals(result)}
 
 
 def fit_elsewhere(task: FitTask) -> FitOutcome:

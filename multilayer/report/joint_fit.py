@@ -9,13 +9,17 @@ from rich.table import Table
 from rich.text import Text
 
 from multilayer.inverse.joint_fit import JointFit
+from multilayer.inverse.joint_knowledge import modulus_band, motion_curves
+from multilayer.inverse.posterior import Posterior, laplace
 from multilayer.report.console import console
-from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.report.determination_table import determination_table
+from multilayer.report.style import blank, colour, figure_style, plain, png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CURVE = 200
+_INNER, _OUTER = 0.68, 0.9
 
 
 def joint_table(result: JointFit) -> None:
@@ -52,47 +56,76 @@ def joint_table(result: JointFit) -> None:
         out.print(f"{len(result.minima)} distinct solutions, see joint.json; the next has {result.minima[1].cost:.5g}")
     if result.remark:
         out.print(Text(result.remark))
+    if result.knowledge is not None:
+        determination_table(result.knowledge.determination, nuisances=False)
+        if result.knowledge.remark:
+            out.print(Text(f"- {result.knowledge.remark}"))
 
 
 def joint_figures(result: JointFit) -> dict[str, bytes]:
     """Return the figures of a joint fit as PNG files by name."""
     with figure_style():
         figures = {"moduli.png": draw_law(result), "residuals.png": draw_residuals(result)}
+        if result.knowledge is not None:
+            figures["transmissibility.png"] = draw_motion(result, result.knowledge.posterior)
         return {name: png(figure) for name, figure in figures.items()}
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
-
-    figure = NewFigure(figsize=size)
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
-
-
 def draw_law(result: JointFit) -> Figure:
-    """Draw E1, E2 and loss factor with bands of one and two standard deviations."""
+    """Draw E1, E2 and loss factor with the bands that hold each point at 68 and 90 %."""
     ends = [f for data in result.problem.data for f in (data.frequency.min(), data.frequency.max())]
     f = np.geomspace(min(ends), max(ends), _CURVE)
-    moduli, covariance = result.moduli(f)
-    slope = np.stack([-moduli.imag / moduli.real**2, 1 / moduli.real], axis=-1)
-    curves = {
-        "E1 / Pa": (moduli.real, np.sqrt(covariance[:, 0, 0])),
-        "E2 / Pa": (moduli.imag, np.sqrt(covariance[:, 1, 1])),
-        "loss factor E2/E1": (moduli.imag / moduli.real, np.sqrt(np.einsum("fa,fab,fb->f", slope, covariance, slope))),
-    }
-    figure, axes = _figure(1, 3, (11, 3.6))
-    for axis, (label, (value, std)) in zip(axes[0], curves.items(), strict=True):
-        for sigmas in (2, 1):
-            axis.fill_between(f, value - sigmas * std, value + sigmas * std, color=colour(0), alpha=0.2, linewidth=0)
-        axis.plot(f, value, color=colour(0))
-        axis.set(xlabel="frequency / Hz", ylabel=label, xscale="log")
+    moduli, _ = result.moduli(f)
+    posterior = _posterior(result)
+    bands = [modulus_band(result.problem, posterior, f, level) for level in (_OUTER, _INNER)]
+    curves = {"E1 / Pa": moduli.real, "E2 / Pa": moduli.imag, "loss factor E2/E1": moduli.imag / moduli.real}
+    figure, axes = blank(2, 3, (11, 5.2), sharex=True, height_ratios=[1.0, 0.5])
+    for k, (label, value) in enumerate(curves.items()):
+        for band in bands:
+            options: dict[str, Any] = {"color": colour(0), "alpha": 0.2, "linewidth": 0}
+            axes[0, k].fill_between(f, band.low[k], band.high[k], **options)
+            # a band may be narrower than the line above
+            axes[1, k].fill_between(f, *(100 * (end[k] / value - 1) for end in (band.low, band.high)), **options)
+        axes[0, k].plot(f, value, color=colour(0))
+        axes[1, k].axhline(0, color=colour(0), linewidth=0.8)
+        axes[0, k].set(ylabel=label, xscale="log")
+        axes[1, k].set(xlabel="frequency / Hz", ylabel="band / %")
     axes[0, 2].set_ylim(bottom=0)
-    figure.suptitle(f"{plain(result.campaign)}: {result.law.law}, bands of one and two standard deviations")
+    figure.suptitle(f"{plain(result.campaign)}: {result.law.law}, bands that hold each point at 68 and 90 %")
+    return figure
+
+
+def _posterior(result: JointFit) -> Posterior:
+    if result.knowledge is not None:
+        return result.knowledge.posterior
+    return laplace(result.problem, result.minima, checked=0)
+
+
+def draw_motion(result: JointFit, posterior: Posterior) -> Figure:
+    """Draw measured and modelled transmissibility of every configuration, with the model's 90 % band."""
+    found = motion_curves(result, posterior, _OUTER)
+    figure, axes = blank(len(found), 2, (9, 2.0 * len(found) + 0.8), sharex=True)
+    for row, (name, curve) in zip(axes, found.items(), strict=True):
+        for k, (axis, label) in enumerate(zip(row, ("amplitude", "phase / degrees"), strict=True)):
+            axis.plot(curve.frequency, curve.measured[k], ".", color="0.25", markersize=2.5, label="measured")
+            band = f"model, {100 * _OUTER:.0f} % band"
+            axis.fill_between(
+                curve.frequency, curve.band.low[k], curve.band.high[k], color=colour(0), alpha=0.35, linewidth=0,
+                label=band,
+            )  # fmt: skip
+            axis.plot(curve.frequency, curve.modelled[k], color=colour(0), linewidth=0.9, label="model")
+            axis.set_ylabel(label)
+        row[0].set(yscale="log", title=plain(name))
+    for axis in axes[-1]:
+        axis.set_xlabel("frequency / Hz")
+    axes[0, 0].legend(fontsize=7, ncols=3)
+    figure.suptitle(f"{plain(result.campaign)}: transmissibility, gain and delay of the channels included")
     return figure
 
 
 def draw_residuals(result: JointFit) -> Figure:
     """Draw what is left of amplitude and phase, measured minus modelled, by configuration."""
-    figure, axes = _figure(2, 1, (8, 5.5), sharex=True)
+    figure, axes = blank(2, 1, (8, 5.5), sharex=True)
     for i, (name, (f, delay, level)) in enumerate(result.discrepancies().items()):
         options: dict[str, Any] = {"color": colour(i), "marker": ".", "linestyle": "", "markersize": 4}
         axes[0, 0].plot(f, level, label=plain(name), **options)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, parts_of
 from multilayer.report.console import console
+from multilayer.report.determination_table import determination_table
 from multilayer.report.files import file_names
 from multilayer.report.style import colour, figure_style, plain, png
 from multilayer.response.bands import band_centres
@@ -41,6 +41,7 @@ def stack_fit_table(result: StackFitResult) -> None:
     if len(result.minima) > 1:
         out.print(Text(f"{len(result.minima)} minima", style="italic"))
         out.print(_minima(result))
+    determination_table(result.knowledge.determination)
     for remark in remarks(result):
         out.print(Text(f"- {remark}"))
 
@@ -66,6 +67,8 @@ def remarks(result: StackFitResult) -> list[str]:
     for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
         names = [_short(result.quantities[k].name) for k in (i, j)]
         said.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
+    if result.knowledge.remark:
+        said.append(result.knowledge.remark)
     return said
 
 
@@ -121,7 +124,10 @@ def draw_curve(curve: FittedCurve) -> Figure:
     figure = NewFigure(figsize=(7.5, 1.9 * len(parts) + 2.0))
     ratios = [1.0] * len(parts) + [0.6]
     axes = figure.subplots(len(parts) + 1, 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
-    for axis, (label, measured, predicted) in zip(axes, parts, strict=False):
+    for axis, (label, measured, predicted), low, high in zip(
+        axes, parts, curve.band.low, curve.band.high, strict=False
+    ):
+        _draw_band(axis, curve.frequency, low, high)
         _draw_part(axis, curve.frequency, label, measured, predicted)
     axes[0].legend(fontsize=7)
     _draw_residuals(axes[-1], curve)
@@ -143,18 +149,21 @@ def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
     """Return what is drawn: label, measured, predicted."""
     unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
     if not np.iscomplexobj(curve.measured):
-        return [(f"{_KINDS[curve.kind]}{unit}", curve.measured, curve.predicted)]
-    measured, predicted = curve.measured, curve.predicted
-    if curve.kind == "transmissibility":
-        phase = ("phase / degrees", _phase(measured), _phase(predicted))
-        return [("amplitude", np.abs(measured), np.abs(predicted)), phase]
-    names = ("E1", "E2") if curve.kind == "modulus" else ("real part", "imaginary part")
-    labels = [f"{name}{unit}" for name in names]
-    return [(labels[0], measured.real, predicted.real), (labels[1], measured.imag, predicted.imag)]
+        labels = [f"{_KINDS[curve.kind]}{unit}"]
+    elif curve.kind == "transmissibility":
+        labels = ["amplitude", "phase / degrees"]
+    else:
+        names = ("E1", "E2") if curve.kind == "modulus" else ("real part", "imaginary part")
+        labels = [f"{name}{unit}" for name in names]
+    measured, predicted = (parts_of(curve.kind, values) for values in (curve.measured, curve.predicted))
+    return list(zip(labels, measured, predicted, strict=True))
 
 
-def _phase(values: NDArray[Any]) -> RealArray:
-    return np.asarray(np.rad2deg(np.unwrap(np.angle(values))))
+def _draw_band(axis: Axes, f: RealArray, low: RealArray, high: RealArray) -> None:
+    if len(f) > 1:
+        axis.fill_between(f, low, high, color=colour(0), alpha=0.25, linewidth=0, label="fitted, 90 % band")
+    else:
+        axis.vlines(f, low, high, color=colour(0), alpha=0.5, label="fitted, 90 % band")
 
 
 def _draw_part(axis: Axes, f: RealArray, label: str, measured: RealArray, predicted: RealArray) -> None:

@@ -10,6 +10,7 @@ import pytest
 from multilayer.inverse.finite import FiniteRig
 from multilayer.inverse.joint import Neighbourhood
 from multilayer.inverse.joint_fit import fit_joint, number_of_steps
+from multilayer.inverse.joint_knowledge import modulus_band, motion_curves, with_knowledge
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.sources import read_fit
 from multilayer.measurements.description import Campaign
@@ -55,6 +56,11 @@ def _recording(true, f0, gain, noise, rng):
 
 
 @pytest.fixture(scope="module")
+def known(fitted):
+    return with_knowledge(fitted)
+
+
+@pytest.fixture(scope="module")
 def fitted():
     drawn = {"density": 0.008, "top_plate_mass": -0.001, "thickness": 3e-5}
     campaign, recordings = campaign_and_signals(drawn, gain=1.002)
@@ -81,6 +87,37 @@ def test_what_cannot_be_told_apart_stays_as_uncertain_as_stated(fitted):
     _, covariance = fitted.moduli(np.array([400.0]))
     moduli, _ = fitted.moduli(np.array([400.0]))
     assert np.sqrt(covariance[0, 0, 0]) / moduli[0].real > 0.99 * common
+
+
+def test_intervals_are_of_the_laws_own_parameters(known):
+    # one of the coordinates is the ratio of the moduli
+    assert known.problem.space.coordinates[1] == "relaxed_modulus/unrelaxed_modulus"
+    findings = known.knowledge.determination.findings
+    assert [f.name for f in findings[:4]] == known.problem.space.names
+    assert [f.unit for f in findings[:4]] == ["Pa", "Pa", "s", ""]
+    for finding in findings[:4]:
+        value, std = known.parameters[finding.name]
+        factor = np.exp(1.645 * std / value)
+        assert finding.posterior_90 == pytest.approx((value / factor, value * factor), abs=0.2 * std)
+        assert finding.posterior_90[0] < getattr(LAW, finding.name) < finding.posterior_90[1]
+        assert finding.verdict == "determined"
+    assert "the data determine unrelaxed_modulus: " in known.knowledge.determination.sentences[1]
+
+
+def test_bands_of_curves(known):
+    at, posterior = np.array(BURSTS), known.knowledge.posterior
+    moduli, covariance = known.moduli(at)
+    band = modulus_band(known.problem, posterior, at, 0.9)
+    assert band.high[0] - band.low[0] == pytest.approx(2 * 1.645 * np.sqrt(covariance[:, 0, 0]), rel=0.1)
+    assert band.median[1] == pytest.approx(moduli.imag, rel=2e-3)
+    curves = motion_curves(known, posterior)
+    assert list(curves) == ["low", "high"]
+    for curve in curves.values():
+        assert np.all(np.diff(curve.frequency) >= 0)
+        assert np.all((curve.band.low < curve.modelled) & (curve.modelled < curve.band.high))
+        # noise, and not much more
+        assert curve.modelled[0] == pytest.approx(curve.measured[0], rel=0.03, abs=0.04)
+        assert curve.modelled[1] == pytest.approx(curve.measured[1], abs=10.0)
 
 
 def test_a_wrong_gain_is_not_explained():
@@ -136,6 +173,7 @@ def test_as_a_user_types_it(tmp_path: Path):
         "joint.json",
         "moduli.png",
         "residuals.png",
+        "transmissibility.png",
     }
     assert "something acts that this model lacks" in done.out
     found = run("fit", "examples/foam_b", "--joint", "--law", "fractional_zene", "--out", tmp_path / "no")

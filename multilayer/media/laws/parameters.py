@@ -42,6 +42,7 @@ class _Tie:
     powers: RealArray
     known: float
     message: str
+    product: str
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,17 @@ class LawSpace:
     def names(self) -> list[str]:
         """Names of the unknowns, entries of lists as ``relaxation_time.0``."""
         return [u.field if u.index is None else f"{u.field}.{u.index}" for u in self.unknowns]
+
+    @property
+    def coordinates(self) -> list[str]:
+        """What each entry of z is the logarithm of: an unknown, or a product as ``relaxed_modulus/order^2``."""
+        products = {tie.last: tie.product for tie in self.ties}
+        return [products.get(index, name) for index, name in enumerate(self.names)]
+
+    @property
+    def units(self) -> list[str]:
+        """Units of the unknowns."""
+        return [_unit(self.template, u.field) for u in self.unknowns]
 
     def logs(self, z: RealArray) -> RealArray:
         """Return the logarithms of the parameters, shape of z."""
@@ -212,7 +224,14 @@ def _ties(template: ModulusLaw, known: Mapping[str, Any], unknowns: tuple[_Unkno
         if not powers.any() and constant > _ROUNDING:
             raise InputError(limit.message)
         if powers.any():
-            yield _Tie(int(np.flatnonzero(powers)[-1]), powers, constant, limit.message)
+            yield _Tie(int(np.flatnonzero(powers)[-1]), powers, constant, limit.message, _product(limit.powers))
+
+
+def _product(powers: Mapping[str, float]) -> str:
+    """Return a product of powers as text."""
+    parts = [(name if abs(power) == 1 else f"{name}^{abs(power):g}", power > 0) for name, power in powers.items()]
+    above = "*".join(text for text, over in parts if over) or "1"
+    return "/".join([above, *(text for text, over in parts if not over)])
 
 
 def _least(low: RealArray, high: RealArray, tie: _Tie) -> RealArray:

@@ -1,0 +1,139 @@
+"""What a fit leaves known, by any of the three ways to a posterior: one interface for joint fits and fits of stacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from multilayer.errors import InputError, suggest
+from multilayer.inverse.determination import Derived, Determination, determination
+from multilayer.inverse.nested import nested, require_sampler
+from multilayer.inverse.posterior import GaussianMixture, Posterior, laplace
+from multilayer.inverse.problem import Minimum, Problem
+from multilayer.inverse.profile import Profile, profile_likelihood
+
+LAPLACE = "laplace"
+METHODS = (LAPLACE, "profile", "nested")
+_DRAWS = 8000  # quantiles of what is derived from samples are then within 0.025 standard deviations
+_LEAST_SHARE = 0.3
+_OUTER = 0.9
+Tell = Callable[[str], None]
+
+
+def refuse_unusable(method: str) -> None:
+    """Refuse a way that there is not, or whose package is missing, before anything is computed.
+
+    Raises
+    ------
+    InputError
+    """
+    if method not in METHODS:
+        raise InputError(f"--posterior: there is no '{method}'; {suggest(method, METHODS)}")
+    if method == "nested":
+        require_sampler()
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """Intervals of all parameters, and what the data determine of them.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    posterior : Posterior
+        For curves.
+    determination : Determination
+    """
+
+    method: str
+    posterior: Posterior = field(repr=False)
+    determination: Determination
+
+    @property
+    def remark(self) -> str:
+        """What a reader of the intervals should know; empty where there is nothing."""
+        share = self.posterior.effective_share if isinstance(self.posterior, GaussianMixture) else 1.0
+        if not share < _LEAST_SHARE:
+            return ""
+        return (
+            "the posterior is far from the Gaussian that these intervals suppose (effective share "
+            f"{share:.2g}); see what --posterior profile or --posterior nested say"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: evidence, intervals, what is determined and the sentences that say so."""
+        said = self.posterior.to_dict()
+        of_method = {name: value for name, value in said.items() if name not in ("parameters", "method", "profile")}
+        intervals = [
+            {
+                "name": f.name, "unit": f.unit, "nuisance": f.nuisance, "median": f.median,
+                "interval_68": list(f.posterior), "interval_90": list(f.posterior_90),
+            }
+            for f in self.determination.findings
+        ]  # fmt: skip
+        return {
+            "posterior": {"method": self.method, **of_method, "remark": self.remark, "parameters": intervals},
+            "determination": {**self.determination.to_dict(), "sentences": self.determination.sentences},
+        }
+
+
+def knowledge(
+    problem: Problem,
+    minima: Sequence[Minimum],
+    method: str = LAPLACE,
+    *,
+    derived: Sequence[Derived] = (),
+    draws: int = _DRAWS,
+    checked: int | None = None,
+    seed: int = 0,
+    tell: Tell | None = None,
+) -> Knowledge:
+    """Return what is known after a fit.
+
+    Parameters
+    ----------
+    problem : Problem
+    minima : sequence of Minimum
+        The most probable first.
+    method : {'laplace', 'profile', 'nested'}
+        ``profile`` follows every parameter that is no nuisance; curves then come from the profile that departs most
+        from the Gaussian.
+    derived : sequence of Derived
+        Quantities to speak of in place of coordinates.
+    draws : int
+        Samples.
+    checked : int, optional
+        Points for which Laplace's approximation is checked; see `laplace`.
+    seed : int
+    tell : callable, optional
+        Called with a short text now and then.
+    """
+    refuse_unusable(method)
+    if method == "nested":
+        posterior = nested(problem, seed=seed, tell=tell)
+        return Knowledge(method, posterior, determination(problem, minima[0], posterior=posterior, derived=derived))
+    amount = {} if checked is None else {"checked": checked}
+    gaussian = laplace(problem, minima, draws=draws, seed=seed, **amount)
+    if method == LAPLACE:
+        return Knowledge(method, gaussian, determination(problem, minima[0], posterior=gaussian, derived=derived))
+    profiles = []
+    for number, parameter in enumerate(problem.parameters):
+        if not parameter.nuisance:
+            profiles.append(profile_likelihood(problem, minima[0], number, draws=draws, seed=seed))
+            if tell is not None:
+                tell(f"profile of {parameter.name}")
+    chosen = max(profiles, key=lambda profile: _departure(profile, gaussian), default=gaussian)
+    found = determination(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
+    return Knowledge(method, chosen, found)
+
+
+def _departure(profile: Profile, gaussian: GaussianMixture) -> float:
+    """Return how far the ends of a profile's interval are from Laplace's, over the width of that."""
+    index = profile.index(profile.name)
+    quantiles = (0.5 - _OUTER / 2, 0.5 + _OUTER / 2)
+    own, other = (np.array([p.coordinate_quantile(index, q) for q in quantiles]) for p in (profile, gaussian))
+    return float(np.abs(own - other).max() / np.ptp(other))
