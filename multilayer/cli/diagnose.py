@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from multilayer.diagnosis.result import Diagnosis
 
 
 def diagnose(
     source: Annotated[
-        Path, typer.Argument(metavar="CAMPAIGN", help="A campaign folder, its campaign.yaml, or a fit file.")
+        Path,
+        typer.Argument(
+            metavar="CAMPAIGN_OR_FILE",
+            help="A campaign folder, its campaign.yaml, a fit file; or stacks and their tube measurements.",
+        ),
     ],
     out: Annotated[
         Path | None,
@@ -20,7 +27,9 @@ def diagnose(
     without: Annotated[
         list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated.")
     ] = None,
-    law: Annotated[str, typer.Option(help="The modulus law of the nominal model.")] = "fractional_zener",
+    law: Annotated[
+        str | None, typer.Option(help="The modulus law of a campaign's nominal model; fractional_zener by default.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of the search's starting points.")] = 0,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
@@ -30,26 +39,18 @@ def diagnose(
     2 the input cannot be used (nothing is written).
 
     Example: multilayer diagnose examples/foam_b --out results/why
+
+    Example: multilayer diagnose examples/foam_tube
     """
-    from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
-    from multilayer.errors import InputError, suggest
-    from multilayer.inverse.sources import read_fit
-    from multilayer.media.laws import LAWS
+    from multilayer.inverse.sources import is_stack_fit
     from multilayer.report.diagnosis_files import diagnosis_files
     from multilayer.report.diagnosis_table import diagnosis_table
-    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.report.files import write_files
 
-    effects = chosen_effects(None, without or [])
-    if law not in LAWS:
-        raise InputError(f"--law: there is no law '{law}'; {suggest(law, LAWS.names())}")
-    job = read_fit(source)
-    folder = out or Path("results") / f"{job.campaign.folder.resolve().name}-diagnosis"
-    refuse_unusable(folder)
-    with progress_bar("diagnose", N_STEPS) as advance:
-        result = diagnose_campaign(
-            job.campaign, job.recordings, effects, law=law, calibration=job.calibration, seed=seed, progress=advance
-        )
+    ask = _tube if is_stack_fit(source) else _campaign
+    result, folder = ask(source, out, without or [], law, seed)
+    for text in result.record.get("warnings", ()):
+        typer.echo(f"warning: {text}", err=True)
     written = write_files(folder, diagnosis_files(result, figures=figures))
     if as_json:
         typer.echo(result.to_json(), nl=False)
@@ -58,3 +59,46 @@ def diagnose(
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
     if result.verdict != "no_gap":
         raise typer.Exit(1)
+
+
+def _campaign(source: Path, out: Path | None, without: list[str], law: str | None, seed: int) -> tuple[Diagnosis, Path]:
+    """Return the diagnosis of a campaign, and the folder for its files."""
+    from multilayer.cli.progress import progress_bar
+    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+    from multilayer.errors import InputError, suggest
+    from multilayer.inverse.sources import read_fit
+    from multilayer.media.laws import LAWS
+    from multilayer.report.files import refuse_unusable
+
+    effects = chosen_effects(None, without)
+    chosen = law or "fractional_zener"
+    if chosen not in LAWS:
+        raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
+    job = read_fit(source)
+    folder = out or Path("results") / f"{job.campaign.folder.resolve().name}-diagnosis"
+    refuse_unusable(folder)
+    with progress_bar("diagnose", N_STEPS) as advance:
+        result = diagnose_campaign(
+            job.campaign, job.recordings, effects, law=chosen, calibration=job.calibration, seed=seed, progress=advance
+        )
+    return result, folder
+
+
+def _tube(source: Path, out: Path | None, without: list[str], law: str | None, seed: int) -> tuple[Diagnosis, Path]:
+    """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
+    from multilayer.cli.progress import progress_bar
+    from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
+    from multilayer.diagnosis.tube.file import load_diagnosis
+    from multilayer.errors import InputError
+    from multilayer.inverse.stack_file import name_of
+    from multilayer.report.files import refuse_unusable
+
+    if law is not None:
+        raise InputError(f"--law is of campaigns; {source} is of stacks, whose unknowns it names: leave it out")
+    file, name = load_diagnosis(source), name_of(source)
+    effects = file.chosen(without)
+    folder = out or Path("results") / f"{name}-diagnosis"
+    refuse_unusable(folder)
+    with progress_bar("diagnose", N_STEPS) as advance:
+        result = diagnose_tube(file, name, effects, seed=seed, progress=advance)
+    return result, folder

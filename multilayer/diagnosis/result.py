@@ -18,6 +18,8 @@ from multilayer.arrays import RealArray
 class Curves:
     """Residuals of one configuration, measured minus modelled, at the data's frequencies.
 
+    Level and phase of a ratio; of a tube real and imaginary part of the reflection coefficient stand in their places.
+
     Attributes
     ----------
     configuration : str
@@ -28,7 +30,9 @@ class Curves:
     level_before, phase_before, level_after, phase_after : array
         dB and degrees; of the nominal model and of the best hypothesis.
     sigma_level, sigma_phase : array
-        One standard deviation of noise and of the solvers' own error.
+        One standard deviation of noise and of the model's own error.
+    labels : (str, str)
+        Of the two quantities, on axes.
     """
 
     configuration: str
@@ -40,6 +44,7 @@ class Curves:
     phase_after: RealArray
     sigma_level: RealArray
     sigma_phase: RealArray
+    labels: tuple[str, str] = ("level / dB", "phase / degrees")
 
 
 @dataclass(frozen=True)

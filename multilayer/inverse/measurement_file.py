@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
-from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from multilayer.errors import show
@@ -17,6 +17,7 @@ from multilayer.units import Frequency, Length, PositiveRatio, Ratio, parse_comp
 
 COMPLEX, POLAR, REAL = ("real", "imag"), ("amplitude", "phase"), ("value",)
 SPREADS = ("std", "std_real", "std_imag")
+NOISE_ESTIMATED = "noise_estimated"  # of a validation context: whoever reads the data estimates what is not said
 _NOISE = "write a share, as 0.02 or '2 %', or {relative: 0.02, absolute: ...}"
 
 
@@ -77,16 +78,17 @@ class Measurement(Model, populate_by_name=True):
     model_error: Annotated[ModelError | None, BeforeValidator(_parse_model_error)] = None
 
     @model_validator(mode="after")
-    def _usable(self) -> Self:
-        refuse(self, [*self._wrong_noise(), *self._wrong_columns(), *self._wrong_band()])
+    def _usable(self, info: ValidationInfo) -> Self:
+        needs_noise = not (info.context or {}).get(NOISE_ESTIMATED, False)
+        refuse(self, [*self._wrong_noise(needs_noise), *self._wrong_columns(), *self._wrong_band()])
         return self
 
-    def _wrong_noise(self) -> list[tuple[tuple[str, ...], str, Any]]:
+    def _wrong_noise(self, needed: bool) -> list[tuple[tuple[str, ...], str, Any]]:
         try:
             spread = self.spread
         except ValueError as error:
             return [(("noise",), str(error), self.noise)]
-        if not any(spread) and not set(SPREADS) & set(self.columns):
+        if needed and not any(spread) and not set(SPREADS) & set(self.columns):
             text = f"without noise nothing can be weighed; {_NOISE}, or name a column 'std'"
             return [((), f"noise: {text}", None)]
         return []

@@ -154,7 +154,7 @@ def observe(measurement: Measurement, name: str, stack_name: str, stack: Stack, 
     response, one_by_one = response_of(measurement, stack, grid, np.iscomplexobj(values.values))
     with collected_warnings():
         response(stack)  # refuses a stack that cannot have been measured so
-    scale = _scale(measurement, stack)
+    scale = scale_of(measurement, stack)
     return Observation(
         name, measurement.kind, stack_name, measurement.unit, grid.frequency, values.values, response, one_by_one,
         scale, _whitening(measurement, name, scale, values), grid.points.size,
@@ -170,7 +170,8 @@ def _grid(measurement: Measurement, name: str, frequency: RealArray) -> Grid:
     return Measured(name, frequency, {}).grid(wanted)
 
 
-def _scale(measurement: Measurement, stack: Stack) -> Scale:
+def scale_of(measurement: Measurement, stack: Stack) -> Scale:
+    """Return the quantity in which a measurement of a stack is compared."""
     match measurement:
         case SurfaceImpedance():
             own = 1.0 if measurement.normalised else stack.ambient.gas.impedance

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Protocol, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
+from multilayer.arrays import RealArray
 from multilayer.config.validate import read
 from multilayer.errors import MultilayerError, suggest
 from multilayer.inverse.field_priors import MistakeError
@@ -22,6 +23,18 @@ from multilayer.stack import Stack
 
 NOMINAL = "nominal"  # what the only stack is called
 Mistake = tuple[tuple[str | int, ...], str, Any]
+
+
+class Observed(Protocol):
+    """A measurement with its data: which stack it is of, and frequencies in Hz."""
+
+    @property
+    def stack(self) -> str:
+        """Name of the stack."""
+
+    @property
+    def frequency(self) -> RealArray:
+        """Hz, shape (n,)."""
 
 
 class SearchSettings(Model):
@@ -54,7 +67,7 @@ class StackFitFile(Model):
     unknowns: Annotated[dict[str, UnknownFile], Field(min_length=1)]
     search: SearchSettings = SearchSettings()
 
-    _observations: tuple[Observation, ...] = PrivateAttr(default=())
+    _observations: tuple[Observed, ...] = PrivateAttr(default=())
     _resolved: tuple[Unknown, ...] = PrivateAttr(default=())
 
     @model_validator(mode="after")
@@ -106,15 +119,19 @@ class StackFitFile(Model):
     def _stack_of(self, measurement: Measurement) -> str:
         return measurement.stack or next(iter(self.by_name))
 
-    def _observed(self, folder: Path, mistakes: list[Mistake]) -> Iterator[Observation]:
+    def _observed(self, folder: Path, mistakes: list[Mistake]) -> Iterator[Observed]:
         for i, (name, measurement) in enumerate(zip(self._names(), self.measurements, strict=True)):
             stack = self._stack_of(measurement)
             try:
-                yield observe(measurement, name, stack, self.by_name[stack], folder)
+                yield self._observe(measurement, name, stack, folder)
             except MultilayerError as error:
                 hint = "; the path is relative to this file" if "no such file" in str(error) else ""
                 field = "file" if measurement.file is not None else "layer"
                 mistakes.append((("measurements", i, field), f"{error}{hint}", str(measurement.file)))
+
+    def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> Observed:
+        """Return a measurement with its data; what takes it otherwise overrides this."""
+        return observe(measurement, name, stack, self.by_name[stack], folder)
 
     def _found(self, mistakes: list[Mistake]) -> Iterator[Unknown]:
         measured = {name: [o.frequency for o in self._observations if o.stack == name] for name in self.by_name}
@@ -144,7 +161,7 @@ class StackFitFile(Model):
     @property
     def observations(self) -> tuple[Observation, ...]:
         """The measurements with their data."""
-        return self._observations
+        return tuple(one for one in self._observations if isinstance(one, Observation))
 
     @property
     def resolved(self) -> tuple[Unknown, ...]:

@@ -30,11 +30,11 @@ def unexplained(curves: Curves) -> float:
 
 
 def draw_before_after(curves: Curves) -> Figure:
-    """Draw the residuals of level and phase of a configuration, of the nominal model and of the best hypothesis."""
+    """Draw the residuals of both quantities of a configuration, of the nominal model and of the best hypothesis."""
     figure, axes = blank(2, 1, (_WIDTH, _HEIGHT), sharex=True)
     parts = (
-        (curves.level_before, curves.level_after, curves.sigma_level, "level / dB"),
-        (curves.phase_before, curves.phase_after, curves.sigma_phase, "phase / degrees"),
+        (curves.level_before, curves.level_after, curves.sigma_level, curves.labels[0]),
+        (curves.phase_before, curves.phase_after, curves.sigma_phase, curves.labels[1]),
     )
     for axis, (before, after, sigma, label) in zip(axes[:, 0], parts, strict=True):
         _residuals(axis, curves, before, after, sigma)

@@ -28,24 +28,27 @@ def describe_effects() -> list[dict[str, Any]]:
         found.append(
             {
                 "name": name,
+                "kind": effect.kind,
                 "law": effect.law,
                 "parameters": parameters,
                 "separated_by": effect.separated_by,
                 "source": effect.source,
             }
         )
-    return found
+    return sorted(found, key=lambda one: one.get("kind", ""), reverse=True)  # names stay sorted within each kind
 
 
 def effect_table(described: Sequence[dict[str, Any]]) -> None:
     """Print one row per effect."""
     table = Table(box=None, pad_edge=False)
-    for heading in ("effect", "law", "parameters", "separated by"):
+    for heading in ("effect", "of", "law", "parameters", "separated by"):
         table.add_column(heading, overflow="fold")
     for effect in described:
         if "problem" in effect:
-            table.add_row(effect["name"], Text(effect["problem"], style="red"))
+            table.add_row(effect["name"], "", Text(effect["problem"], style="red"))
             continue
         parameters = ", ".join(f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in effect["parameters"])
-        table.add_row(effect["name"], Text(effect["law"]), parameters or "none", Text(effect["separated_by"]))
+        table.add_row(
+            effect["name"], effect["kind"], Text(effect["law"]), parameters or "none", Text(effect["separated_by"])
+        )
     console().print(table)

@@ -1,0 +1,225 @@
+"""The diagnosis of tube measurements, from a file to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from multilayer.diagnosis.effects.tube import TubeEffect
+from multilayer.diagnosis.fitting import Fitted, fit_effects
+from multilayer.diagnosis.held_out import Shrinkage, shrinkage
+from multilayer.diagnosis.locate import locate, shown
+from multilayer.diagnosis.ranking import Decision, Hypotheses, compare, decide, global_p_value, is_gap
+from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
+from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
+from multilayer.diagnosis.signatures import detectable, inner_products, signature
+from multilayer.diagnosis.tube.experiments import next_measurements
+from multilayer.diagnosis.tube.file import DiagnosisFile
+from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.errors import InputError
+from multilayer.inverse.least_squares import search
+from multilayer.inverse.problem import Minimum
+from multilayer.simulation.warned import collected_warnings
+
+N_STEPS = 5
+Progress = Callable[[str], None]
+
+
+def diagnose_tube(
+    file: DiagnosisFile,
+    name: str = "tube",
+    effects: Mapping[str, TubeEffect] | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say where stacks and their tube measurements disagree, which effect causes it, how far the gap shrinks with it.
+
+    Parameters
+    ----------
+    file : DiagnosisFile
+    name : str
+        Of the result.
+    effects : mapping, optional
+        By name; those that the file names when left out.
+    seed : int
+        Of the places' look-elsewhere draw.
+    progress : callable, optional
+        Called with a short text after each of `N_STEPS` steps.
+
+    Raises
+    ------
+    InputError
+        When over most of what the priors allow the stacks have no response.
+    """
+    tell = progress or (lambda text: None)
+    hypothesis = file.hypothesis
+    nominal = Fitted(hypothesis, _nominal_minimum(hypothesis, file))
+    tell("nominal model")
+    every = file.chosen() if effects is None else effects
+    usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
+    found = compare(nominal, _singles(nominal, usable), usable)
+    tell("effects")
+    tried = worth_checking(found) if is_gap(found) else []
+    held = dict(zip(tried, shrinkage(nominal, [found.fitted[names] for names in tried]), strict=True)) if tried else {}
+    tell("held-out data")
+    decision = decide(found, held)
+    columns = np.stack([signature(nominal, effect) for effect in usable.values()], axis=1)
+    similarity = Similarity(tuple(usable), *inner_products(nominal.minimum, columns))
+    tell("look-alikes")
+    record = _record(file, name, found, decision, held, similarity, seed)
+    record["detectable"] = detectable(nominal, usable, columns)
+    tell("verdict")
+    best = found.fitted.get(decision.best, nominal)
+    return Diagnosis(campaign=name, record=record, curves=_curves(nominal, best), similarity=similarity, moduli={})
+
+
+def _nominal_minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum:
+    hard = file.search
+    try:
+        found = search(hypothesis, [hypothesis.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed)
+    except ValueError:  # of scipy: a start without a finite residual
+        found = []
+    if not found:
+        raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
+    return found[0]
+
+
+def _singles(nominal: Fitted, effects: Mapping[str, TubeEffect]) -> dict[tuple[str, ...], Fitted]:
+    """Return the fit of every effect by itself, from where the gap has drawn the unknowns and from before that."""
+    hypothesis = tube_hypothesis(nominal)
+    before = minimise_nothing(hypothesis)
+    pairs = [fit_effects(one, effects) for one in (nominal, Fitted(hypothesis, before))]
+    return {names: min((each[names] for each in pairs), key=lambda one: one.minimum.cost) for names in pairs[0]}
+
+
+def minimise_nothing(hypothesis: TubeHypothesis) -> Minimum:
+    """Return the point near the nominal values, not fitted to anything."""
+    residual, jacobian = hypothesis.linearised(hypothesis.start)
+    return Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
+
+
+def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
+    """Return a hypothesis that is known to be one of tubes."""
+    if not isinstance(fitted.hypothesis, TubeHypothesis):
+        raise TypeError(f"{type(fitted.hypothesis).__name__} is no hypothesis of a tube")
+    return fitted.hypothesis
+
+
+def _record(
+    file: DiagnosisFile,
+    name: str,
+    found: Hypotheses,
+    decision: Decision,
+    held: Mapping[tuple[str, ...], Shrinkage],
+    similarity: Similarity,
+    seed: int,
+) -> dict[str, Any]:
+    """Return ``diagnosis.json``, but for the detectable sizes."""
+    nominal, probabilities = found.nominal, found.probabilities()
+    places, limit = locate(nominal.hypothesis, nominal.minimum, seed)
+    gap = decision.verdict != "no_gap"
+    probability = found.probability_of(decision)
+    best = found.fitted.get(decision.best, nominal) if decision.verdict == "effect" else nominal
+    return {
+        "version": 1,
+        "verdict": decision.verdict,
+        "sentence": sentence(found, decision, probability),
+        "probability": round(probability, 4),
+        "where": shown(places, limit) if gap else [],
+        "causes": cause_entries(found, held, similarity, probabilities) if gap else [],
+        "group": [list(names) for names in decision.group if decision.verdict == "effect"],
+        "gap": gap_entry(nominal, held.get(decision.best) or next(iter(held.values()), None)),
+        "unknowns": _unknowns(nominal, best),
+        "detectable": {},
+        "confounded": confounded_entries(similarity),
+        "next_experiment": next_measurements(_alive(found, decision)) if gap else [],
+        "hypotheses_tried": len(found.evidence),
+        "warnings": _warnings(nominal),
+        "inputs": _inputs(file, name, nominal),
+    }
+
+
+def _alive(found: Hypotheses, decision: Decision) -> list[tuple[Fitted, float]]:
+    """Return the hypotheses that a measurement should separate: the group's, or the first and its rival."""
+    probabilities = found.probabilities()
+    ranked = [names for names in found.ranked if names in found.fitted]
+    tied = [names for names in ranked if names in decision.group]
+    return [(found.fitted[names], max(probabilities[names], 1e-6)) for names in (tied if len(tied) > 1 else ranked[:2])]
+
+
+def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
+    """Return the nominal model's quantities and their units."""
+    found: dict[str, tuple[float, str]] = {}
+    first = 0
+    for unknown in tube_hypothesis(fitted).unknowns:
+        own = unknown.values(fitted.minimum.z[first : first + len(unknown.parameters)])
+        first += len(unknown.parameters)
+        found |= dict(zip(unknown.names, zip(own.tolist(), unknown.units, strict=True), strict=True))
+    return found
+
+
+def _unknowns(nominal: Fitted, best: Fitted) -> dict[str, Any]:
+    after = _values(best)
+    return {
+        name: {"nominal": value, "corrected": after[name][0], "unit": unit}
+        for name, (value, unit) in _values(nominal).items()
+    }
+
+
+def _warnings(nominal: Fitted) -> list[str]:
+    """Return where formulae do not hold, and what had to be supposed."""
+    hypothesis = tube_hypothesis(nominal)
+    with collected_warnings() as texts:
+        for setting, data in zip(hypothesis.settings, hypothesis.data, strict=True):
+            setting.reflection(hypothesis.stacks[data.stack])
+    supposed = [
+        f"{data.name}: no noise is said; estimated from neighbouring frequencies as {data.estimated:.2g} of each part "
+        "of R, which does not see what changes from one mounting to the next"
+        for data in hypothesis.data
+        if data.estimated is not None
+    ]
+    return [*dict.fromkeys(" ".join(text.split()) for text in texts), *supposed]
+
+
+def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
+    hypothesis = tube_hypothesis(nominal)
+    return {
+        "file": name,
+        "multilayer": version("multilayer"),
+        "stacks": ", ".join(hypothesis.stacks),
+        "noise": {
+            data.name: "as stated" if data.estimated is None else f"estimated, {data.estimated:.2g} of each part of R"
+            for data in hypothesis.data
+        },
+        "model_error": {
+            data.name: f"{data.error.relative:.2g} of R (none is said)" if measured.model_error is None
+            else f"{data.error.relative:.2g}, as stated"
+            for data, measured in zip(hypothesis.data, file.measurements, strict=True)
+        },
+        "probabilities": "calibrated on campaigns of the two-plate rig, not on tubes",
+        "p_value": global_p_value(nominal),
+        "chi_square": nominal.minimum.cost,
+        "n_data": len(nominal.minimum.residual),
+    }  # fmt: skip
+
+
+def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
+    hypothesis = tube_hypothesis(nominal)
+    pairs = zip(
+        hypothesis.data,
+        hypothesis.log_ratios(nominal.minimum.z),
+        best.hypothesis.log_ratios(best.minimum.z),
+        strict=True,
+    )
+    found: Sequence[Curves] = [
+        Curves(
+            data.name, data.frequency, data.burst, -before.real, -before.imag, -after.real, -after.imag, *data.spread,
+            labels=("Re R", "Im R"),
+        )
+        for data, before, after in pairs
+    ]  # fmt: skip
+    return tuple(found)

@@ -1,0 +1,140 @@
+"""The next measurement in a tube: which change best separates the hypotheses that are still alive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.tube.data import TubeData
+from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.layers.fluid import Fluid
+from multilayer.stack import Stack
+
+_STEP = 1e-3
+_MOST = 1e4  # nats
+_CAVITY = 0.05  # m
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of the measurement, and what it costs in hours of a laboratory's time.
+
+    Attributes
+    ----------
+    change : str
+    cost : float
+    stack : callable
+        The new nominal stack from the old one.
+    tube : callable
+        The new tube.
+    without : tuple of str
+        Effects that the change takes away.
+    """
+
+    change: str
+    cost: float
+    stack: Callable[[Stack], Stack] = lambda stack: stack
+    tube: Callable[[Tube], Tube] = lambda tube: tube
+    without: tuple[str, ...] = ()
+
+
+def _thicker(stack: Stack) -> Stack:
+    index = sample_index(stack)
+    if index is None:
+        return stack
+    layer = stack.layers[index]
+    return with_layer(stack, index, layer.model_copy(update={"thickness": 2 * thickness_of(layer)}))
+
+
+def _stood_off(stack: Stack) -> Stack:
+    return with_layers(stack, (*stack.layers, Fluid(thickness=_CAVITY)))
+
+
+def _narrower(tube: Tube) -> Tube:
+    return tube.model_copy(update={"diameter": 0.3 * tube.diameter})
+
+
+MENU = (
+    Change("two samples, one behind the other", 0.5, stack=_thicker),
+    Change("a cavity of 50 mm behind the sample", 0.5, stack=_stood_off),
+    Change("sample pressed to the wall", 0.3, without=("rear_air_gap",)),
+    Change("edge of the sample sealed", 0.5, without=("lateral_air_gap",)),
+    Change("tube diameter x 0.3", 3.0, tube=_narrower),
+    Change("facing taken off, or the sample turned round", 0.3, without=("facing",)),
+    Change("microphones exchanged", 0.3, without=("microphone_gain", "microphone_phase")),
+    Change("empty tube, its wall at the sample's place", 0.3, without=("sample_position",)),
+    Change("thermometer in the tube", 0.1, without=("temperature",)),
+    Change("frame held by needles or a grid", 1.0, without=("frame_motion", "edge_constraint")),
+)
+
+
+def next_measurements(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
+    """Return the entries of ``next_experiment``, the most informative for its cost first.
+
+    Parameters
+    ----------
+    alive : sequence of (Fitted, probability)
+        Hypotheses of a tube.
+
+    Notes
+    -----
+    After G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71, as `diagnosis.experiments`; each change is taken of
+    the first measurement, with the noise that this has.
+    """
+    if len(alive) < 2:
+        return []
+    found: list[dict[str, Any]] = []
+    for change in MENU:
+        predictions = [_predict(fitted, change) for fitted, _ in alive]
+        best: tuple[float, int, int] = (-1.0, 0, 1)
+        gains, weights = 0.0, 0.0
+        for (i, a), (j, b) in combinations(enumerate(alive), 2):
+            weight, gain = a[1] * b[1], _distance(predictions[i], predictions[j], _first(a[0]))
+            gains, weights = gains + weight * gain, weights + weight
+            best = max(best, (weight * gain, i, j))
+        entry = {
+            "change": change.change,
+            "separates": [list(alive[i][0].names) for i in best[1:]],
+            "expected_gain": round(gains / max(weights, 1e-12), 2),
+            "cost_hours": change.cost,
+        }
+        found.append(entry)
+    return sorted(found, key=lambda entry: float(entry["cost_hours"] / max(entry["expected_gain"], 1e-9)))
+
+
+def _first(fitted: Fitted) -> TubeData:
+    data = fitted.hypothesis.data[0]
+    assert isinstance(data, TubeData)
+    return data
+
+
+def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray]:
+    """Return R of the first measurement after a change, shape (n,), and what its unknowns leave open, shape (n, d)."""
+    hypothesis = fitted.hypothesis
+    assert isinstance(hypothesis, TubeHypothesis)
+    kept = tuple(effect for effect in hypothesis.effects if effect.name not in change.without)
+    names = {p.name for p in hypothesis.with_effects(*kept).parameters}
+    own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
+    z, covariance = fitted.minimum.z[own], fitted.covariance[np.ix_(own, own)]
+    stacks = {name: change.stack(stack) for name, stack in hypothesis.stacks.items()}
+    changed = replace(hypothesis, stacks=stacks, tube=change.tube(hypothesis.tube), effects=kept)
+    steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])
+    r = changed.of(changed.data[:1]).reflections(steps)[0]
+    slopes = (r[1 : 1 + len(z)] - r[1 + len(z) :]).T / (2 * _STEP)
+    return r[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
+
+
+def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], data: TubeData) -> float:
+    """Return half the squared distance of two predictions in units of noise and of what is open, nats."""
+    delta: RealArray = data.whitening(a[0] - b[0])
+    spread = data.whitening(np.concatenate([a[1], b[1]], axis=1).T).T
+    inner = np.linalg.solve(np.eye(spread.shape[1]) + spread.T @ spread, spread.T @ delta)
+    apart, explained = float(delta @ delta), float((spread.T @ delta) @ inner)
+    return min(0.5 * (apart - explained), _MOST)

@@ -1,0 +1,142 @@
+"""A diagnosis file: a stack-fit file of tube measurements, the effects to try, and the tube."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, model_validator
+
+from multilayer.config.validate import read
+from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
+from multilayer.diagnosis.tube.data import TubeData, tube_data
+from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.errors import InputError, suggest
+from multilayer.inverse.measured_columns import read_values
+from multilayer.inverse.measurement_file import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
+from multilayer.inverse.observations import scale_of
+from multilayer.inverse.sources import FIT_FILE
+from multilayer.inverse.stack_file import Mistake, StackFitFile
+from multilayer.models import refuse
+from multilayer.registry import RegistryError
+from multilayer.simulation.located import with_values
+from multilayer.simulation.warned import collected_warnings
+
+
+def _as_list(value: Any) -> Any:
+    return (value,) if isinstance(value, str) and value != "all" else value
+
+
+class DiagnosisFile(StackFitFile):
+    """A stack-fit file with effects; read one with `load_diagnosis`.
+
+    Measurements are surface impedances and reflection coefficients; where they say no noise, it is estimated.
+
+    Attributes
+    ----------
+    effects : 'all' or tuple of str
+    tube : Tube
+    """
+
+    effects: Annotated[Literal["all"] | tuple[str, ...], BeforeValidator(_as_list)] = "all"
+    tube: Tube = Tube()
+
+    @model_validator(mode="after")
+    def _known_effects(self) -> Self:
+        refuse(self, self._wrong_effects())
+        return self
+
+    def _wrong_effects(self) -> Iterator[Mistake]:
+        for i, name in enumerate(self.effects if self.effects != "all" else ()):
+            if name not in EFFECTS:
+                yield ("effects", i), f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}", name
+            elif not issubclass(EFFECTS[name], TubeEffect):
+                text = (
+                    f"'{name}' is an effect of the {EFFECTS[name].kind}; of a tube there are {', '.join(tube_names())}"
+                )
+                yield ("effects", i), text, name
+
+    def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> TubeData:
+        if not isinstance(measurement, SurfaceImpedance | Reflection):
+            raise InputError(
+                f"a diagnosis needs amount and phase of a wave; of 'kind: {measurement.kind}' it makes nothing. "
+                "Give a surface_impedance or a reflection, or fit the file by 'multilayer fit'"
+            )
+        nominal = self.by_name[stack]
+        data = tube_data(measurement, name, stack, scale_of(measurement, nominal), read_values(measurement, folder))
+        with collected_warnings():  # of its validity: told with the result
+            # refuses a stack that has no response at these frequencies
+            TubeSetting(name, data.frequency, data.angle, nominal, self.tube).reflection(nominal)
+        return data
+
+    @property
+    def data(self) -> tuple[TubeData, ...]:
+        """The measurements with their data."""
+        return tuple(one for one in self._observations if isinstance(one, TubeData))
+
+    @property
+    def hypothesis(self) -> TubeHypothesis:
+        """The nominal model."""
+        stacks = dict(self.by_name)
+        for unknown in self.resolved:
+            for (name, path), value in unknown.placed(stacks).items():
+                stacks[name] = with_values(stacks[name], {path: value})
+        return TubeHypothesis(stacks, self.resolved, self.data, self.tube)
+
+    def chosen(self, without: Sequence[str] = ()) -> dict[str, TubeEffect]:
+        """Return the effects to try, by name; a plugin that does not load is left out of 'all'.
+
+        Raises
+        ------
+        InputError
+            When one to leave out does not exist.
+        """
+        for name in without:
+            if name not in EFFECTS:
+                raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
+        names = tube_names() if self.effects == "all" else self.effects
+        classes = {name: EFFECTS[name] for name in names if name not in without}
+        return {name: found() for name, found in classes.items() if issubclass(found, TubeEffect)}
+
+
+def tube_names() -> list[str]:
+    """Return the names of all effects of tubes."""
+    return [name for name in EFFECTS.names() if _is_of_tubes(name)]
+
+
+def _is_of_tubes(name: str) -> bool:
+    try:
+        return issubclass(EFFECTS[name], TubeEffect)
+    except RegistryError:  # told by `multilayer effects`
+        return False
+
+
+def load_diagnosis(path: str | Path) -> DiagnosisFile:
+    """Read a diagnosis file, its stacks and its measurements.
+
+    Parameters
+    ----------
+    path : path
+        A YAML file, or a folder that holds one as ``fit.yaml``.
+
+    Raises
+    ------
+    InputError
+        With every mistake found, each with its line and column.
+    """
+    source = Path(path)
+    file = source / FIT_FILE if source.is_dir() else source
+    return read(file, DiagnosisFile, context={"folder": file.parent, NOISE_ESTIMATED: True})
+
+
+def diagnosis_file(folder: Path, **data: Any) -> DiagnosisFile:
+    """Return a diagnosis file made in Python; its measurements lie in a folder.
+
+    Raises
+    ------
+    ValidationError
+        When it cannot be used.
+    """
+    return DiagnosisFile.model_validate(data, context={"folder": folder, NOISE_ESTIMATED: True})
