@@ -57,6 +57,11 @@ def compare_methods(
     Returns
     -------
     MethodComparison
+
+    Raises
+    ------
+    InputError
+        For settings with pores or the mass of an accelerometer, which the classical methods do not have.
     """
     settings = settings or FitSettings()
     run = _Run(campaign, recordings, settings, calibration, progress or (lambda text: None))
@@ -126,6 +131,12 @@ class _Run:
         if nelder_mead:
             fits["nelder-mead"] = (self.campaign, self.with_settings(method="nelder-mead", model="plane_wave"))
         return fits
+
+    def __post_init__(self) -> None:
+        given = [name for name in ("pores", "sensor_mass") if getattr(self.settings, name)]
+        if given:
+            text = f"{' and '.join(given)}: the classical methods have none of it, so that nothing could be compared"
+            raise InputError(f"{text}; leave it out, or use multilayer fit")
 
     def with_settings(self, **changes: Any) -> FitSettings:
         return FitSettings.model_validate({**self.settings.model_dump(), **changes})

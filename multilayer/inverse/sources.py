@@ -66,7 +66,9 @@ def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> F
     try:
         return FitSettings.model_validate({**settings.model_dump(), **given})
     except ValidationError as error:
-        raise InputError([f"--{e['loc'][-1]}: {e['msg']}" for e in error.errors()]) from None
+        places = [".".join(map(str, e["loc"])) for e in error.errors()]
+        told = [f"--{place}" if place in given else place for place in places]
+        raise InputError([f"{t}: {e['msg']}" for t, e in zip(told, error.errors(), strict=True)]) from None
 
 
 def is_stack_fit(source: Path) -> bool:

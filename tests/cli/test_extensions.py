@@ -156,3 +156,26 @@ class TestPores:
         done = run("fit", campaign, "--out", tmp_path / "out")
         assert_refused(done, f"fit.yaml:{line_of(file, place)}", *parts)
         assert not (tmp_path / "out").exists()
+
+    def test_methods_without_air(self, campaign, tmp_path):
+        (campaign / "fit.yaml").write_text(PORES)
+        assert_refused(run("methods", campaign, "--out", tmp_path / "out"), "pores: the classical methods have none")
+
+    def test_options_against_the_file(self, campaign, tmp_path):
+        (campaign / "fit.yaml").write_text(f"model: finite\n{PORES.replace('}', ', rim: open}')}")
+        done = run("fit", campaign, "--model", "plane_wave", "--out", tmp_path / "out")
+        assert_refused(done, "pores.rim: plane waves have no rim")
+
+
+def test_mass_of_the_accelerometer(campaign, tmp_path):
+    """A plate that is thought heavier carries a stiffer sample."""
+    (campaign / "fit.yaml").write_text("campaign: .\nsensor_mass: 1.25 g\n")  # a tenth of the plate's mass
+    done = run("fit", campaign, "--no-figures", "--out", tmp_path / "out")
+    assert (done.status, done.err) == (0, "")
+    found = {float(row["frequency_hz"]): float(row["E1_pa"]) for row in rows(tmp_path / "out" / "moduli.csv")}
+    assert found[200] / modulus(200).real == pytest.approx(1.08, abs=0.03)
+
+
+def test_mass_below_nothing(campaign, tmp_path):
+    (campaign / "fit.yaml").write_text("campaign: .\nsensor_mass: -1 g\n")
+    assert_refused(run("fit", campaign, "--out", tmp_path / "out"), "sensor_mass", "-0.001")
