@@ -332,21 +332,22 @@ class JointProblem:
 
 
 def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> tuple[RealArray, ComplexArray]:
-    """Return the constant modulus that fits each configuration best: its frequencies, Hz, and moduli, Pa.
+    """Return the constant modulus that fits each configuration best: the data's frequencies, Hz, and moduli, Pa.
 
     Where to look for a law: a coarse search over (E1, loss factor).
     """
     moduli = np.geomspace(1e3, 1e9, 139)
     losses = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
     grid = (moduli[:, None] * (1 + 1j * losses)).reshape(-1, 1)
-    f, found = [], []
+    f: list[RealArray] = []
+    found: list[ComplexArray] = []
     for one in data:
         modelled = rigs[one.name].transmissibility(one.frequency, grid + 0 * one.frequency)
         misfit = np.sum(np.abs(modelled - one.ratio) ** 2 / (np.abs(one.ratio) + np.abs(modelled)) ** 2, axis=-1)
         best = complex(grid[int(np.argmin(misfit)), 0])
-        f += [float(one.frequency.min()), float(one.frequency.max())]
-        found += [best, best]
-    return np.array(f), np.array(found)
+        f.append(one.frequency)
+        found.append(np.full(one.frequency.shape, best))
+    return np.concatenate(f), np.concatenate(found)
 
 
 def solve_joint(

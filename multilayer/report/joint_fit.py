@@ -84,8 +84,8 @@ def draw_law(result: JointFit) -> Figure:
         for band in bands:
             options: dict[str, Any] = {"color": colour(0), "alpha": 0.2, "linewidth": 0}
             axes[0, k].fill_between(f, band.low[k], band.high[k], **options)
-            # a band may be narrower than the line above
-            axes[1, k].fill_between(f, *(100 * (end[k] / value - 1) for end in (band.low, band.high)), **options)
+            if np.all(value > 0):  # a band may be narrower than the line above
+                axes[1, k].fill_between(f, *(100 * (end[k] / value - 1) for end in (band.low, band.high)), **options)
         axes[0, k].plot(f, value, color=colour(0))
         axes[1, k].axhline(0, color=colour(0), linewidth=0.8)
         axes[0, k].set(ylabel=label, xscale="log")

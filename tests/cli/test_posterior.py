@@ -54,6 +54,15 @@ def test_a_joint_fit(sound_campaign, tmp_path, method):
     assert [line.split()[0] for line in lines[heading + 2 :] if line.split()[0] in LAW] == LAW
 
 
+def test_a_law_with_more_parameters_than_configurations(sound_campaign, tmp_path):
+    """What counts is the number of data."""
+    options = ("--joint", "--law", "havriliak_negami", "--no-figures", "--out", tmp_path)
+    done = run("fit", sound_campaign, *options)
+    assert (done.status in (0, 1), done.err) == (True, "")
+    record = json.loads((tmp_path / "joint.json").read_text())
+    assert [p["name"] for p in record["posterior"]["parameters"]][:5] == [*LAW, "asymmetry"]
+
+
 @pytest.mark.parametrize("method", [None, "profile"])
 def test_a_stack_fit(tube, tmp_path, method):
     options = () if method is None else ("--posterior", method)

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from multilayer.inverse.finite import FiniteRig
-from multilayer.inverse.joint import Neighbourhood
+from multilayer.inverse.joint import Neighbourhood, law_space
 from multilayer.inverse.joint_fit import fit_joint, number_of_steps
 from multilayer.inverse.joint_knowledge import modulus_band, motion_curves, with_knowledge
+from multilayer.inverse.problem import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.sources import read_fit
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.media.laws import FractionalZener
+from multilayer.report.joint_fit import draw_law
+from multilayer.report.style import figure_style
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 from tests.benchmarks.scoring import true_modulus
@@ -118,6 +121,15 @@ def test_bands_of_curves(known):
         # noise, and not much more
         assert curve.modelled[0] == pytest.approx(curve.measured[0], rel=0.03, abs=0.04)
         assert curve.modelled[1] == pytest.approx(curve.measured[1], abs=10.0)
+
+
+def test_a_law_without_losses_can_be_drawn(fitted):
+    problem = replace(fitted.problem, space=law_space("constant", [200.0, 800.0], [2e5, 3e5]))
+    z = np.zeros(len(problem.parameters))
+    residual, jacobian = problem.linearised(z)
+    result = replace(fitted, problem=problem, minima=[Minimum(z, float(residual @ residual), residual, jacobian)])
+    with figure_style():
+        assert len(draw_law(result).axes) == 6
 
 
 def test_a_wrong_gain_is_not_explained():
