@@ -122,6 +122,14 @@ def test_laplace_knows_when_a_valley_is_curved() -> None:
     assert profile.interval("b", 0.9) == pytest.approx(quantiles(grid, density[1], 0.05, 0.95), abs=0.05)
 
 
+def test_laplaces_band_follows_the_tangent() -> None:
+    """Across the valley all is known to 0.1, however far it bends along it."""
+    problem = banana()
+    (minimum,) = search(problem, n_candidates=16, n_best=1)
+    band = laplace(problem, minimum, checked=0).band(lambda z: z[:, 1:] - 0.6 * z[:, :1] ** 2, 0.9)
+    assert band.high - band.low == pytest.approx(2 * norm.ppf(0.95) * 0.1, rel=0.05)
+
+
 def test_nested_sampling_of_a_curved_valley() -> None:
     pytest.importorskip("dynesty")
     problem = banana()
@@ -140,6 +148,8 @@ def test_several_minima_are_weighted_by_evidence() -> None:
     assert posterior.log_evidence == pytest.approx(truth, abs=0.05)
     assert posterior.interval("a", 0.9) == pytest.approx(quantiles(grid, density[0], 0.05, 0.95), abs=0.02)
     assert posterior.covariance[0, 0] == pytest.approx(1.0, abs=0.05)
+    band = posterior.band(lambda z: z[:, :1], 0.9)
+    assert [band.low[0], band.high[0]] == pytest.approx(posterior.interval("a", 0.9), abs=0.02)
     # the same hump found twice does not count twice
     again = laplace(problem, [*minima, minima[0]])
     assert again.log_evidence == posterior.log_evidence
