@@ -9,6 +9,7 @@ import sys
 import typer
 
 from multilayer.cli.anisotropy import anisotropy
+from multilayer.cli.blind_check import blind_check
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
@@ -48,6 +49,7 @@ app.command()(preload)
 app.command()(anisotropy)
 app.command()(diagnose)
 app.command()(effects)
+app.command("blind-check")(blind_check)
 app.command("shape-factor")(shape_factor)
 app.command()(rig)
 app.command()(layers)

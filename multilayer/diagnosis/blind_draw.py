@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,33 +18,53 @@ _PERTURBATION = 0.3  # of the effects' laws: data and explanation do not share t
 
 @dataclass(frozen=True)
 class Size:
-    """How large an effect is drawn: log-uniform from invisible to obvious, with a random sign where `signed`."""
+    """How large an effect is drawn: log-uniform from invisible to obvious, with a random sign where `signed`.
+
+    Attributes
+    ----------
+    field : str
+        Of the rig's effect.
+    low, high : float
+        SI; the effect of `high` is the smaller one where that is below `low`.
+    signed : bool
+    parameter : str
+        Of the diagnosis, where there is one that says the same.
+    of : callable
+        That parameter's value from the field's.
+    """
 
     field: str
     low: float
     high: float
     signed: bool = False
-    rest: tuple[tuple[str, float], ...] = ()
+    parameter: str = ""
+    of: Callable[[float], float] = float
 
+    def place(self, value: float) -> float:
+        """Return where a size lies between the smallest that is drawn, 0, and the largest, 1."""
+        return float(np.log(abs(value) / self.low) / np.log(self.high / self.low))
+
+
+_GLUE = 2e-4  # thickness of each layer of glue, m: the default of the rig's `adhesive`
 
 # names of the rig's effects; the names in the diagnosis are the same
 KNOWN: dict[str, Size | None] = {
     "finite_size": None,
-    "sensor_mass": Size("mass", 5e-5, 5e-3),
-    "adhesive": Size("young_modulus", 2e4, 2e6),
-    "channel_gain": Size("gain", 2e-3, 0.1, signed=True),
-    "channel_delay": Size("delay", 1e-6, 6e-5, signed=True),
-    "high_pass": Size("cut_off", 0.3, 30.0),
-    "crosstalk": Size("share", 1e-3, 0.08),
-    "preload": Size("stiffening", 3e-5, 3e-3),
-    "saturating_air": Size("flow_resistivity", 2e3, 2e5),
-    "sensor_mount": Size("frequency", 2e3, 1.2e4),
-    "rocking": Size("share", 2e-3, 0.1),
-    "delamination": Size("bonded_fraction", 0.5, 0.97),
-    "skin": Size("ratio", 1.2, 10.0),
-    "amplitude_softening": Size("softening", 5.0, 300.0),
-    "temperature_drift": Size("total", 5e-3, 0.3, signed=True),
-    "flanking": Size("stiffness", 30.0, 5e3),
+    "sensor_mass": Size("mass", 5e-5, 5e-3, parameter="mass"),
+    "adhesive": Size("young_modulus", 2e6, 2e4, parameter="compliance", of=lambda modulus: _GLUE / modulus),
+    "channel_gain": Size("gain", 2e-3, 0.1, signed=True, parameter="gain"),
+    "channel_delay": Size("delay", 1e-6, 6e-5, signed=True, parameter="delay"),
+    "high_pass": Size("cut_off", 0.3, 30.0, parameter="cut_off"),
+    "crosstalk": Size("share", 1e-3, 0.08, parameter="share"),
+    "preload": Size("stiffening", 3e-5, 3e-3, parameter="stiffening"),
+    "saturating_air": Size("flow_resistivity", 2e3, 2e5, parameter="flow_resistivity"),
+    "sensor_mount": Size("frequency", 1.2e4, 2e3, parameter="frequency"),
+    "rocking": Size("share", 2e-3, 0.1, parameter="share"),
+    "delamination": Size("bonded_fraction", 0.97, 0.5),
+    "skin": Size("ratio", 1.2, 10.0, parameter="ratio"),
+    "amplitude_softening": Size("softening", 5.0, 300.0, parameter="softening"),
+    "temperature_drift": Size("total", 5e-3, 0.3, signed=True, parameter="total"),
+    "flanking": Size("stiffness", 30.0, 5e3, parameter="stiffness"),
 }
 OUTSIDE: dict[str, Size | None] = {
     "clock_skew": Size("skew", 2e-5, 2e-3, signed=True),
@@ -82,20 +102,51 @@ class Draw:
     settings: RigFile
     seed: int
 
+    @property
+    def several(self) -> bool:
+        """Whether there is more than one configuration."""
+        return len(self.settings.mountings) > 1
 
-def draw(number: int, seed: int, *, several: bool = True) -> Draw:
+    @property
+    def label(self) -> str:
+        """The label in a word."""
+        return "none" if not self.effects else " and ".join(self.effects)
+
+    @property
+    def place(self) -> float:
+        """How large the effect is, from 0 (invisible) to 1 (obvious); NaN where there are none, two, or no size."""
+        sizes = self._sizes()
+        return sizes[0][1].place(sizes[0][2]) if len(self.effects) == 1 and sizes else float("nan")
+
+    @property
+    def truth(self) -> dict[str, float]:
+        """True values of the diagnosis' parameters that have one, as ``sensor_mass.mass``."""
+        return {f"{name}.{size.parameter}": size.of(value) for name, size, value in self._sizes() if size.parameter}
+
+    def _sizes(self) -> list[tuple[str, Size, float]]:
+        found = []
+        for entry in self.settings.effects:
+            size = {**KNOWN, **OUTSIDE}[entry.effect]
+            if size is not None:
+                skin = self.settings.specimen.skin
+                value = skin.ratio if entry.effect == "skin" and skin is not None else getattr(entry, size.field)
+                found.append((entry.effect, size, float(value)))
+        return found
+
+
+def draw(number: int, seed: int) -> Draw:
     """Return the campaign of a number in the check of a seed; the same for the same two numbers.
 
     Parameters
     ----------
     number, seed : int
-    several : bool
-        Two heights under two top plates; one configuration otherwise.
+        Even numbers have two heights under two top plates, odd ones a single configuration.
     """
     rng = np.random.default_rng([seed, number])
-    kind: Kind = rng.choice(list(MIX), p=list(MIX.values()))
+    kinds: list[Kind] = list(MIX)
+    kind = kinds[int(rng.choice(len(kinds), p=list(MIX.values())))]
     effects = _effects(kind, rng)
-    settings = RigFile.model_validate(_description(effects, rng, several))
+    settings = RigFile.model_validate(_description(effects, rng, several=number % 2 == 0))
     deleted = tuple(effects) if kind == "deleted" else ()
     return Draw(number, kind, tuple(effects), deleted, settings, int(rng.integers(2**31)))
 
@@ -109,7 +160,7 @@ def _effects(kind: Kind, rng: np.random.Generator) -> list[str]:
     return [str(name) for name in chosen]
 
 
-def _description(effects: Sequence[str], rng: np.random.Generator, several: bool) -> dict[str, Any]:
+def _description(effects: Sequence[str], rng: np.random.Generator, *, several: bool) -> dict[str, Any]:
     def log_uniform(low: float, high: float) -> float:
         return float(low * (high / low) ** rng.random())
 

@@ -16,7 +16,8 @@ from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.problem import Minimum
 
-_STARTS = (0.0, -1.5, 1.5)  # of the effects' coordinates: their prior's centre and to either side
+_TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
+_STARTS = (0.0, -3.0, -1.5, 1.5, 3.0)  # of the effects' coordinates: their prior's centre and to either side
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,9 @@ class Fitted:
         return value, low, high
 
 
-def fit(hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _STARTS) -> Fitted:
+def fit(
+    hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _STARTS, *, followed: int | None = None
+) -> Fitted:
     """Return the most probable parameters of a hypothesis.
 
     Parameters
@@ -67,13 +70,15 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _
         Coordinates of law and nuisances, and of effects that are given already.
     starts : sequence of float
         Coordinates tried for the effects that `start` does not hold.
+    followed : int, optional
+        How many of the starts with the least cost are followed; by default one for a single number to be found, two
+        for several: resonances have more than one valley.
     """
     missing = len(hypothesis.parameters) - len(start)
-    points = [np.concatenate([start, at]) for at in _starting_points(hypothesis, missing, starts)]
-    # the starts are compared where they are: only the best two are followed
-    costs = [float(np.sum(hypothesis.residual(z) ** 2) + z @ z) for z in points]
-    best = [points[i] for i in np.argsort(costs)[:2]]
-    found = [minimise(hypothesis, z) for z in best]
+    points = np.stack([np.concatenate([start, at]) for at in _starting_points(hypothesis, missing, starts)])
+    costs = np.sum(hypothesis.residual(points) ** 2, axis=-1) + np.sum(points**2, axis=-1)
+    best = points[np.argsort(costs)[: followed or (1 if missing < 2 else 2)]]
+    found = [minimise(hypothesis, z, tolerance=_TOLERANCE) for z in best]
     return Fitted(hypothesis, min(found, key=lambda minimum: minimum.cost))
 
 

@@ -11,6 +11,7 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.inverse.least_squares import minimise
 
+_TOLERANCE = 1e-5  # of the cost, relative
 _BLOCKS = 3  # of a single configuration's bursts
 _FEWEST = 4  # bursts of which blocks can be made
 
@@ -67,7 +68,7 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
     misfits = np.zeros((len(everything), 2))
     for kept, left in pairs:
         for i, one in enumerate(everything):
-            z = minimise(one.hypothesis.of(kept), one.minimum.z).z
+            z = minimise(one.hypothesis.of(kept), one.minimum.z, tolerance=_TOLERANCE).z
             residual = one.hypothesis.of(left).residual(z)
             misfits[i] += float(residual @ residual), residual.size
     if not pairs:

@@ -17,6 +17,7 @@ from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
     FIT_P,
     LEAST_SCORE,
+    LEAST_SIZE,
     LEAST_SHRINKAGE,
     N_FIRST,
     N_SECOND,
@@ -158,7 +159,7 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
 
 def _pair(one: Fitted, other: BaseEffect) -> Fitted:
     hypothesis = one.hypothesis.with_effects(*one.hypothesis.effects, other)
-    return fit(hypothesis, one.minimum.z)
+    return fit(hypothesis, one.minimum.z, followed=1)
 
 
 @dataclass(frozen=True)
@@ -192,9 +193,12 @@ def global_p_value(nominal: Fitted) -> float:
 def is_gap(found: Hypotheses) -> bool:
     """Tell whether there is a gap: a cause is well ahead of the nominal model, or chance cannot explain the misfit.
 
-    A single effect of a known kind shows in the evidence long before it shows in the sum of all squares.
+    A known effect shows in the evidence long before it shows in the sum of all squares. What changes the data by less
+    than solvers differ is none, whatever its evidence: their differences are no noise, and look like something.
     """
-    return _is_supported(found) or global_p_value(found.nominal) <= CERTAIN_P
+    if global_p_value(found.nominal) <= CERTAIN_P:
+        return True
+    return _is_supported(found) and gap_size(found) >= LEAST_SIZE
 
 
 def _is_supported(found: Hypotheses) -> bool:
@@ -202,11 +206,27 @@ def _is_supported(found: Hypotheses) -> bool:
     return found.score(found.ranked[0]) - found.score(()) >= LEAST_SCORE
 
 
+def gap_size(found: Hypotheses) -> float:
+    """Return by how much the best effect changes what is modelled: rms of the relative difference."""
+    fitted = [names for names in found.ranked if names in found.fitted]
+    if not fitted:
+        return 0.0
+    best = found.fitted[fitted[0]]
+    before = found.nominal.hypothesis.log_ratios(found.nominal.minimum.z)
+    after = best.hypothesis.log_ratios(best.minimum.z)
+    change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
+    return float(np.sqrt(np.mean(np.abs(change) ** 2)))
+
+
 def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
     """Return the verdict; see the thresholds."""
     p = global_p_value(found.nominal)
     if not is_gap(found):
-        return Decision("no_gap", (), [], f"a misfit as large has the probability {p:.2g} without any effect")
+        text = f"a misfit as large has the probability {p:.2g} without any effect"
+        if _is_supported(found):
+            change = f"{100 * gap_size(found):.2f} %"
+            text += f", and {in_words(found.ranked[0])} would change the data by {change}, less than solvers differ by"
+        return Decision("no_gap", (), [], text)
     if not _is_supported(found):
         text = f"a misfit as large has the probability {_told(p)}, and no known effect makes it more probable"
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)

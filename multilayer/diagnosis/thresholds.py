@@ -7,6 +7,7 @@ from __future__ import annotations
 
 CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis is ahead of the nominal model
 LEAST_SCORE = 3.0  # nats, priors included, by which a cause must be ahead of the nominal model
+LEAST_SIZE = 0.0015  # rms change of the data, relative, below which an effect is no gap: solvers differ by as much
 SECOND_EVIDENCE = 5.0  # nats that a second effect must add to the first
 TIED = 3.0  # nats within which hypotheses are one group
 ABSORBED = 0.1  # share of a signature that the unknowns leave: below, it cannot be seen

@@ -19,10 +19,17 @@ _TIGHT = 1e-8
 _HOPELESS = 4.0
 
 
-def minimise(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
+def minimise(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TIGHT) -> Minimum:
     """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
 
-    After `most` evaluations it stops where it is.
+    Parameters
+    ----------
+    problem : Problem
+    start : array, shape (n,)
+    most : int
+        Evaluations after which it stops where it is.
+    tolerance : float
+        Relative change of the cost at which it has arrived.
     """
     n = start.size
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
@@ -42,7 +49,7 @@ def minimise(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
 
     found = least_squares(
         residual, start, jac=derivative, method="trf", x_scale=1.0, max_nfev=most,
-        ftol=_TIGHT, xtol=1e-6, gtol=1e-6,
+        ftol=tolerance, xtol=1e-6, gtol=1e-6,
     )  # fmt: skip
     values, slopes = both(found.x)
     return Minimum(found.x, float(values @ values), values, slopes, bool(found.success))

@@ -15,7 +15,7 @@ from multilayer.inverse.observations import Scale
 from multilayer.inverse.whitening import CorrelatedError, ValueNoise, Whitening, whitening
 
 TUBE_ERROR = CorrelatedError(0.01)  # of R, where the file says none: what mounting a sample again changes
-_MOST = 96  # frequencies of one measurement: neighbours tell nothing new, their errors being correlated
+_MOST = 96  # frequencies of one measurement
 _GROUPS = 12  # of frequencies that are left out together
 _FEWEST = 8
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # differences without what is smooth

@@ -25,6 +25,7 @@ from multilayer.inverse.problem import Minimum
 from multilayer.simulation.warned import collected_warnings
 
 N_STEPS = 5
+_FAR = 1.5  # standard deviations of a prior
 Progress = Callable[[str], None]
 
 
@@ -89,17 +90,19 @@ def _nominal_minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum
 
 
 def _singles(nominal: Fitted, effects: Mapping[str, TubeEffect]) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect by itself, from where the gap has drawn the unknowns and from before that."""
+    """Return the fit of every effect by itself.
+
+    From the nominal fit, and again from the nominal values where the gap has drawn the unknowns far from these: the
+    way back may be barred.
+    """
     hypothesis = tube_hypothesis(nominal)
-    before = minimise_nothing(hypothesis)
-    pairs = [fit_effects(one, effects) for one in (nominal, Fitted(hypothesis, before))]
-    return {names: min((each[names] for each in pairs), key=lambda one: one.minimum.cost) for names in pairs[0]}
-
-
-def minimise_nothing(hypothesis: TubeHypothesis) -> Minimum:
-    """Return the point near the nominal values, not fitted to anything."""
+    found = fit_effects(nominal, effects)
+    if np.max(np.abs(nominal.minimum.z - hypothesis.start)) < _FAR:
+        return found
     residual, jacobian = hypothesis.linearised(hypothesis.start)
-    return Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
+    unfitted = Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
+    others = fit_effects(Fitted(hypothesis, unfitted), effects)
+    return {names: min(one, others[names], key=lambda fitted: fitted.minimum.cost) for names, one in found.items()}
 
 
 def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
