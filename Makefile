@@ -7,7 +7,7 @@ fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
 test: .venv/dev
-	$(BIN)/python -m pytest -n auto
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: .venv/dev
 	$(BIN)/ruff check .
