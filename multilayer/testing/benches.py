@@ -11,11 +11,11 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.tube.data import TUBE_ERROR, TubeData
+from multilayer.diagnosis.tube.data import TubeData
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, law_space
 from multilayer.inverse.rig import PlaneWaveRig
-from multilayer.inverse.whitening import ValueNoise
+from multilayer.inverse.whitening import CorrelatedError, ValueNoise
 from multilayer.measurements.description import Campaign
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
@@ -39,7 +39,19 @@ def _tube() -> TubeHypothesis:
     ones = np.ones(n, dtype=complex)
     noise = ValueNoise(np.full(n, 1e-3), np.full(n, 1e-3))
     data = tuple(
-        TubeData(name, name, 0.0, f, np.arange(n), f, plane_wave(stack, f).reflection, ones, ones, noise, TUBE_ERROR)
+        TubeData(
+            name,
+            name,
+            0.0,
+            f,
+            np.arange(n),
+            f,
+            plane_wave(stack, f).reflection,
+            ones,
+            ones,
+            noise,
+            CorrelatedError(0.01),
+        )
         for name, stack in stacks.items()
     )
     return TubeHypothesis(stacks, (), data)

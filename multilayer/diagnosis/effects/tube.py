@@ -19,7 +19,7 @@ from multilayer.media.gas import Gas
 from multilayer.models import Model
 from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
-from multilayer.units import Length
+from multilayer.units import Length, PositiveRatio, Ratio
 
 _SPACING = 0.05  # m
 _OF_THE_LIMIT = 0.4  # ISO 10534-2 asks for a spacing below 0.45 c/f of the highest frequency
@@ -36,11 +36,17 @@ class Tube(Model):
         From the sample's face to the nearer microphone, m.
     diameter : float
         m; of a square tube its width.
+    error : float
+        How far tube, mounting and model may be off: standard deviation of each part of R, correlated over `length` in
+        ln f. A measurement's own `model_error` takes its place.
+    length : float
     """
 
     microphone_spacing: Length | None = None
     microphone_distance: Length = 0.1
     diameter: Length = 0.1
+    error: Ratio = 0.01  # what mounting a sample again changes
+    length: PositiveRatio = 0.3
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
+from multilayer.diagnosis.effects.tube import Tube
 from multilayer.errors import InputError
 from multilayer.inverse.measured_columns import MeasuredValues, zero_noise
 from multilayer.inverse.measurement_file import Reflection, SurfaceImpedance
 from multilayer.inverse.observations import Scale
 from multilayer.inverse.whitening import CorrelatedError, ValueNoise, Whitening, whitening
 
-TUBE_ERROR = CorrelatedError(0.01)  # of R, where the file says none: what mounting a sample again changes
-_MOST = 96  # frequencies of one measurement
+_SPACING = 0.05  # of frequencies in ln f: nearer ones tell nothing new, as their errors are correlated
 _GROUPS = 12  # of frequencies that are left out together
 _FEWEST = 8
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # differences without what is smooth
@@ -86,7 +86,7 @@ class TubeData:
 
 
 def tube_data(
-    measurement: SurfaceImpedance | Reflection, name: str, stack: str, scale: Scale, values: MeasuredValues
+    measurement: SurfaceImpedance | Reflection, name: str, stack: str, scale: Scale, values: MeasuredValues, tube: Tube
 ) -> TubeData:
     """Return a measurement as data of a diagnosis: frequencies evenly over ln f, noise estimated where none is said.
 
@@ -97,6 +97,7 @@ def tube_data(
     scale : Scale
         Reflection coefficient of the measured quantity.
     values : MeasuredValues
+    tube : Tube
 
     Raises
     ------
@@ -117,7 +118,9 @@ def tube_data(
         for zero in zero_noise(values):
             raise InputError(f"{name}: the noise is 0 at {zero:g} Hz; add an absolute one, as {{absolute: ...}}")
     stated = measurement.model_error
-    error = TUBE_ERROR if stated is None else CorrelatedError(stated.relative, stated.length)
+    error = (
+        CorrelatedError(tube.error, tube.length) if stated is None else CorrelatedError(stated.relative, stated.length)
+    )
     kept = _even(f)
     burst = _groups(f[kept])
     centres = np.array([np.exp(np.mean(np.log(f[kept][burst == g]))) for g in range(burst.max() + 1)])
@@ -140,9 +143,10 @@ def _groups(f: RealArray) -> IndexArray:
 
 def _even(f: RealArray) -> IndexArray:
     """Return the indices of frequencies about evenly spaced in ln f."""
-    if len(f) <= _MOST:
+    count = max(round(float(np.log(f[-1] / f[0])) / _SPACING) + 1, _FEWEST)
+    if len(f) <= count:
         return np.arange(len(f))
-    wanted = np.geomspace(f[0], f[-1], _MOST)
+    wanted = np.geomspace(f[0], f[-1], count)
     right = np.clip(np.searchsorted(f, wanted), 1, len(f) - 1)
     nearest = np.where(wanted - f[right - 1] < f[right] - wanted, right - 1, right)
     return np.unique(nearest)

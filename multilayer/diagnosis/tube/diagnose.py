@@ -25,7 +25,7 @@ from multilayer.inverse.problem import Minimum
 from multilayer.simulation.warned import collected_warnings
 
 N_STEPS = 5
-_FAR = 1.5  # standard deviations of a prior
+_FAR = 0.7  # standard deviations of a prior
 Progress = Callable[[str], None]
 
 

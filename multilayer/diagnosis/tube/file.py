@@ -65,7 +65,9 @@ class DiagnosisFile(StackFitFile):
                 "Give a surface_impedance or a reflection, or fit the file by 'multilayer fit'"
             )
         nominal = self.by_name[stack]
-        data = tube_data(measurement, name, stack, scale_of(measurement, nominal), read_values(measurement, folder))
+        data = tube_data(
+            measurement, name, stack, scale_of(measurement, nominal), read_values(measurement, folder), self.tube
+        )
         with collected_warnings():  # of its validity: told with the result
             # refuses a stack that has no response at these frequencies
             TubeSetting(name, data.frequency, data.angle, nominal, self.tube).reflection(nominal)

@@ -21,6 +21,7 @@ from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
+_WILDEST = 12.0  # coordinates are no further out: no value overflows
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
 
 
@@ -135,9 +136,10 @@ class TubeHypothesis:
 
     def predict(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
         """Return R of a stack in any setting, shape (..., n), of coordinates of shape (..., d)."""
-        flat = z.reshape(math.prod(z.shape[:-1]), z.shape[-1])
+        flat = np.clip(z, -_WILDEST, _WILDEST).reshape(math.prod(z.shape[:-1]), z.shape[-1])
         step = max(1, _AT_ONCE // len(setting.frequency))
-        with collected_warnings():  # a search leaves the range of formulae
+        # a search leaves the range of formulae, and of numbers
+        with collected_warnings(), np.errstate(all="ignore"):
             pieces = [self._batch(setting, stack, flat[i : i + step]) for i in range(0, len(flat), step)]
         return np.concatenate(pieces).reshape(*z.shape[:-1], -1)
 
