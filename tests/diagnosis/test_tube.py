@@ -1,0 +1,133 @@
+"""Diagnoses of tubes whose effect is known."""
+
+import json
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.interface import AnyData, AnyHypothesis
+from multilayer.diagnosis.tube.data import roughness
+from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
+from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
+from multilayer.response import plane_wave
+from multilayer.stack import Stack
+from tests.diagnosis.tubes import NOISE, PRIORS, foam, measured, reflection, table
+
+KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
+RIVALS = ("sample_position", "microphone_gain")
+CASES = {
+    "rear_air_gap": {"depth": 0.008},
+    "lateral_air_gap": {"width": 1e-3},
+    "edge_constraint": {"frequency": 600.0, "frame_density": 12.0, "loss_factor": 0.06},
+    "frame_motion": {"young_modulus": 1.5e5, "frame_density": 25.0, "loss_factor": 0.1},
+    "facing": {"flow_resistance": 150.0, "surface_density": 0.08},
+    "sample_position": {"distance": 4e-3},
+    "microphone_gain": {"gain": 0.03},
+    "microphone_phase": {"phase": 0.03},
+    "temperature": {"difference": 9.0},
+    "thickness_error": {"relative": -0.15},
+}
+
+
+def test_every_effect_of_tubes_is_tried():
+    assert set(CASES) == set(tube_names())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_an_effect_is_named_with_its_size(tmp_path, name):
+    file = measured(tmp_path, {name: CASES[name]}, effects=list(dict.fromkeys((name, *RIVALS))))
+    record = diagnose_tube(file).record
+    assert record["verdict"] == "effect", record["sentence"]
+    assert [name] in record["group"]
+    first = next(iter(CASES[name]))
+    size = next(c for c in record["causes"] if c["effects"] == [name])["parameters"][f"{name}.{first}"]
+    assert size["low"] < CASES[name][first] < size["high"]
+    assert record["gap"]["held_out"] == "leave one configuration out"
+
+
+def test_without_an_effect_there_is_no_gap(tmp_path):
+    told = []
+    found = diagnose_tube(measured(tmp_path, {}, effects=[*RIVALS, "rear_air_gap"]), progress=told.append)
+    record = json.loads(found.to_json())
+    assert len(told) == N_STEPS
+    assert set(record) >= KEYS
+    assert (record["verdict"], record["causes"], record["where"]) == ("no_gap", [], [])
+    assert record["detectable"]["rear_air_gap"]["smallest"] < 0.01
+    assert found.curves[0].labels == ("Re R", "Im R")
+
+
+def test_of_one_measurement_blocks_of_frequencies_are_left_out(tmp_path):
+    file = measured(tmp_path, {"rear_air_gap": {"depth": 0.02}}, (0.03,), effects=["rear_air_gap", *RIVALS])
+    record = diagnose_tube(file).record
+    assert record["group"][0] == ["rear_air_gap"]
+    assert record["gap"]["held_out"].startswith("contiguous blocks of frequencies")
+    assert record["gap"]["shrinkage"] > 0.9
+    assert record["where"][0]["quantity"] in ("real", "imag")
+    assert record["next_experiment"][0].keys() >= {"change", "separates", "expected_gain", "cost_hours"}
+    nominal, corrected = (record["unknowns"]["layers.foam.flow_resistivity"][key] for key in ("nominal", "corrected"))
+    assert abs(corrected / 1.2e4 - 1) < abs(nominal / 1.2e4 - 1)
+
+
+def test_the_nominal_hypothesis_is_the_stack(tmp_path):
+    hypothesis: AnyHypothesis = measured(tmp_path, {}).hypothesis
+    data: AnyData = hypothesis.data[0]
+    z = np.array([float(p.prior.coordinate(v)) for p, v in zip(hypothesis.parameters, (1.2e4, 1.3), strict=True)])
+    expected = plane_wave(Stack.model_validate(foam(0.03)), data.frequency).reflection
+    np.testing.assert_allclose(hypothesis.reflections(z)[0], expected, rtol=1e-12)
+    batch = hypothesis.log_ratios(np.stack([z, z + 0.1]))[1]
+    np.testing.assert_allclose(batch[1], hypothesis.log_ratios(z + 0.1)[1], rtol=1e-12)
+
+
+def test_groups_are_left_out_whole(tmp_path):
+    (data,) = measured(tmp_path, {}, (0.03,)).data
+    part = data.part(np.array([0, 2]))
+    assert set(part.burst) == {0, 1}
+    np.testing.assert_array_equal(part.frequency, data.frequency[np.isin(data.burst, [0, 2])])
+
+
+@pytest.mark.parametrize("name", ["microphone_gain", "microphone_phase", "temperature"])
+def test_a_transfer_function_leads_back_to_what_was_reflected(tmp_path, name):
+    setting = measured(tmp_path, {}, (0.03,)).hypothesis.settings[0]
+    r = reflection(0.03, {})
+    read = setting.transfer_function(r, setting.wavenumber)
+    np.testing.assert_allclose(setting.evaluated(read), r, rtol=1e-10)
+    parameter = EFFECTS[name].parameters[0].name
+    np.testing.assert_allclose(reflection(0.03, {name: {parameter: 0.0}}), r, rtol=1e-10)
+
+
+def test_noise_is_estimated_and_that_is_said(tmp_path):
+    rng = np.random.default_rng(3)
+    f = np.geomspace(200, 2000, 400)
+    r = reflection(0.03, {}, f) + NOISE * (rng.standard_normal(400) + 1j * rng.standard_normal(400))
+    assert roughness(r) == pytest.approx(NOISE, rel=0.15)
+    (tmp_path / "tube.csv").write_text(table(r, f))
+    search = {"starts": 1, "candidates": 8}
+    file = diagnosis_file(
+        tmp_path, nominal=foam(0.03), measurements=[{"kind": "reflection", "file": "tube.csv"}], unknowns=PRIORS,
+        effects=list(RIVALS), search=search,
+    )  # fmt: skip
+    record = diagnose_tube(file).record
+    assert "no noise is said" in record["warnings"][0]
+    assert record["inputs"]["noise"]["reflection tube"].startswith("estimated, 0.00")
+    assert record["verdict"] == "no_gap"
+
+
+@pytest.mark.reference
+def test_a_cavity_behind_plants_is_found(shared):
+    from tests.benchmarks.tube_gaps import as_priors, delft, nominal_fit
+
+    name, error = "Grass 6 cm", 0.022
+    priors = {
+        "flow_resistivity": {"loguniform": [300, 3e5]}, "tortuosity": {"uniform": [1.0, 5.0]},
+        "viscous_length": {"lognormal": ["100 um", 1.0]}, "thermal_length": {"lognormal": ["300 um", 1.0]},
+        "porosity": {"uniform": [0.3, 0.999]},
+    }  # fmt: skip
+    known = as_priors(nominal_fit(delft("plants", name, 0.06, priors, error)))
+    file = delft("plants", f"{name} + cavity 3 cm", 0.06, known, error)
+    chosen = {key: EFFECTS[key]() for key in ("rear_air_gap", "thickness_error", "sample_position")}
+    record = diagnose_tube(file, effects=chosen).record
+    assert "rear_air_gap" in record["causes"][0]["effects"]
+    depth = next(c for c in record["causes"] if c["effects"] == ["rear_air_gap"])["parameters"]["rear_air_gap.depth"]
+    assert depth["value"] == pytest.approx(0.03, rel=0.2)
+    assert depth["low"] < 0.03 < depth["high"]

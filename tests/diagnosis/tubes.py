@@ -1,0 +1,62 @@
+"""Tube measurements with a known effect, simulated."""
+
+import numpy as np
+
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects.tube import Tube, TubeSetting
+from multilayer.diagnosis.tube.file import diagnosis_file
+from multilayer.stack import Stack
+
+F = np.geomspace(200.0, 2000.0, 28)
+FOAM = {
+    "type": "equivalent_fluid", "name": "foam", "thickness": 0.03, "porosity": 0.97, "flow_resistivity": 1.2e4,
+    "tortuosity": 1.3, "viscous_length": 1e-4, "thermal_length": 2e-4,
+}  # fmt: skip
+PRIORS = {
+    "layers.foam.flow_resistivity": {"lognormal": [1.1e4, 0.1]},
+    "layers.foam.tortuosity": {"normal": [1.32, 0.05]},
+}
+NOISE = 0.002
+
+
+def reflection(thickness, effects, frequency=F):
+    """Return R of the foam as a tube with some effects (values by name) reports it."""
+    stack = Stack.model_validate(foam(thickness))
+    setting = TubeSetting("tube", frequency, 0.0, stack, Tube())
+    acting = [
+        (EFFECTS[name](), {key: np.array([[v]]) for key, v in values.items()}) for name, values in effects.items()
+    ]
+    for effect, values in acting:
+        stack = effect.stack(setting, stack, values)
+    r = np.atleast_2d(setting.reflection(stack))
+    for effect, values in acting:
+        r = effect.surface(setting, stack, r, values)
+    for effect, values in acting:
+        r = effect.reading(setting, r, values)
+    return np.broadcast_to(r, (1, len(frequency)))[0]
+
+
+def foam(thickness):
+    return {"version": 1, "layers": [FOAM | {"thickness": thickness}]}
+
+
+def table(r, frequency=F):
+    rows = "".join(f"{f!r},{x.real!r},{x.imag!r}\n" for f, x in zip(frequency.tolist(), r.tolist(), strict=True))
+    return f"frequency_hz,reflection_re,reflection_im\n{rows}"
+
+
+def measured(folder, acting, thicknesses=(0.03, 0.06), **more):
+    """Write measurements of some thicknesses with noise, and return their diagnosis file."""
+    rng = np.random.default_rng(1)
+    measurements, stacks = [], {}
+    for thickness in thicknesses:
+        name = f"mm{1e3 * thickness:.0f}"
+        r = reflection(thickness, acting)
+        r = r + NOISE * (rng.standard_normal(r.shape) + 1j * rng.standard_normal(r.shape))
+        (folder / f"{name}.csv").write_text(table(r))
+        noise = {"absolute": NOISE}
+        measurements.append({"kind": "reflection", "name": name, "file": f"{name}.csv", "stack": name, "noise": noise})
+        stacks[name] = foam(thickness)
+    search = {"starts": 1, "candidates": 8}
+    data = {"stacks": stacks, "measurements": measurements, "unknowns": PRIORS, "search": search, **more}
+    return diagnosis_file(folder, **data)
