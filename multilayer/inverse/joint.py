@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
@@ -30,6 +31,7 @@ _DENSITY_STEP = 0.01
 _COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
 Tell = Callable[[str], None]
 N_BEST, N_FOLLOWED = 6, 3
+_IMPROBABLE = 0.01
 _FEW = 60  # evaluations after which a start of the coarse search must be near the best
 
 
@@ -378,8 +380,21 @@ def solve_joint(
     law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
     coarse = search(law_only, starts, n_best=n_best, seed=seed, few=_FEW, tell=tell)
     rest = np.zeros(len(problem.nuisances.parameters))
-    fine = [minimise(problem, np.concatenate([m.z, rest])) for m in coarse[:n_followed] if hopeful(m, coarse)]
+    followed = [np.concatenate([m.z, rest]) for m in coarse[:n_followed] if hopeful(m, coarse)]
+    fine = [found for start in followed for found in _descents(problem, law_only.model_error, start)]
     return distinct(fine)
+
+
+def _descents(problem: JointProblem, coarse_error: float, start: RealArray) -> list[Minimum]:
+    """Return where least squares end from a start, and if chance does not explain that, by way of a coarse model error.
+
+    Where resonances are sharp, thickness and density must move before the law can: with a large model error they can.
+    """
+    direct = minimise(problem, start)
+    if direct.converged and direct.cost < chi2.isf(_IMPROBABLE, direct.residual.size):
+        return [direct]
+    eased = minimise(replace(problem, model_error=coarse_error), start)
+    return [direct, minimise(problem, eased.z)]
 
 
 def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:
