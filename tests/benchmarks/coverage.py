@@ -4,7 +4,7 @@ Run it as ``python -m tests.benchmarks.coverage --campaigns 200 [--jobs 2] > doc
 
 Every campaign has its own material, rig and errors, all drawn from what the laboratory states: signals through the time
 domain with noise on both channels, noise levels estimated from the repeats, as for measured campaigns. It takes about a
-quarter of an hour on one core.
+quarter of an hour of processor time.
 """
 
 from __future__ import annotations
