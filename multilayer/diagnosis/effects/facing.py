@@ -16,7 +16,7 @@ class Facing(TubeEffect):
     separated_by = "taking the facing off; turning the sample round; another thickness"
     source = "non-woven scrims some 30 to 1000 N s/m3 at 0.03 to 0.3 kg/m2; skins of foams alike"
     parameters = (positive("flow_resistance", 150.0, 1.2, "N*s/m^3"), positive("surface_density", 0.1, 0.8, "kg/m^2"))
-    law_error = 0.1
+    law_error = 0.05
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
         """A screen in front, not glued."""

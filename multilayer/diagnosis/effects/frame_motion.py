@@ -34,7 +34,8 @@ class FrameMotion(TubeEffect):
     )
     absent: ClassVar[Mapping[str, float]] = {"young_modulus": 1e13}  # rigid
     law_error = 0.1
-    starts = tuple((float(x), 0.0, 0.0) for x in np.linspace(-2.5, 2.5, 21))
+    # no resonance is skipped, of light frames and of heavy ones
+    starts = tuple((float(x), y, 0.0) for y in (0.0, 1.0) for x in np.linspace(-2.5, 2.5, 51))
 
     def applies(self, setting: TubeSetting) -> bool:
         """The nominal frame must be at rest, and its pores such as Biot's theory takes."""

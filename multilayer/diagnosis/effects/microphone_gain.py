@@ -17,7 +17,7 @@ class MicrophoneGain(TubeEffect):
     separated_by = "exchanging the microphones"
     source = "0.1 dB of calibrated pairs; ISO 10534-2 corrects what is left by exchanging the microphones"
     parameters = (signed("gain", 0.01),)
-    law_error = 0.02
+    law_error = 0.01
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
         """Back to what the microphones read, and forth again."""

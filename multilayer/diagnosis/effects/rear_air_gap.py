@@ -16,7 +16,7 @@ class RearAirGap(TubeEffect):
     separated_by = "pressing the sample to the wall; a known cavity, to which the depth adds"
     source = "samples cut by hand stand off by 1 to 5 mm, a cavity left on purpose by up to some centimetres"
     parameters = (positive("depth", 0.01, 1.2, "m"),)
-    law_error = 0.05  # air is known; the gap is not plane
+    law_error = 0.01  # air is known
 
     def applies(self, setting: TubeSetting) -> bool:
         """A stack that ends in free space has no wall to stand off from."""

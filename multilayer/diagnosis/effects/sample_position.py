@@ -17,7 +17,7 @@ class SamplePosition(TubeEffect):
     separated_by = "the empty tube with its wall at the sample's place; a sample pushed by a known way"
     source = "1 to 2 mm of a soft face; Katz 2000: positions of sample and microphones make about 3 % of R"
     parameters = (signed("distance", 1.5e-3, "m"),)
-    law_error = 0.02
+    law_error = 0.01
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
         """A wave runs there and back."""

@@ -18,7 +18,7 @@ class Temperature(TubeEffect):
     separated_by = "a thermometer"
     source = "a room, or a tube warmed by its loudspeaker: some kelvins"
     parameters = (signed("difference", 3.0, "K"),)
-    law_error = 0.05
+    law_error = 0.02
     changes_gas = True
 
     def applies(self, setting: TubeSetting) -> bool:

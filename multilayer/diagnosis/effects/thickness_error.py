@@ -15,7 +15,7 @@ class ThicknessError(TubeEffect):
     separated_by = "a calliper; another thickness, if the error is not proportional"
     source = "soft samples are measured to 1 mm or some per cent"
     parameters = (signed("relative", 0.05),)
-    law_error = 0.05
+    law_error = 0.01
 
     def applies(self, setting: TubeSetting) -> bool:
         """There must be a sample."""
