@@ -40,7 +40,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> None:
         _print(out, "What to measure next", experiments)
     if absorbed := absorbed_names(diagnosis.similarity):
         names = ", ".join(in_words([name]) for name in absorbed)
-        out.print(Text(f"Hidden in this campaign, absorbed by the unknowns: {names}"))
+        out.print(Text(f"Hidden in these data, absorbed by the unknowns: {names}"))
 
 
 def _print(out: Console, title: str, listing: Listing) -> None:
