@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.discrepancy import tolerant_covariance
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis, smooth_basis
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.problem import Minimum
 
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
-_STARTS = (0.0, -3.0, -1.5, 1.5, 3.0)  # of the effects' coordinates: their prior's centre and to either side
+_ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
+_FAR = 4.0  # times the misfit that chance makes
+_TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
+_POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
+_SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
 
 
 @dataclass(frozen=True)
@@ -28,10 +33,14 @@ class Fitted:
     ----------
     hypothesis : AnyHypothesis
     minimum : Minimum
+        Its residuals have unit variance where the effects' laws are as wrong as they may be.
+    errors : LawErrors, optional
+        Those of the laws; none of the nominal model.
     """
 
     hypothesis: AnyHypothesis
     minimum: Minimum
+    errors: LawErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -41,26 +50,29 @@ class Fitted:
     @property
     def log_evidence(self) -> float:
         """Laplace's, but for the constant of the whitened data."""
-        return self.minimum.log_evidence
+        return self.minimum.log_evidence - (0.5 * self.errors.log_determinant if self.errors else 0.0)
 
     @cached_property
-    def covariance(self) -> RealArray:
-        """Of the coordinates, the errors of the effects' laws included."""
-        return tolerant_covariance(self.hypothesis, self.minimum)
+    def misfit(self) -> float:
+        """Sum of squares of the residuals in units of noise alone."""
+        residual = self.hypothesis.residual(self.minimum.z)
+        return float(residual @ residual)
+
+    def softened(self, values: RealArray) -> RealArray:
+        """Return changes of the hypothesis' residuals, shape (..., n_data), as changes of those of the minimum."""
+        return values if self.errors is None else self.errors.whitened(values)
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
         """Return value and ends of the central interval of a parameter, in its own unit, by Laplace's approximation."""
         index = [p.name for p in self.hypothesis.parameters].index(name)
         prior = self.hypothesis.parameters[index].prior
-        spread = float(np.sqrt(self.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
+        spread = float(np.sqrt(self.minimum.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
         z = float(self.minimum.z[index])
         value, low, high = (float(prior.value(np.asarray(x))) for x in (z, z - spread, z + spread))
         return value, low, high
 
 
-def fit(
-    hypothesis: AnyHypothesis, start: RealArray, starts: Sequence[float] = _STARTS, *, followed: int | None = None
-) -> Fitted:
+def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
     """Return the most probable parameters of a hypothesis.
 
     Parameters
@@ -68,28 +80,58 @@ def fit(
     hypothesis : AnyHypothesis
     start : array
         Coordinates of law and nuisances, and of effects that are given already.
-    starts : sequence of float
-        Coordinates tried for the effects that `start` does not hold.
     followed : int, optional
         How many of the starts with the least cost are followed; by default one for a single number to be found, two
         for several: resonances have more than one valley.
     """
     missing = len(hypothesis.parameters) - len(start)
-    points = np.stack([np.concatenate([start, at]) for at in _starting_points(hypothesis, missing, starts)])
-    costs = np.sum(hypothesis.residual(points) ** 2, axis=-1) + np.sum(points**2, axis=-1)
+    # what is stated of the laboratory may have been dragged far off to explain what the effect explains
+    stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
+    bases = (start, np.where(stated, 0.0, start)) if missing else (start,)
+    points = np.stack([np.concatenate([base, at]) for base in bases for at in _starting_points(hypothesis, missing)])
+    residuals, priors = hypothesis.residual(points), np.sum(points**2, axis=-1)
+    sizes = _discrepancies(float(np.nanmin(np.sum(residuals**2, axis=-1) + priors)) / residuals.shape[-1])
+    if sizes:
+        residuals = LawErrors.of(sizes[0] * smooth_basis(hypothesis)).whitened(residuals)
+    costs = np.sum(residuals**2, axis=-1) + priors
     best = points[np.argsort(costs)[: followed or (1 if missing < 2 else 2)]]
-    found = [minimise(hypothesis, z, tolerance=_TOLERANCE) for z in best]
-    return Fitted(hypothesis, min(found, key=lambda minimum: minimum.cost))
+    return max((_descend(hypothesis, z, sizes) for z in best), key=lambda one: one.log_evidence)
 
 
-def _starting_points(hypothesis: AnyHypothesis, missing: int, starts: Sequence[float]) -> list[RealArray]:
+def _discrepancies(per_datum: float) -> tuple[float, ...]:
+    """Return relative sizes of a smooth discrepancy that is allowed while the fit is far off, falling.
+
+    What is thousands of standard deviations off drags everything else along; a minimum is found by and by.
+    """
+    if not per_datum > _FAR:
+        return ()
+    first = min(_TYPICAL * float(np.sqrt(per_datum)), _LARGEST)
+    return tuple(np.geomspace(first, _TYPICAL, max(2, int(np.ceil(np.log(first / _TYPICAL) / np.log(_FALL))))))
+
+
+def _descend(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float] = ()) -> Fitted:
+    """Return the minimum reached from a start; the errors of laws are those at a first, rough one."""
+    z = start
+    for size in sizes:
+        basis = np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1)
+        z = minimise(Softened(hypothesis, LawErrors.of(basis)), z, tolerance=_ROUGH).z
+    if not any(effect.law_error for effect in hypothesis.effects):
+        return Fitted(hypothesis, minimise(hypothesis, z, tolerance=_TOLERANCE))
+    if not sizes:
+        z = minimise(hypothesis, z, tolerance=_ROUGH).z
+    errors = LawErrors.of(law_basis(hypothesis, z))
+    return Fitted(hypothesis, minimise(Softened(hypothesis, errors), z, tolerance=_TOLERANCE), errors)
+
+
+def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
     """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
     if not missing:
         return [np.empty(0)]
-    own = hypothesis.effects[-1].starts if hypothesis.effects else ()
-    if own and len(own[0]) == missing:
-        return [np.array(point) for point in own]
-    return [np.full(missing, at) for at in starts]
+    effect = hypothesis.effects[-1]
+    if effect.starts:
+        return [np.array(point) for point in effect.starts]
+    grids = [_SIGNED if parameter.prior.normal is not None else _POSITIVE for parameter in effect.parameters]
+    return [np.array(point) for point in product(*grids)]
 
 
 def fit_effects(nominal: Fitted, effects: Mapping[str, BaseEffect]) -> dict[tuple[str, ...], Fitted]:

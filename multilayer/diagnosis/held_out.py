@@ -9,10 +9,10 @@ import numpy as np
 
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
+from multilayer.diagnosis.law_errors import softened
 from multilayer.inverse.least_squares import minimise
 
 _TOLERANCE = 1e-5  # of the cost, relative
-_BLOCKS = 3  # of a single configuration's bursts
 _FEWEST = 4  # bursts of which blocks can be made
 
 
@@ -53,7 +53,7 @@ def folds(hypothesis: AnyHypothesis) -> tuple[str, list[tuple[list[AnyData], lis
     if n < _FEWEST:
         return "nothing could be left out", []
     found = []
-    for block in np.array_split(np.arange(n), min(_BLOCKS, n // 2)):
+    for block in np.array_split(np.arange(n), min(hypothesis.blocks, n // 2)):
         guard = np.arange(max(block[0] - 1, 0), min(block[-1] + 2, n))
         kept = np.setdiff1d(np.arange(n), guard)
         if len(kept) > 1:
@@ -68,7 +68,7 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
     misfits = np.zeros((len(everything), 2))
     for kept, left in pairs:
         for i, one in enumerate(everything):
-            z = minimise(one.hypothesis.of(kept), one.minimum.z, tolerance=_TOLERANCE).z
+            z = minimise(softened(one.hypothesis.of(kept), one.minimum.z), one.minimum.z, tolerance=_TOLERANCE).z
             residual = one.hypothesis.of(left).residual(z)
             misfits[i] += float(residual @ residual), residual.size
     if not pairs:

@@ -23,6 +23,7 @@ from multilayer.rig.shape_factor import static_shape_factor
 
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
+_STEP = 1e-3  # of ln E
 _GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
 
 
@@ -96,6 +97,11 @@ class Hypothesis:
         """What real and imaginary part of ln(ratio) are."""
         return ("level", "phase")
 
+    @property
+    def blocks(self) -> int:
+        """A third of a single configuration's bursts is left out at a time."""
+        return 3
+
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act in this campaign: only one of the rig can."""
         return isinstance(effect, Effect) and effect.applies(self.campaign)
@@ -124,12 +130,15 @@ class Hypothesis:
 
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
+        return self._log_ratios(z, 1.0)
+
+    def _log_ratios(self, z: RealArray, stiffening: float) -> list[ComplexArray]:
         n = len(self.joint.parameters)
         law, nuisances = self.joint.law_coordinates(z), self._nuisances(z)
         values = self._effect_values(z[..., n:])
         found = []
         for setting in self.settings:
-            modulus = self.joint.space.modulus(law, setting.frequency)
+            modulus = stiffening * self.joint.space.modulus(law, setting.frequency)
             motion = self._motion(setting, modulus, nuisances, values)
             for effect, own in zip(self.effects, values, strict=True):
                 motion = effect.motion(setting, motion, own)
@@ -138,12 +147,28 @@ class Hypothesis:
             found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
         return found
 
-    def without_effect(self, index: int, z: RealArray) -> list[ComplexArray]:
-        """Return `log_ratios` without one of the effects, everything else at the same coordinates (d,)."""
+    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
+        """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
+
+        What the effect itself changes, where it acts on the reading. Of one that acts on the sample, what the change of
+        modulus does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
+        """
         own = len(self.effects[index].parameters)
         first = len(self.joint.parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        others = (*self.effects[:index], *self.effects[index + 1 :])
-        return replace(self, effects=others).log_ratios(np.delete(z, np.s_[first : first + own]))
+        others = replace(self, effects=(*self.effects[:index], *self.effects[index + 1 :]))
+        without = others.log_ratios(np.delete(z, np.s_[first : first + own]))
+        change = [full - bare for full, bare in zip(self.log_ratios(z), without, strict=True)]
+        if not self.effects[index].moves_resonances:
+            return change
+        return [
+            float(np.abs(np.vdot(slope, one)) / np.vdot(slope, slope).real) * slope
+            for slope, one in zip(others.modulus_slopes(np.delete(z, np.s_[first : first + own])), change, strict=True)
+        ]
+
+    def modulus_slopes(self, z: RealArray) -> list[ComplexArray]:
+        """Return the derivative of `log_ratios` by the logarithm of the sample's modulus."""
+        ends = [self._log_ratios(z, factor) for factor in (np.exp(_STEP), np.exp(-_STEP))]
+        return [(high - low) / (2 * _STEP) for high, low in zip(*ends, strict=True)]
 
     def _nuisances(self, z: RealArray) -> dict[str, RealArray]:
         own = self.joint.nuisances.parameters

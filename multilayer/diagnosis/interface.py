@@ -60,6 +60,10 @@ class AnyHypothesis(Protocol):
     def quantities(self) -> tuple[str, str]:
         """What real and imaginary part of `log_ratios` are."""
 
+    @property
+    def blocks(self) -> int:
+        """In how many pieces the data of a single configuration are left out, one after the other."""
+
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act here at all."""
 
@@ -84,8 +88,8 @@ class AnyHypothesis(Protocol):
         That is ln(ratio) of the rig, and the reflection coefficient itself of a tube, which may be 0.
         """
 
-    def without_effect(self, index: int, z: RealArray) -> list[ComplexArray]:
-        """Return `log_ratios` without one of the effects, everything else at the same coordinates (d,)."""
+    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
+        """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`."""
 
 
 __all__ = ["AnyData", "AnyHypothesis"]

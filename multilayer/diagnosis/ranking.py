@@ -99,7 +99,7 @@ class Hypotheses:
 
 def tolerant_evidence(fitted: Fitted) -> float:
     """Return the log evidence of a hypothesis that may be off by as much as solvers, and its laws, are."""
-    return discrepancy_evidence(fitted.hypothesis, fitted.minimum, _SMALL)[0]
+    return discrepancy_evidence(fitted, _SMALL)[0]
 
 
 def compare(
@@ -115,7 +115,7 @@ def compare(
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
-    evidence[UNKNOWN] = discrepancy_evidence(nominal.hypothesis, nominal.minimum, _LARGE)[0]
+    evidence[UNKNOWN] = discrepancy_evidence(nominal, _LARGE)[0]
     return Hypotheses(nominal, fitted, evidence, len(singles))
 
 
@@ -139,12 +139,13 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
     From the change of the residuals that an effect of its usual size makes, taken as proportional to that size.
     """
     hypothesis, minimum = fitted.hypothesis, fitted.minimum
+    here = hypothesis.residual(minimum.z)
     gains = {}
     for name, effect in others.items():
         more = hypothesis.with_effects(*hypothesis.effects, effect)
         parts = [p.prior.normal is not None for p in effect.parameters]
         steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
-        change = more.residual(steps) - minimum.residual
+        change = fitted.softened(more.residual(steps) - here)
         if not np.all(np.isfinite(change)):
             gains[name] = 0.0
             continue
@@ -187,7 +188,7 @@ class Decision:
 
 def global_p_value(nominal: Fitted) -> float:
     """Return the probability of a misfit as large as the nominal model's, if nothing acts."""
-    return tolerant_p_value(nominal.hypothesis, nominal.minimum, 1e-6)
+    return tolerant_p_value(nominal, 1e-6)
 
 
 def is_gap(found: Hypotheses) -> bool:
@@ -235,7 +236,7 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
         text = "a smooth discrepancy explains the gap better than any known effect"
         return Decision("unknown", best, _group(found, best), text)
     fitted, held, label = found.fitted[best], shrinkage.get(best), in_words(best)
-    own = tolerant_p_value(fitted.hypothesis, fitted.minimum, TOLERANCE)
+    own = tolerant_p_value(fitted, TOLERANCE)
     text = ""
     if own < FIT_P:
         text = f"{label} explains most, but leaves a misfit of probability {_told(own)}"

@@ -12,6 +12,7 @@ class Adhesive(Effect):
     law = "compliance per area c (1 - i eta) at each face"
     separated_by = "another thickness of the sample"
     source = "glue of 0.05 to 0.5 mm and 0.05 to 100 MPa: 1e-12 to 1e-8 m/Pa"
+    moves_resonances = True
     parameters = (positive("compliance", 3e-10, 2.0, "m/Pa"), between("loss_factor", 0.0, 1.0))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

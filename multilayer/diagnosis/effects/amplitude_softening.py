@@ -17,6 +17,7 @@ class AmplitudeSoftening(Effect):
     law = "E / (1 + b e), e the strain's amplitude in the burst"
     separated_by = "another level; harmonics"
     source = "filled rubbers (Payne) and foams: 1 to 30 % at strains of 1e-3"
+    moves_resonances = True
     parameters = (positive("softening", 50.0, 1.2),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

@@ -138,11 +138,14 @@ class Effect(BaseEffect):
 
     Attributes
     ----------
+    moves_resonances : bool
+        Whether it acts as a change of the sample's modulus does, rather than on what is read.
     needs_finite_elements : bool
         Whether the rods are replaced by finite elements of the free rim.
     """
 
     kind = "two-plate rig"
+    moves_resonances: ClassVar[bool] = False
     needs_finite_elements: ClassVar[bool] = False
 
     def applies(self, campaign: Campaign) -> bool:

@@ -16,6 +16,8 @@ class Delamination(Effect):
     law = "E (1 - d), d differs between configurations"
     separated_by = "configurations remounted"
     source = "glue that misses 5 to 40 % of a face"
+    moves_resonances = True
+    law_error = 0.3  # the missing area acts on shear as well, and not in proportion
     parameters = (positive("first", 0.05, 1.0), positive("last", 0.05, 1.0))
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

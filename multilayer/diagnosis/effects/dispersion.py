@@ -15,6 +15,7 @@ class Dispersion(Effect):
     law = "E (1 + d i w t/(1 + i w t))"
     separated_by = "another thickness"
     source = "secondary relaxations of polymers: some 10 % of the modulus"
+    moves_resonances = True
     parameters = (positive("strength", 0.1, 1.0), positive("relaxation_time", 3e-4, 1.5, "s"))
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

@@ -13,6 +13,8 @@ class FiniteSize(Effect):
     law = "free rim: E -> E g(nu, S) in slow compression, S = R/2h; finite elements"
     separated_by = "another thickness or radius"
     source = "campaign.yaml: Poisson's ratio and radius are known, so the effect has no free size"
+    moves_resonances = True
+    law_error = 0.3  # Poisson's ratio is known to some 10 %
     needs_finite_elements = True
 
     def applies(self, campaign: Campaign) -> bool:

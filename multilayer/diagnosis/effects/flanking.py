@@ -12,6 +12,7 @@ class Flanking(Effect):
     law = "spring k (1 + i eta) from base to top plate"
     separated_by = "another thickness; a force cell"
     source = "cables, guides and tape: 10 to 1e4 N/m"
+    moves_resonances = True
     parameters = (positive("stiffness", 500.0, 1.5, "N/m"), between("loss_factor", 0.0, 0.5))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

@@ -15,6 +15,7 @@ class Preload(Effect):
     law = "E (1 + b s), s the static stress"
     separated_by = "a second top plate only"
     source = "2 to 12 N on a polyurethane foam: E1 +58 %, loss factor unchanged (Cortazar-Noguerol 2024)"
+    moves_resonances = True
     parameters = (positive("stiffening", 5e-4, 1.2, "1/Pa"),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

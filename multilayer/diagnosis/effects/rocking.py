@@ -19,6 +19,10 @@ class Rocking(Effect):
         signed("share", 0.03), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
     )  # fmt: skip
 
+    starts = tuple(
+        (share, float(at), 0.0) for share in (-1.0, -0.2, -0.05, 0.05, 0.2, 1.0) for at in np.linspace(-2, 2, 17)
+    )
+
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """A share of a resonance."""
         f, resonance = setting.frequency, values["frequency"]

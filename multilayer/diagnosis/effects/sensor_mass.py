@@ -12,6 +12,7 @@ class SensorMass(Effect):
     law = "top plate mass + m"
     separated_by = "a second top plate of another mass"
     source = "piezoelectric accelerometers of 0.2 to 10 g; PCB 352C22 of the paper: 0.5 g, with cable about 1 g"
+    moves_resonances = True
     parameters = (positive("mass", 1e-3, 1.2, "kg"),)
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

@@ -15,6 +15,7 @@ class TemperatureDrift(Effect):
     law = "E (1 + d u), u the share of the campaign that is over"
     separated_by = "repeats, reversed order"
     source = "polyurethane near room temperature: 1 to 5 % per kelvin, some kelvins in a day"
+    moves_resonances = True
     parameters = (signed("total", 0.1),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

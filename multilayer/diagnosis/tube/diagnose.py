@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -18,7 +19,7 @@ from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
 from multilayer.diagnosis.tube.experiments import next_measurements
 from multilayer.diagnosis.tube.file import DiagnosisFile
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
 from multilayer.errors import InputError
 from multilayer.inverse.least_squares import search
 from multilayer.inverse.problem import Minimum
@@ -58,7 +59,9 @@ def diagnose_tube(
     """
     tell = progress or (lambda text: None)
     hypothesis = file.hypothesis
-    nominal = Fitted(hypothesis, _nominal_minimum(hypothesis, file))
+    if file.known_from is not None:
+        hypothesis = replace(hypothesis, known=Known.of(nominal_minimum(file.known_from)))
+    nominal = Fitted(hypothesis, _minimum(hypothesis, file))
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
@@ -78,7 +81,18 @@ def diagnose_tube(
     return Diagnosis(campaign=name, record=record, curves=_curves(nominal, best), similarity=similarity, moduli={})
 
 
-def _nominal_minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum:
+def nominal_minimum(file: DiagnosisFile) -> Minimum:
+    """Return the nominal model of a file at its most probable unknowns.
+
+    Raises
+    ------
+    InputError
+        When over most of what the priors allow the stacks have no response.
+    """
+    return _minimum(file.hypothesis, file)
+
+
+def _minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum:
     hard = file.search
     try:
         found = search(hypothesis, [hypothesis.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed)
@@ -157,9 +171,10 @@ def _alive(found: Hypotheses, decision: Decision) -> list[tuple[Fitted, float]]:
 def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
     """Return the nominal model's quantities and their units."""
     found: dict[str, tuple[float, str]] = {}
-    first = 0
-    for unknown in tube_hypothesis(fitted).unknowns:
-        own = unknown.values(fitted.minimum.z[first : first + len(unknown.parameters)])
+    hypothesis = tube_hypothesis(fitted)
+    z, first = hypothesis.own_coordinates(fitted.minimum.z), 0
+    for unknown in hypothesis.unknowns:
+        own = unknown.values(z[first : first + len(unknown.parameters)])
         first += len(unknown.parameters)
         found |= dict(zip(unknown.names, zip(own.tolist(), unknown.units, strict=True), strict=True))
     return found

@@ -122,7 +122,7 @@ def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray
     kept = tuple(effect for effect in hypothesis.effects if effect.name not in change.without)
     names = {p.name for p in hypothesis.with_effects(*kept).parameters}
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
-    z, covariance = fitted.minimum.z[own], fitted.covariance[np.ix_(own, own)]
+    z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     stacks = {name: change.stack(stack) for name, stack in hypothesis.stacks.items()}
     changed = replace(hypothesis, stacks=stacks, tube=change.tube(hypothesis.tube), effects=kept)
     steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])

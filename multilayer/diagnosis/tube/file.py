@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
 from multilayer.config.validate import read
+from multilayer.config.yaml12 import read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData, tube_data
@@ -17,12 +18,14 @@ from multilayer.errors import InputError, suggest
 from multilayer.inverse.measured_columns import read_values
 from multilayer.inverse.measurement_file import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
 from multilayer.inverse.observations import scale_of
-from multilayer.inverse.sources import FIT_FILE
+from multilayer.inverse.sources import fit_file
 from multilayer.inverse.stack_file import Mistake, StackFitFile
 from multilayer.models import refuse
 from multilayer.registry import RegistryError
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
+
+_OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
 
 
 def _as_list(value: Any) -> Any:
@@ -38,15 +41,49 @@ class DiagnosisFile(StackFitFile):
     ----------
     effects : 'all' or tuple of str
     tube : Tube
+    reference : Path, optional
+        Another diagnosis file, of measurements that no effect can have touched: what they say of the same unknowns is
+        known from the start.
     """
 
     effects: Annotated[Literal["all"] | tuple[str, ...], BeforeValidator(_as_list)] = "all"
     tube: Tube = Tube()
+    reference: Path | None = None
+
+    _known_from: DiagnosisFile | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
-    def _known_effects(self) -> Self:
+    def _known_effects(self, info: ValidationInfo) -> Self:
         refuse(self, self._wrong_effects())
+        refuse(self, self._wrong_reference(Path((info.context or {}).get("folder", Path()))))
         return self
+
+    def _wrong_reference(self, folder: Path) -> Iterator[Mistake]:
+        if self.reference is None:
+            return
+        try:
+            other = load_diagnosis(folder / self.reference)
+        except InputError as error:
+            yield ("reference",), str(error), str(self.reference)
+            return
+        if [u.parameters for u in other.resolved] != [u.parameters for u in self.resolved]:
+            yield (
+                ("reference",),
+                "its unknowns are others; name the same ones, in the same order and with the same priors",
+                None,
+            )
+        self._known_from = other
+
+    def given(self, other: DiagnosisFile) -> DiagnosisFile:
+        """Return this file with another one, of the same unknowns, as its reference."""
+        file = self.model_copy()
+        file._known_from = other
+        return file
+
+    @property
+    def known_from(self) -> DiagnosisFile | None:
+        """The reference, if there is one."""
+        return self._known_from
 
     def _wrong_effects(self) -> Iterator[Mistake]:
         for i, name in enumerate(self.effects if self.effects != "all" else ()):
@@ -115,6 +152,12 @@ def _is_of_tubes(name: str) -> bool:
         return False
 
 
+def is_diagnosis(source: Path) -> bool:
+    """Tell whether a stack-fit file holds what only a diagnosis takes."""
+    data = read_yaml(fit_file(source), keep_problems=True).data
+    return isinstance(data, dict) and not _OF_A_DIAGNOSIS.isdisjoint(data)
+
+
 def load_diagnosis(path: str | Path) -> DiagnosisFile:
     """Read a diagnosis file, its stacks and its measurements.
 
@@ -128,8 +171,7 @@ def load_diagnosis(path: str | Path) -> DiagnosisFile:
     InputError
         With every mistake found, each with its line and column.
     """
-    source = Path(path)
-    file = source / FIT_FILE if source.is_dir() else source
+    file = fit_file(Path(path))
     return read(file, DiagnosisFile, context={"folder": file.parent, NOISE_ESTIMATED: True})
 
 

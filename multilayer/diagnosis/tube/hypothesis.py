@@ -15,7 +15,7 @@ from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.errors import MultilayerError
 from multilayer.inverse.priors import Parameter, values_of
-from multilayer.inverse.problem import by_differences
+from multilayer.inverse.problem import Minimum, by_differences
 from multilayer.inverse.stack_unknowns import Unknown
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
@@ -23,6 +23,37 @@ from multilayer.stack import Stack
 
 _WILDEST = 12.0  # coordinates are no further out: no value overflows
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
+
+
+@dataclass(frozen=True)
+class Known:
+    """A posterior as prior: coordinates ``centre + factor u`` of the unknowns, u standard normal.
+
+    Attributes
+    ----------
+    centre : array, shape (d,)
+    factor : array, shape (d, d)
+        Factor times its transpose is the covariance.
+    """
+
+    centre: RealArray
+    factor: RealArray
+
+    @classmethod
+    def of(cls, minimum: Minimum, *, correlated: bool = False) -> Known:
+        """Return Laplace's approximation of a posterior, each unknown by itself unless `correlated`.
+
+        Correlations are as sharp as the model is right, and a model that is off a little is off in another direction as
+        soon as something changes: intervals with them are too narrow on measured plants, see
+        ``docs/validation/diagnosis_tubes.md``.
+        """
+        if correlated:
+            return cls(minimum.z, np.asarray(np.linalg.cholesky(minimum.covariance), dtype=float))
+        return cls(minimum.z, np.diag(np.sqrt(np.diag(minimum.covariance))))
+
+    def coordinates(self, u: RealArray) -> RealArray:
+        """Return coordinates of the unknowns' own priors, shape (..., d), of u of the same shape."""
+        return np.asarray(self.centre + u @ self.factor.T)
 
 
 @dataclass(frozen=True)
@@ -37,6 +68,8 @@ class TubeHypothesis:
     measurements : tuple of TubeData
     tube : Tube
     effects : tuple of TubeEffect
+    known : Known, optional
+        What an earlier fit says of the unknowns, in place of their own priors.
     seen : tuple of TubeData, optional
         The data that residuals are made of; all when left out.
     """
@@ -46,6 +79,7 @@ class TubeHypothesis:
     measurements: tuple[TubeData, ...]
     tube: Tube = field(default_factory=Tube)
     effects: tuple[TubeEffect, ...] = ()
+    known: Known | None = None
     seen: tuple[TubeData, ...] | None = None
 
     @property
@@ -79,8 +113,15 @@ class TubeHypothesis:
 
     @cached_property
     def start(self) -> RealArray:
-        """Coordinates of the unknowns near the nominal values."""
+        """Coordinates of the unknowns near the nominal values, or at what is known of them."""
+        if self.known is not None:
+            return np.zeros(len(self.nominal_parameters))
         return np.concatenate([unknown.start for unknown in self.unknowns])
+
+    def own_coordinates(self, z: RealArray) -> RealArray:
+        """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
+        u = z[..., : len(self.nominal_parameters)]
+        return u if self.known is None else self.known.coordinates(u)
 
     @property
     def data(self) -> tuple[TubeData, ...]:
@@ -93,6 +134,11 @@ class TubeHypothesis:
         return tuple(
             TubeSetting(data.name, data.frequency, data.angle, self.stacks[data.stack], self.tube) for data in self.data
         )
+
+    @property
+    def blocks(self) -> int:
+        """A sixth of the band of a single measurement is left out at a time."""
+        return 6
 
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act in some measurement: only one of tubes can."""
@@ -127,12 +173,13 @@ class TubeHypothesis:
         """Return R as the tube would report it, shape (..., n), of every measurement."""
         return [self.predict(setting, data.stack, z) for setting, data in zip(self.settings, self.data, strict=True)]
 
-    def without_effect(self, index: int, z: RealArray) -> list[ComplexArray]:
-        """Return `log_ratios` without one of the effects, everything else at the same coordinates (d,)."""
+    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
+        """Return what the law of an effect, wrong by its whole size, would change: all that the effect does."""
         own = len(self.effects[index].parameters)
         first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        others = (*self.effects[:index], *self.effects[index + 1 :])
-        return replace(self, effects=others).log_ratios(np.delete(z, np.s_[first : first + own]))
+        others = replace(self, effects=(*self.effects[:index], *self.effects[index + 1 :]))
+        without = others.log_ratios(np.delete(z, np.s_[first : first + own]))
+        return [full - bare for full, bare in zip(self.log_ratios(z), without, strict=True)]
 
     def predict(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
         """Return R of a stack in any setting, shape (..., n), of coordinates of shape (..., d)."""
@@ -179,7 +226,7 @@ class TubeHypothesis:
     def _samples(self, stack: str, z: RealArray) -> dict[str, RealArray]:
         """Return by path the values, shape (m,), of the unknown fields of a stack."""
         found: dict[str, RealArray] = {}
-        first = 0
+        z, first = self.own_coordinates(z), 0
         for unknown in self.unknowns:
             own = z[:, first : first + len(unknown.parameters)]
             first += len(unknown.parameters)

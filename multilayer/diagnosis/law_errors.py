@@ -1,0 +1,156 @@
+"""Errors of the effects' own laws: no law is quite right, and the larger the effect the more that shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import Problem
+
+_LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
+_LENGTH = 0.4  # that of a discrepancy of no known origin
+_KEPT = 1e-4  # eigenvalues of its covariance kept, relative
+_LEAST = 0.03  # standard deviations of the data: smaller errors change nothing
+
+
+@dataclass(frozen=True)
+class LawErrors:
+    """The covariance ``1 + B B^T`` of whitened residuals, B = U diag(s) V^T.
+
+    Attributes
+    ----------
+    directions : array, shape (n_data, k)
+        U.
+    sizes : array, shape (k,)
+        s, standard deviations.
+    """
+
+    directions: RealArray
+    sizes: RealArray
+
+    @classmethod
+    def of(cls, basis: RealArray) -> LawErrors:
+        """Return it from columns B, shape (n_data, m)."""
+        directions, sizes, _ = np.linalg.svd(basis, full_matrices=False)
+        kept = sizes > _LEAST
+        return cls(directions[:, kept], sizes[kept])
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance."""
+        return float(np.sum(np.log1p(self.sizes**2)))
+
+    def whitened(self, values: RealArray) -> RealArray:
+        """Return ``(1 + B B^T)^(-1/2)`` times values, shape (..., n_data)."""
+        shrink = 1 - 1 / np.sqrt(1 + self.sizes**2)
+        return np.asarray(values - (values @ self.directions * shrink) @ self.directions.T)
+
+
+@dataclass(frozen=True)
+class Softened:
+    """A hypothesis whose effects' laws may be wrong: a `Problem` with residuals of unit variance again.
+
+    Attributes
+    ----------
+    hypothesis : AnyHypothesis
+    errors : LawErrors
+    """
+
+    hypothesis: AnyHypothesis
+    errors: LawErrors
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the hypothesis."""
+        return self.hypothesis.parameters
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data)."""
+        return self.errors.whitened(self.hypothesis.residual(z))
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative."""
+        residual, slopes = self.hypothesis.linearised(z)
+        return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
+
+
+def law_errors(hypothesis: AnyHypothesis, z: RealArray) -> LawErrors | None:
+    """Return the errors of the laws of a hypothesis at coordinates (d,); None where its laws have none."""
+    if not any(effect.law_error for effect in hypothesis.effects):
+        return None
+    return LawErrors.of(law_basis(hypothesis, z))
+
+
+def softened(hypothesis: AnyHypothesis, z: RealArray) -> Problem:
+    """Return a hypothesis as a problem that allows for the errors of its laws, taken at coordinates (d,)."""
+    errors = law_errors(hypothesis, z)
+    return hypothesis if errors is None else Softened(hypothesis, errors)
+
+
+def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
+    """Return columns B with B B^T the whitened covariance of a smooth unit discrepancy, shape (n_data, k).
+
+    Amplitude and phase of every configuration have one of their own, smooth in ln f.
+    """
+    blocks = []
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    first = 0
+    for i, data in enumerate(hypothesis.data):
+        n = len(data.frequency)
+        distance = np.subtract.outer(np.log(data.frequency), np.log(data.frequency)) / _LENGTH
+        sizes, vectors = np.linalg.eigh(np.exp(-0.5 * distance**2))
+        kept = sizes > _KEPT * sizes[-1]
+        columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T
+        for part in (columns + 0j, 1j * columns):
+            block = np.zeros((total, columns.shape[0]))
+            block[first : first + 2 * n] = hypothesis.whitened(i, part).T
+            blocks.append(block)
+        first += 2 * n
+    return np.concatenate(blocks, axis=1)
+
+
+def law_basis(hypothesis: AnyHypothesis, z: RealArray) -> RealArray:
+    """Return columns B with B B^T the whitened covariance of the errors of the effects' own laws, shape (n_data, k).
+
+    What an effect changes, times a complex factor that is smooth in ln f: partly common to all configurations, partly
+    each one's own. Its size is the effect's `law_error`. An error embedded in the law is large where the effect is,
+    and nothing where it is not.
+    """
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    blocks = [np.empty((total, 0))]
+    for index, effect in enumerate(hypothesis.effects):
+        if effect.law_error:
+            own = hypothesis.law_change(index, z)
+            blocks.append(effect.law_error * _modulated(hypothesis, own))
+    return np.concatenate(blocks, axis=1)
+
+
+def _modulated(hypothesis: AnyHypothesis, signature: Sequence[ComplexArray]) -> RealArray:
+    """Return whitened columns of a signature with smooth relative errors of unit size."""
+    at = np.log(np.concatenate([data.frequency for data in hypothesis.data]))
+    knots = np.arange(at.min(), at.max() + _LAW_LENGTH / 2, _LAW_LENGTH / 2)
+    sizes, vectors = np.linalg.eigh(_kernel(knots, knots, _LAW_LENGTH))
+    kept = sizes > 1e-3 * sizes[-1]
+    shape = vectors[:, kept] / np.sqrt(sizes[kept])
+    columns: list[list[RealArray]] = []
+    for i, (data, own) in enumerate(zip(hypothesis.data, signature, strict=True)):
+        smooth = (_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ shape).T
+        # beyond half a turn or a neper the effect is no small change of ln(ratio) any more
+        limited = own / np.maximum(np.abs(own), 1.0)
+        columns.append([hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T])
+    common = np.concatenate([np.concatenate(parts, axis=1) for parts in columns], axis=0)
+    if len(columns) == 1:
+        return common
+    return np.asarray(
+        np.sqrt(0.5) * np.concatenate([common, block_diag(*(np.concatenate(p, axis=1) for p in columns))], axis=1)
+    )
+
+
+def _kernel(a: RealArray, b: RealArray, length: float) -> RealArray:
+    return np.asarray(np.exp(-0.5 * (np.subtract.outer(a, b) / length) ** 2))

@@ -1,0 +1,60 @@
+"""Errors of the effects' laws in evidence and intervals, against closed forms."""
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis
+from multilayer.inverse.least_squares import minimise
+from multilayer.testing.benches import joint_bench
+from tests.inverse.gaussian import linear
+
+
+def basis():
+    return np.random.default_rng(1).standard_normal((30, 7)) * np.geomspace(0.1, 50, 7)
+
+
+def test_whitening_is_the_inverse_root_of_the_covariance():
+    errors = LawErrors.of(basis())
+    covariance = np.eye(30) + basis() @ basis().T
+    root = errors.whitened(np.eye(30))
+    np.testing.assert_allclose(root @ covariance @ root, np.eye(30), atol=1e-9)
+    assert errors.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1])
+
+
+def test_evidence_is_that_of_the_marginal_distribution():
+    rng = np.random.default_rng(2)
+    slopes, measured = rng.standard_normal((30, 3)), 3 * rng.standard_normal(30)
+    errors = LawErrors.of(basis())
+    soft = Softened(linear(slopes, measured), errors)
+    fitted = Fitted(soft.hypothesis, minimise(soft, np.zeros(3)), errors)
+    covariance = np.eye(30) + basis() @ basis().T + slopes @ slopes.T
+    truth = -0.5 * (measured @ np.linalg.solve(covariance, measured) + np.linalg.slogdet(covariance)[1])
+    assert fitted.log_evidence == pytest.approx(truth, rel=1e-6)
+
+
+def test_errors_are_as_large_as_the_effect_and_its_law_is_uncertain():
+    campaign, joint = joint_bench()
+    effect = EFFECTS["channel_gain"]()
+    hypothesis = Hypothesis(campaign, joint, (effect,))
+    gain = float(effect.parameters[0].prior.coordinate(0.04))
+    z = np.concatenate([np.zeros(len(joint.parameters)), [gain]])
+    columns = law_basis(hypothesis, z)
+    spread = np.sqrt(np.sum(columns**2, axis=1))
+    alone = hypothesis.residual(z) - Hypothesis(campaign, joint).residual(z[:-1])
+    # a gain changes ln(ratio) by ln(1.04) everywhere: 15 % of that, in either part
+    assert np.sqrt(np.mean(spread**2)) == pytest.approx(0.15 * np.sqrt(np.mean(alone**2)) * np.sqrt(2), rel=0.3)
+    assert np.max(np.abs(law_basis(hypothesis, np.zeros(z.size)))) < 1e-9
+
+
+def test_what_acts_on_the_sample_is_wrong_as_a_modulus_is():
+    campaign, joint = joint_bench()
+    effect = EFFECTS["preload"]()
+    hypothesis = Hypothesis(campaign, joint, (effect,))
+    z = np.concatenate([np.zeros(len(joint.parameters)), [float(effect.parameters[0].prior.coordinate(1e-5))]])
+    stiffening = [1e-5 * setting.static_stress for setting in hypothesis.settings]
+    slopes = Hypothesis(campaign, joint).modulus_slopes(z[:-1])
+    for change, slope, relative in zip(hypothesis.law_change(0, z), slopes, stiffening, strict=True):
+        np.testing.assert_allclose(change, relative * slope, rtol=0.02)
