@@ -42,10 +42,7 @@ def _read(source: Path) -> str:
     from multilayer.stack import SIMULATION_KEYS, load_stack
 
     if is_stack_fit(source):
-        from multilayer.inverse.stack_file import load_stack_fit
-
-        n = len(load_stack_fit(source).measurements)
-        return "stack fit of one measurement" if n == 1 else f"stack fit of {n} measurements"
+        return _stacks(source)
     data = read_yaml(source, keep_problems=True).data if source.is_file() else None
     if isinstance(data, dict) and "layers" in data:
         if SIMULATION_KEYS.isdisjoint(data):
@@ -61,3 +58,13 @@ def _read(source: Path) -> str:
 
         return f"virtual rig of {len(load_rig(source).mountings)} configurations"
     return f"campaign of {len(read_fit(source).recordings)} bursts"
+
+
+def _stacks(source: Path) -> str:
+    """Read a file about stacks and what was measured of them."""
+    from multilayer.diagnosis.tube.file import is_diagnosis, load_diagnosis
+    from multilayer.inverse.stack_file import load_stack_fit
+
+    kind, load = ("diagnosis", load_diagnosis) if is_diagnosis(source) else ("stack fit", load_stack_fit)
+    n = len(load(source).measurements)
+    return f"{kind} of one measurement" if n == 1 else f"{kind} of {n} measurements"

@@ -53,7 +53,7 @@ def read_fit(source: Path, method: str | None = None, model: str | None = None) 
     campaign = load_campaign(campaign_path)
     calibration = None
     if settings.calibration is not None:
-        calibration = load_calibration(_beside(_fit_file(source), "calibration", settings.calibration))
+        calibration = load_calibration(_beside(fit_file(source), "calibration", settings.calibration))
     return FitJob(campaign, load_recordings(campaign), settings, calibration)
 
 
@@ -73,7 +73,7 @@ def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> F
 
 def is_stack_fit(source: Path) -> bool:
     """Tell whether a file, or the ``fit.yaml`` of a folder, is about stacks and not about a campaign."""
-    file = _fit_file(source)
+    file = fit_file(source)
     if file.suffix not in (".yaml", ".yml") or not file.is_file():
         return False
     try:
@@ -86,7 +86,8 @@ def _states_a_stack_fit(data: object) -> bool:
     return isinstance(data, dict) and not _OF_A_STACK_FIT.isdisjoint(data) and "layers" not in data
 
 
-def _fit_file(source: Path) -> Path:
+def fit_file(source: Path) -> Path:
+    """Return the fit file that is meant: the source itself, or the one that a folder holds."""
     return source / FIT_FILE if source.is_dir() else source
 
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.effects.rear_air_gap import RearAirGap
+from multilayer.diagnosis.fitting import fit
 from multilayer.diagnosis.result import Diagnosis
-from multilayer.diagnosis.tube.diagnose import diagnose_tube
+from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
-from multilayer.inverse.least_squares import search
+from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
+from multilayer.media.gas import dry_air
+from multilayer.media.porous import champoux_allard_modulus
 from tests.benchmarks.tube_fits import MEASURED, PORES, SAMPLES, Sample, published, stack
 
 LOWEST = 200.0  # Hz, of the two-microphone tube
@@ -36,7 +41,6 @@ GUESS = {
     "porosity": 0.9, "flow_resistivity": 1e4, "tortuosity": 1.2, "viscous_length": 1e-4, "thermal_length": 3e-4,
 }  # fmt: skip
 DELFT = {"frequency": "f_hz", "real": "re_zs_over_z0", "imag": "im_zs_over_z0"}
-LIMITS = {"porosity": [0.2, 0.9999], "tortuosity": [1.0, 6.0]}
 
 
 def sample(thickness: float, values: Mapping[str, float] = GUESS) -> dict[str, Any]:
@@ -60,54 +64,39 @@ def delft(table: str, series: str, thickness: float, priors: Mapping[str, Any], 
     )
 
 
-def nominal_fit(file: DiagnosisFile) -> Fitted:
-    """Return the fit of the nominal model alone."""
-    hypothesis, hard = file.hypothesis, file.search
-    minima = search(hypothesis, [hypothesis.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed)
-    return Fitted(hypothesis, minima[0])
-
-
 def rms(hypothesis: TubeHypothesis, z: RealArray) -> float:
     """Return the root mean square of the difference in the reflection coefficient."""
     return float(np.sqrt(np.mean(np.abs(np.concatenate(hypothesis.log_ratios(z))) ** 2)))
 
 
-def as_priors(fitted: Fitted) -> dict[str, Any]:
-    """Return the posterior of each parameter as a prior; correlations are lost, which makes them wider together."""
-    found: dict[str, Any] = {}
-    for parameter, z, spread in zip(
-        fitted.hypothesis.parameters, fitted.minimum.z, np.sqrt(np.diag(fitted.minimum.covariance)), strict=True
-    ):
-        name = parameter.name.rpartition(".")[2]
-        low, value, high = (float(parameter.prior.value(z + step * spread)) for step in (-1, 0, 1))
-        if name in LIMITS:
-            found[name] = {"normal": [value, (high - low) / 2], "bounds": LIMITS[name]}
-        else:
-            found[name] = {"lognormal": [value, float(np.log(high / low)) / 2]}
-    return found
-
-
 @dataclass(frozen=True)
-class Known:
-    """A sample known from a series: priors of its parameters, their best values, and how well the model does there."""
+class Sure:
+    """A sample as a series without the effect has it: that series' file, what it says, how well the model does there.
 
-    priors: dict[str, Any]
-    values: dict[str, float]
-    error: float  # standard deviation of each part of R
-    misfit: float  # rms of R
+    Attributes
+    ----------
+    file : DiagnosisFile
+    z : array
+        Most probable coordinates.
+    error : float
+        Root mean square of what that fit leaves of each part of R.
+    misfit : float
+        rms of R.
+    """
+
+    file: DiagnosisFile
+    z: RealArray
+    error: float
+    misfit: float
 
 
-def known_from(table: str, series: str, thickness: float, priors: Mapping[str, Any]) -> Known:
+def sure_from(table: str, series: str, thickness: float, priors: Mapping[str, Any]) -> Sure:
     """Return what a series without the effect says; what the model leaves there is its error from now on."""
-    coarse = nominal_fit(delft(table, series, thickness, priors, COARSE))
-    assert isinstance(coarse.hypothesis, TubeHypothesis)
-    error = rms(coarse.hypothesis, coarse.minimum.z) / float(np.sqrt(2))
-    fine = nominal_fit(delft(table, series, thickness, priors, error))
-    assert isinstance(fine.hypothesis, TubeHypothesis)
-    names = [p.name.rpartition(".")[2] for p in fine.hypothesis.parameters]
-    found = [float(p.prior.value(z)) for p, z in zip(fine.hypothesis.parameters, fine.minimum.z, strict=True)]
-    misfit = rms(fine.hypothesis, fine.minimum.z)
-    return Known(as_priors(fine), dict(zip(names, found, strict=True)), error, misfit)
+    coarse = delft(table, series, thickness, priors, COARSE)
+    error = rms(coarse.hypothesis, nominal_minimum(coarse).z) / float(np.sqrt(2))
+    file = delft(table, series, thickness, priors, error)
+    z = nominal_minimum(file).z
+    return Sure(file, z, error, rms(file.hypothesis, z))
 
 
 @dataclass(frozen=True)
@@ -119,6 +108,8 @@ class Case:
     foretold: float
     nominal: float
     after: float
+    file: DiagnosisFile
+    sure: Sure | None
 
     @property
     def record(self) -> dict[str, Any]:
@@ -135,14 +126,10 @@ class Case:
         return next((one for one in self.record["causes"] if one["effects"] == list(effects)), None)
 
 
-def diagnose(name: str, file: DiagnosisFile, values: Mapping[str, float] | None = None) -> Case:
-    """Return the diagnosis of a file; `values` are those of the sample as known."""
-    found = diagnose_tube(file, name)
+def diagnose(name: str, file: DiagnosisFile, sure: Sure | None = None) -> Case:
+    """Return the diagnosis of a file, of a sample that is known if `sure` says so."""
+    found = diagnose_tube(file if sure is None else file.given(sure.file), name)
     hypothesis = file.hypothesis
-    z = hypothesis.start
-    if values is not None:
-        own = [p.prior.coordinate(values[p.name.rpartition(".")[2]]) for p in hypothesis.parameters]
-        z = np.array([float(one) for one in own])
     before, after = (
         float(np.sqrt(np.mean([np.mean(a**2 + b**2) for a, b in parts])))
         for parts in (
@@ -150,26 +137,30 @@ def diagnose(name: str, file: DiagnosisFile, values: Mapping[str, float] | None 
             [(c.level_after, c.phase_after) for c in found.curves],
         )
     )
-    return Case(name, found, rms(hypothesis, z), before, after)
+    return Case(name, found, rms(hypothesis, hypothesis.start if sure is None else sure.z), before, after, file, sure)
 
 
-def plants(name: str, thickness: float) -> tuple[Known, list[Case]]:
+def depth_with_correlations(case: Case) -> tuple[float, float, float]:
+    """Return depth and interval, m, of a rear air gap where the sample's joint posterior is the prior."""
+    assert case.sure is not None
+    known = Known.of(nominal_minimum(case.sure.file), correlated=True)
+    hypothesis = replace(case.file.hypothesis, known=known)
+    return fit(hypothesis.with_effects(RearAirGap()), hypothesis.start).interval("rear_air_gap.depth")
+
+
+def plants(name: str, thickness: float) -> tuple[Sure, list[Case]]:
     """Return a plant as known from the series on the wall, and the diagnoses of those before a cavity."""
-    known = known_from("plants", name, thickness, WIDE)
-    cases = []
-    for cm in range(1, 6):
-        series = f"{name} + cavity {cm} cm"
-        cases.append(diagnose(series, delft("plants", series, thickness, known.priors, known.error), known.values))
-    return known, cases
+    sure = sure_from("plants", name, thickness, WIDE)
+    series = [f"{name} + cavity {cm} cm" for cm in range(1, 6)]
+    return sure, [diagnose(one, delft("plants", one, thickness, WIDE, sure.error), sure) for one in series]
 
 
-def fleece(cm: str) -> tuple[Known, Case]:
+def fleece(cm: str) -> tuple[Sure, Case]:
     """Return mineral wool as known from the bare series, and the diagnosis of that with a fleece in front."""
     thickness = float(cm) / 100
-    known = known_from("mineral_wool", f"Mineral wool {cm} cm", thickness, WOOL)
+    sure = sure_from("mineral_wool", f"Mineral wool {cm} cm", thickness, WOOL)
     series = f"Mineral wool + fleece {cm} cm"
-    file = delft("mineral_wool", series, thickness, known.priors, known.error)
-    return known, diagnose(series, file, known.values)
+    return sure, diagnose(series, delft("mineral_wool", series, thickness, WOOL, sure.error), sure)
 
 
 def bare_wool(cm: str) -> Case:
@@ -179,23 +170,37 @@ def bare_wool(cm: str) -> Case:
 
 
 def limp() -> Case:
-    """Return the diagnosis of the limp curves of Panneton (2007), a rigid frame of his parameters being nominal."""
+    """Return the diagnosis of the limp curve of Panneton (2007), a rigid frame of his parameters being nominal.
+
+    The file's curves are effective densities over that of air; the limp one becomes the impedance of 50 mm before a
+    wall with the bulk modulus of his parameters.
+    """
     values = {
         "porosity": 0.98, "flow_resistivity": 25e3, "tortuosity": 1.02, "viscous_length": 9e-5,
         "thermal_length": 1.8e-4,
     }  # fmt: skip
+    with (MEASURED / "panneton2007_rigid_limp.csv").open() as file:
+        rows = np.array([[float(row[i]) for i in (0, 3, 4)] for row in list(csv.reader(file))[1:]])
+    frequency, gas = rows[:, 0], dry_air()
+    density = (rows[:, 1] + 1j * rows[:, 2]) * gas.density
+    thermal = {name: values[name] for name in ("porosity", "thermal_length")}
+    bulk = champoux_allard_modulus(2 * np.pi * frequency, **thermal, gas=gas)
+    z = np.sqrt(density * bulk) / np.tan(2 * np.pi * frequency * np.sqrt(density / bulk) * 0.05) / (1j * gas.impedance)
+    table = "\n".join(",".join(map(repr, row)) for row in np.stack([frequency, z.real, z.imag], axis=1).tolist())
     measurement = {
-        "kind": "surface_impedance", "normalised": True, "file": "panneton2007_rigid_limp.csv", "name": "limp",
-        "columns": {"frequency": "f [Hz]", "real": "Re Z limp", "imag": "Im Z limp"},
-        "noise": {"relative": 0.02, "absolute": 0.05}, "from": 40,
+        "kind": "surface_impedance", "normalised": True, "file": "limp.csv", "name": "limp",
+        "columns": {"frequency": "f [Hz]", "real": "re", "imag": "im"}, "from": 40,
     }  # fmt: skip
-    file = diagnosis_file(
-        MEASURED,
-        nominal=sample(0.05, values),
-        measurements=[measurement],
-        unknowns=near(values),
-        search=SEARCH,
-    )
+    with TemporaryDirectory() as folder:
+        Path(folder, "limp.csv").write_text(f"f,re,im\n{table}\n")
+        file = diagnosis_file(
+            Path(folder),
+            nominal=sample(0.05, values),
+            measurements=[measurement],
+            unknowns=near(values),
+            tube={"error": 0.005},  # of R: curves are no measurement
+            search=SEARCH,
+        )
     return diagnose("Panneton 2007, limp", file)
 
 
@@ -235,4 +240,14 @@ def atalla_panneton(one: Sample) -> Case:
     return diagnose(f"AP2005 {one.name}", file)
 
 
-__all__ = ["SAMPLES", "Case", "Known", "atalla_panneton", "bare_wool", "fleece", "limp", "plants"]
+__all__ = [
+    "SAMPLES",
+    "Case",
+    "Sure",
+    "atalla_panneton",
+    "bare_wool",
+    "depth_with_correlations",
+    "fleece",
+    "limp",
+    "plants",
+]

@@ -1,6 +1,7 @@
 """Diagnoses of tubes whose effect is known."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,9 @@ import pytest
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.tube.data import roughness
-from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
+from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
+from multilayer.diagnosis.tube.hypothesis import Known
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
 from tests.diagnosis.tubes import NOISE, PRIORS, foam, measured, reflection, table
@@ -113,18 +115,26 @@ def test_noise_is_estimated_and_that_is_said(tmp_path):
     assert record["verdict"] == "no_gap"
 
 
+def test_what_a_reference_says_is_known(tmp_path):
+    reference = measured(tmp_path, {}, (0.06,))
+    (tmp_path / "cavity").mkdir()
+    chosen = ["rear_air_gap", "thickness_error"]
+    file = measured(tmp_path / "cavity", {"rear_air_gap": {"depth": 0.004}}, (0.03,), effects=chosen)
+    known = Known.of(nominal_minimum(reference))
+    hypothesis = replace(file.hypothesis, known=known)
+    np.testing.assert_array_equal(hypothesis.own_coordinates(hypothesis.start), known.centre)
+    values = diagnose_tube(file.given(reference)).record["unknowns"]
+    corrected = values["layers.foam.flow_resistivity"]["corrected"]
+    assert corrected == pytest.approx(1.2e4, rel=0.05)
+
+
 @pytest.mark.reference
 def test_a_cavity_behind_plants_is_found(shared):
-    from tests.benchmarks.tube_gaps import as_priors, delft, nominal_fit
+    from tests.benchmarks.tube_gaps import WIDE, delft, sure_from
 
-    name, error = "Grass 6 cm", 0.022
-    priors = {
-        "flow_resistivity": {"loguniform": [300, 3e5]}, "tortuosity": {"uniform": [1.0, 5.0]},
-        "viscous_length": {"lognormal": ["100 um", 1.0]}, "thermal_length": {"lognormal": ["300 um", 1.0]},
-        "porosity": {"uniform": [0.3, 0.999]},
-    }  # fmt: skip
-    known = as_priors(nominal_fit(delft("plants", name, 0.06, priors, error)))
-    file = delft("plants", f"{name} + cavity 3 cm", 0.06, known, error)
+    name = "Grass 6 cm"
+    sure = sure_from("plants", name, 0.06, WIDE)
+    file = delft("plants", f"{name} + cavity 3 cm", 0.06, WIDE, sure.error).given(sure.file)
     chosen = {key: EFFECTS[key]() for key in ("rear_air_gap", "thickness_error", "sample_position")}
     record = diagnose_tube(file, effects=chosen).record
     assert "rear_air_gap" in record["causes"][0]["effects"]

@@ -91,8 +91,11 @@ def next_measurements(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, A
     if len(alive) < 2:
         return []
     found: list[dict[str, Any]] = []
+    as_before = [_predict(fitted, Change("none", 0.0))[0] for fitted, _ in alive]
     for change in MENU:
         predictions = [_predict(fitted, change) for fitted, _ in alive]
+        if all(np.array_equal(r, before) for (r, _), before in zip(predictions, as_before, strict=True)):
+            continue  # of no consequence for what is still alive: a mere repetition
         best: tuple[float, int, int] = (-1.0, 0, 1)
         gains, weights = 0.0, 0.0
         for (i, a), (j, b) in combinations(enumerate(alive), 2):
