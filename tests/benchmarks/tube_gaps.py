@@ -40,6 +40,7 @@ WOOL: dict[str, Any] = {
 GUESS = {
     "porosity": 0.9, "flow_resistivity": 1e4, "tortuosity": 1.2, "viscous_length": 1e-4, "thermal_length": 3e-4,
 }  # fmt: skip
+Series = Mapping[str, float]
 DELFT = {"frequency": "f_hz", "real": "re_zs_over_z0", "imag": "im_zs_over_z0"}
 
 
@@ -48,16 +49,23 @@ def sample(thickness: float, values: Mapping[str, float] = GUESS) -> dict[str, A
     return stack({"type": "equivalent_fluid", "name": "sample", "thickness": thickness, **values})
 
 
-def delft(table: str, series: str, thickness: float, priors: Mapping[str, Any], error: float) -> DiagnosisFile:
-    """Return a series of TU Delft with a rigid-frame sample as nominal model; no noise is said."""
+def delft(table: str, series: Series, priors: Mapping[str, Any], error: float) -> DiagnosisFile:
+    """Return series of TU Delft, by name with their thicknesses in m, with a rigid-frame sample as nominal model.
+
+    Several are one material in several thicknesses. No noise is said.
+    """
+    stacks = {f"mm{1e3 * thickness:g}".replace(".", "_"): sample(thickness) for thickness in series.values()}
     measurement = {
-        "kind": "surface_impedance", "normalised": True, "file": f"tudelft_{table}.csv", "name": series,
-        "rows": {"series": series}, "columns": DELFT, "from": LOWEST,
+        "kind": "surface_impedance", "normalised": True, "file": f"tudelft_{table}.csv", "columns": DELFT,
+        "from": LOWEST,
     }  # fmt: skip
     return diagnosis_file(
         MEASURED,
-        nominal=sample(thickness),
-        measurements=[measurement],
+        stacks=stacks,
+        measurements=[
+            {**measurement, "name": name, "rows": {"series": name}, "stack": stack}
+            for name, stack in zip(series, stacks, strict=True)
+        ],
         unknowns={f"layers.sample.{name}": prior for name, prior in priors.items()},
         tube={"error": error},
         search=SEARCH,
@@ -90,11 +98,11 @@ class Sure:
     misfit: float
 
 
-def sure_from(table: str, series: str, thickness: float, priors: Mapping[str, Any]) -> Sure:
-    """Return what a series without the effect says; what the model leaves there is its error from now on."""
-    coarse = delft(table, series, thickness, priors, COARSE)
+def sure_from(table: str, series: Series, priors: Mapping[str, Any]) -> Sure:
+    """Return what series without the effect say; what the model leaves there is its error from now on."""
+    coarse = delft(table, series, priors, COARSE)
     error = rms(coarse.hypothesis, nominal_minimum(coarse).z) / float(np.sqrt(2))
-    file = delft(table, series, thickness, priors, error)
+    file = delft(table, series, priors, error)
     z = nominal_minimum(file).z
     return Sure(file, z, error, rms(file.hypothesis, z))
 
@@ -150,23 +158,22 @@ def depth_with_correlations(case: Case) -> tuple[float, float, float]:
 
 def plants(name: str, thickness: float) -> tuple[Sure, list[Case]]:
     """Return a plant as known from the series on the wall, and the diagnoses of those before a cavity."""
-    sure = sure_from("plants", name, thickness, WIDE)
+    sure = sure_from("plants", {name: thickness}, WIDE)
     series = [f"{name} + cavity {cm} cm" for cm in range(1, 6)]
-    return sure, [diagnose(one, delft("plants", one, thickness, WIDE, sure.error), sure) for one in series]
+    return sure, [diagnose(one, delft("plants", {one: thickness}, WIDE, sure.error), sure) for one in series]
 
 
-def fleece(cm: str) -> tuple[Sure, Case]:
-    """Return mineral wool as known from the bare series, and the diagnosis of that with a fleece in front."""
-    thickness = float(cm) / 100
-    sure = sure_from("mineral_wool", f"Mineral wool {cm} cm", thickness, WOOL)
-    series = f"Mineral wool + fleece {cm} cm"
-    return sure, diagnose(series, delft("mineral_wool", series, thickness, WOOL, sure.error), sure)
+def fleece(*cm: str) -> Case:
+    """Return the diagnosis of mineral wool with a fleece in front, the wool being known from the bare series."""
+    bare, covered = ({f"Mineral wool {what}{one} cm": float(one) / 100 for one in cm} for what in ("", "+ fleece "))
+    sure = sure_from("mineral_wool", bare, WOOL)
+    return diagnose("; ".join(covered), delft("mineral_wool", covered, WOOL, sure.error), sure)
 
 
-def bare_wool(cm: str) -> Case:
+def bare_wool(*cm: str) -> Case:
     """Return the diagnosis of the bare wool: nothing is known of it, the tube is taken for good to 0.01 of R."""
-    series = f"Mineral wool {cm} cm"
-    return diagnose(series, delft("mineral_wool", series, float(cm) / 100, WOOL, 0.01))
+    series = {f"Mineral wool {one} cm": float(one) / 100 for one in cm}
+    return diagnose("; ".join(series), delft("mineral_wool", series, WOOL, 0.01))
 
 
 def limp() -> Case:

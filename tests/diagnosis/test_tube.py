@@ -14,22 +14,10 @@ from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
 from multilayer.diagnosis.tube.hypothesis import Known
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
-from tests.diagnosis.tubes import NOISE, PRIORS, foam, measured, reflection, table
+from tests.diagnosis.tubes import CASES, NOISE, PRIORS, foam, measured, reflection, table
 
 KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
 RIVALS = ("sample_position", "microphone_gain")
-CASES = {
-    "rear_air_gap": {"depth": 0.008},
-    "lateral_air_gap": {"width": 1e-3},
-    "edge_constraint": {"frequency": 600.0, "frame_density": 12.0, "loss_factor": 0.06},
-    "frame_motion": {"young_modulus": 1.5e5, "frame_density": 25.0, "loss_factor": 0.1},
-    "facing": {"flow_resistance": 150.0, "surface_density": 0.08},
-    "sample_position": {"distance": 4e-3},
-    "microphone_gain": {"gain": 0.03},
-    "microphone_phase": {"phase": 0.03},
-    "temperature": {"difference": 9.0},
-    "thickness_error": {"relative": -0.15},
-}
 
 
 def test_every_effect_of_tubes_is_tried():
@@ -133,8 +121,8 @@ def test_a_cavity_behind_plants_is_found(shared):
     from tests.benchmarks.tube_gaps import WIDE, delft, sure_from
 
     name = "Grass 6 cm"
-    sure = sure_from("plants", name, 0.06, WIDE)
-    file = delft("plants", f"{name} + cavity 3 cm", 0.06, WIDE, sure.error).given(sure.file)
+    sure = sure_from("plants", {name: 0.06}, WIDE)
+    file = delft("plants", {f"{name} + cavity 3 cm": 0.06}, WIDE, sure.error).given(sure.file)
     chosen = {key: EFFECTS[key]() for key in ("rear_air_gap", "thickness_error", "sample_position")}
     record = diagnose_tube(file, effects=chosen).record
     assert "rear_air_gap" in record["causes"][0]["effects"]

@@ -17,6 +17,18 @@ PRIORS = {
     "layers.foam.tortuosity": {"normal": [1.32, 0.05]},
 }
 NOISE = 0.002
+CASES = {
+    "rear_air_gap": {"depth": 0.008},
+    "lateral_air_gap": {"width": 1e-3},
+    "edge_constraint": {"frequency": 600.0, "frame_density": 12.0, "loss_factor": 0.06},
+    "frame_motion": {"young_modulus": 1.5e5, "frame_density": 25.0, "loss_factor": 0.1},
+    "facing": {"flow_resistance": 150.0, "surface_density": 0.08},
+    "sample_position": {"distance": 4e-3},
+    "microphone_gain": {"gain": 0.03},
+    "microphone_phase": {"phase": 0.03},
+    "temperature": {"difference": 9.0},
+    "thickness_error": {"relative": -0.15},
+}
 
 
 def reflection(thickness, effects, frequency=F):
@@ -45,14 +57,17 @@ def table(r, frequency=F):
     return f"frequency_hz,reflection_re,reflection_im\n{rows}"
 
 
-def measured(folder, acting, thicknesses=(0.03, 0.06), **more):
-    """Write measurements of some thicknesses with noise, and return their diagnosis file."""
-    rng = np.random.default_rng(1)
+def measured(folder, acting, thicknesses=(0.03, 0.06), seed=1, smooth=0.0, **more):
+    """Write measurements of some thicknesses with noise and smooth errors, and return their diagnosis file."""
+    rng = np.random.default_rng(seed)
+    distance = np.abs(np.subtract.outer(np.log(F), np.log(F)))
+    factor = smooth * np.linalg.cholesky(np.exp(-distance / 0.3))
     measurements, stacks = [], {}
     for thickness in thicknesses:
         name = f"mm{1e3 * thickness:.0f}"
         r = reflection(thickness, acting)
         r = r + NOISE * (rng.standard_normal(r.shape) + 1j * rng.standard_normal(r.shape))
+        r = r + factor @ (rng.standard_normal(r.shape) + 1j * rng.standard_normal(r.shape))
         (folder / f"{name}.csv").write_text(table(r))
         noise = {"absolute": NOISE}
         measurements.append({"kind": "reflection", "name": name, "file": f"{name}.csv", "stack": name, "noise": noise})
