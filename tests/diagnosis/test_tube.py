@@ -103,6 +103,25 @@ def test_noise_is_estimated_and_that_is_said(tmp_path):
     assert record["verdict"] == "no_gap"
 
 
+def test_names_and_the_order_of_rows_say_nothing(tmp_path):
+    r = reflection(0.03, {"sample_position": {"distance": 4e-3}})
+    lines = table(r).splitlines()
+    shuffled = [lines[0], *np.random.default_rng(2).permutation(lines[1:])]
+    evidences = []
+    for name, rows in (("sample_position", lines), ("microphone_gain", shuffled)):
+        (tmp_path / f"{name}.csv").write_text("\n".join([*rows, ""]))
+        measurement = {"kind": "reflection", "file": f"{name}.csv", "noise": {"absolute": NOISE}}
+        search = {"starts": 1, "candidates": 8}
+        file = diagnosis_file(
+            tmp_path, nominal=foam(0.03), measurements=[measurement], unknowns=PRIORS, effects=list(RIVALS),
+            search=search,
+        )  # fmt: skip
+        record = diagnose_tube(file, name).record
+        evidences.append([(cause["effects"], cause["log_evidence"]) for cause in record["causes"]])
+    assert evidences[0] == evidences[1]
+    assert evidences[0][0][0] == ["sample_position"]
+
+
 def test_what_a_reference_says_is_known(tmp_path):
     reference = measured(tmp_path, {}, (0.06,))
     (tmp_path / "cavity").mkdir()
