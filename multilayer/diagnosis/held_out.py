@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
-from multilayer.diagnosis.law_errors import softened
+from multilayer.diagnosis.law_errors import LawErrors, Softened, law_parts
 from multilayer.inverse.least_squares import minimise
 
 _TOLERANCE = 1e-5  # of the cost, relative
@@ -68,10 +69,30 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
     misfits = np.zeros((len(everything), 2))
     for kept, left in pairs:
         for i, one in enumerate(everything):
-            z = minimise(softened(one.hypothesis.of(kept), one.minimum.z), one.minimum.z, tolerance=_TOLERANCE).z
-            residual = one.hypothesis.of(left).residual(z)
+            residual = _foretold(one, kept, left)
             misfits[i] += float(residual @ residual), residual.size
     if not pairs:
         return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
     gaps = misfits[:, 0] / misfits[:, 1]
     return [Shrinkage(float(gaps[0]), float(gap), how) for gap in gaps[1:]]
+
+
+def _foretold(one: Fitted, kept: Sequence[AnyData], left: Sequence[AnyData]) -> RealArray:
+    """Return the residuals of data that are left out, in units of noise.
+
+    What the kept data tell of the error that an effect's law makes everywhere is foretold, too.
+    """
+    seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
+
+    def basis(z: RealArray) -> tuple[RealArray, RealArray]:
+        common, own = law_parts(seen, z, one.hypothesis)
+        return np.concatenate([common, own], axis=1), law_parts(unseen, z, one.hypothesis)[0]
+
+    soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
+    z = minimise(soft, one.minimum.z, tolerance=_TOLERANCE).z
+    residual = unseen.residual(z)
+    if not one.errors:
+        return residual
+    known, common = basis(z)
+    amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(z))
+    return np.asarray(residual - common @ amounts[: common.shape[1]])

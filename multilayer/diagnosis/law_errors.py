@@ -11,7 +11,6 @@ from scipy.linalg import block_diag
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Problem
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
@@ -80,19 +79,6 @@ class Softened:
         return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
 
 
-def law_errors(hypothesis: AnyHypothesis, z: RealArray) -> LawErrors | None:
-    """Return the errors of the laws of a hypothesis at coordinates (d,); None where its laws have none."""
-    if not any(effect.law_error for effect in hypothesis.effects):
-        return None
-    return LawErrors.of(law_basis(hypothesis, z))
-
-
-def softened(hypothesis: AnyHypothesis, z: RealArray) -> Problem:
-    """Return a hypothesis as a problem that allows for the errors of its laws, taken at coordinates (d,)."""
-    errors = law_errors(hypothesis, z)
-    return hypothesis if errors is None else Softened(hypothesis, errors)
-
-
 def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
     """Return columns B with B B^T the whitened covariance of a smooth unit discrepancy, shape (n_data, k).
 
@@ -116,40 +102,56 @@ def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
 
 
 def law_basis(hypothesis: AnyHypothesis, z: RealArray) -> RealArray:
-    """Return columns B with B B^T the whitened covariance of the errors of the effects' own laws, shape (n_data, k).
+    """Return columns B with B B^T the whitened covariance of the errors of the effects' own laws, shape (n_data, k)."""
+    return np.concatenate(law_parts(hypothesis, z), axis=1)
 
-    What an effect changes, times a complex factor that is smooth in ln f: partly common to all configurations, partly
-    each one's own. Its size is the effect's `law_error`. An error embedded in the law is large where the effect is,
-    and nothing where it is not.
+
+def law_parts(
+    hypothesis: AnyHypothesis, z: RealArray, whole: AnyHypothesis | None = None
+) -> tuple[RealArray, RealArray]:
+    """Return the columns of `law_basis` in two parts: common to all configurations, and each one's own.
+
+    What an effect changes, times a complex factor that is smooth in ln f, of the size of the effect's `law_error`. An
+    error embedded in the law is large where the effect is, and nothing where it is not.
+
+    Parameters
+    ----------
+    hypothesis : AnyHypothesis
+    z : array, shape (d,)
+    whole : AnyHypothesis, optional
+        The hypothesis with all its data, of which this one has a part: the common columns of its parts then belong to
+        the same unknown numbers.
     """
-    total = sum(2 * len(data.frequency) for data in hypothesis.data)
-    blocks = [np.empty((total, 0))]
-    for index, effect in enumerate(hypothesis.effects):
-        if effect.law_error:
-            own = hypothesis.law_change(index, z)
-            blocks.append(effect.law_error * _modulated(hypothesis, own))
-    return np.concatenate(blocks, axis=1)
-
-
-def _modulated(hypothesis: AnyHypothesis, signature: Sequence[ComplexArray]) -> RealArray:
-    """Return whitened columns of a signature with smooth relative errors of unit size."""
-    at = np.log(np.concatenate([data.frequency for data in hypothesis.data]))
+    everything = (whole or hypothesis).data
+    at = np.log(np.concatenate([data.frequency for data in everything]))
     knots = np.arange(at.min(), at.max() + _LAW_LENGTH / 2, _LAW_LENGTH / 2)
     sizes, vectors = np.linalg.eigh(_kernel(knots, knots, _LAW_LENGTH))
     kept = sizes > 1e-3 * sizes[-1]
     shape = vectors[:, kept] / np.sqrt(sizes[kept])
-    columns: list[list[RealArray]] = []
+    share = np.sqrt(0.5) if len(everything) > 1 else 1.0
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    common, own = [np.empty((total, 0))], [np.empty((total, 0))]
+    for index, effect in enumerate(hypothesis.effects):
+        if effect.law_error:
+            blocks = _modulated(hypothesis, hypothesis.law_change(index, z), knots, shape)
+            common.append(share * effect.law_error * np.concatenate(blocks, axis=0))
+            if len(everything) > 1:
+                own.append(share * effect.law_error * block_diag(*blocks))
+    return np.concatenate(common, axis=1), np.concatenate(own, axis=1)
+
+
+def _modulated(
+    hypothesis: AnyHypothesis, signature: Sequence[ComplexArray], knots: RealArray, shape: RealArray
+) -> list[RealArray]:
+    """Return by configuration the whitened columns of a signature with smooth relative errors of unit size."""
+    blocks = []
     for i, (data, own) in enumerate(zip(hypothesis.data, signature, strict=True)):
         smooth = (_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ shape).T
         # beyond half a turn or a neper the effect is no small change of ln(ratio) any more
         limited = own / np.maximum(np.abs(own), 1.0)
-        columns.append([hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T])
-    common = np.concatenate([np.concatenate(parts, axis=1) for parts in columns], axis=0)
-    if len(columns) == 1:
-        return common
-    return np.asarray(
-        np.sqrt(0.5) * np.concatenate([common, block_diag(*(np.concatenate(p, axis=1) for p in columns))], axis=1)
-    )
+        parts = [hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T]
+        blocks.append(np.concatenate(parts, axis=1))
+    return blocks
 
 
 def _kernel(a: RealArray, b: RealArray, length: float) -> RealArray:

@@ -7,12 +7,16 @@ from __future__ import annotations
 
 CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis is ahead of the nominal model
 LEAST_SCORE = 3.0  # nats, priors included, by which a cause must be ahead of the nominal model
-LEAST_SIZE = 0.0015  # rms change of the data, relative, below which an effect is no gap: solvers differ by as much
+LEAST_SIZE = 0.0012  # rms change of the data, relative, below which an effect is no gap: solvers differ by as much
 SECOND_EVIDENCE = 5.0  # nats that a second effect must add to the first
-TIED = 3.0  # nats within which hypotheses are one group
+TIED = 6.0  # nats within which hypotheses are one group: one of stated probability, see TEMPERATURE
 ABSORBED = 0.1  # share of a signature that the unknowns leave: below, it cannot be seen
 ALIKE = 0.95  # cosine above which two signatures are one
+SEEN_HELD_OUT = 1.3  # chi-square per datum of the nominal model on held-out data: below there is nothing to shrink
 LEAST_SHRINKAGE = 0.5  # of the gap on data not used in the fit
+FULL_SHRINKAGE = 0.95  # physics that carries over like this is right, whatever its law leaves of a huge gap
+FULL_FIT = 0.98  # and so is what explains so much of it where it was fitted, and carries over
+LITTLE_USE = 0.03  # of the held-out shrinkage that a second effect must add
 FIT_P = 0.001  # the best effect's own misfit, the tolerance below being allowed
 TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the solvers' own errors
 MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the data's covariance
@@ -21,4 +25,6 @@ DETECTED = 5.0  # standard deviations of an effect that would be seen
 N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and how many partners each gets
 # how common each kind of cause is, all of its members together
 PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
-RIGHT_NO_GAP, RIGHT_GUARDED = 0.95, 0.8  # how often such verdicts were right on development runs
+# how often such verdicts were right on development runs: "no gap", a cause that is sure by its evidence (an effect
+# that is not in the library has no say in that), and "unknown" against the evidence
+RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_GUARDED = 0.99, 0.7, 0.6
