@@ -97,9 +97,12 @@ def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, An
         return []
     setting = rig_hypothesis(alive[0][0].hypothesis).settings[0]
     found = []
+    as_before = [_predict(fitted, setting, Experiment("none", 0.0))[0] for fitted, _ in alive]
     for experiment in MENU:
         moved = experiment.setting(setting)
         predictions = [_predict(fitted, moved, experiment) for fitted, _ in alive]
+        if all(np.allclose(new, old, rtol=1e-9) for (new, _), old in zip(predictions, as_before, strict=True)):
+            continue  # of no consequence for what is still alive: a mere repetition
         gains, weights, best = 0.0, 0.0, _NOTHING
         for (i, a), (j, b) in combinations(enumerate(alive), 2):
             gain = _distance(predictions[i], predictions[j], moved)

@@ -82,25 +82,30 @@ class Hypotheses:
         return sorted((names for names in self.evidence if names), key=lambda names: -self.score(names))
 
     def probabilities(self) -> dict[tuple[str, ...], float]:
-        """Return probabilities by names: scores over the temperature that development runs called for."""
+        """Return probabilities by names: scores over the temperature that development runs called for.
+
+        Evidence weighs what was tried. That something else acts which looks the same, it cannot know: development runs
+        say how often, and that share of what the known effects have is the unknown's.
+        """
         names = list(self.evidence)
         scaled = np.array([self.score(n) for n in names]) / TEMPERATURE
-        shares = np.exp(scaled - logsumexp(scaled))
-        return dict(zip(names, (float(p) for p in shares), strict=True))
+        shares = dict(zip(names, (float(p) for p in np.exp(scaled - logsumexp(scaled))), strict=True))
+        known = [n for n in names if n not in ((), UNKNOWN)]
+        mistaken = (1 - RIGHT_NAMED) * sum(shares[n] for n in known)
+        return shares | {n: RIGHT_NAMED * shares[n] for n in known} | {UNKNOWN: shares[UNKNOWN] + mistaken}
 
     def probability_of(self, decision: Decision) -> float:
         """Return the probability that a verdict is right.
 
-        Evidence weighs what was tried. That something else acts which looks the same, it cannot know: development runs
-        say how often. So do they where a guard overrules the evidence (a misfit that remains, or no shrinkage on
-        held-out data), and where there is no gap.
+        Where a guard overrules the evidence (a misfit that remains, or no shrinkage on held-out data), and where there
+        is no gap, no less than what such verdicts reached on development runs.
         """
         probabilities = self.probabilities()
         if decision.verdict == "no_gap":
             return max(probabilities[()], RIGHT_NO_GAP)
         if decision.verdict == "unknown":
             return max(probabilities[UNKNOWN], RIGHT_GUARDED if decision.guarded else 0.0)
-        return RIGHT_NAMED * probabilities[decision.best]
+        return probabilities[decision.best]
 
 
 def tolerant_evidence(fitted: Fitted) -> float:

@@ -95,7 +95,7 @@ def sentence(found: Hypotheses, decision: Decision, probability: float) -> str:
 
 def gap_in_fit(fitted: Fitted) -> float:
     """Return chi-square per datum of a fit."""
-    return round(fitted.misfit / len(fitted.minimum.residual), 4)
+    return round(fitted.minimum.misfit / len(fitted.minimum.residual), 4)
 
 
 def _parameters(fitted: Fitted) -> dict[str, Any]:
