@@ -27,4 +27,4 @@ N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and how many partne
 PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
 # how often such verdicts were right on development runs: "no gap", a cause that is sure by its evidence (an effect
 # that is not in the library has no say in that), and "unknown" against the evidence
-RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_GUARDED = 0.99, 0.7, 0.6
+RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_GUARDED = 0.99, 0.7, 0.75

@@ -123,6 +123,10 @@ def _confusion_lines(found: Mapping[str, Mapping[str, int]]) -> list[str]:
         row = dict(found[label])
         total, plain = sum(row.values()), {name: row.pop(name, 0) for name in _OTHERS}
         right = row.pop("both right" if label == "two effects" else label, 0)
+        if label.endswith(")"):
+            right = plain["unknown"]
+        elif label == "no effect":
+            right = plain["no_gap"]
         others = ", ".join(f"{name} {n}" for name, n in sorted(row.items(), key=lambda item: -item[1])) or "-"
         if plain["failed"]:
             others += f"; no answer {plain['failed']}"
@@ -177,7 +181,7 @@ def _figure(outcomes: Sequence[Outcome]) -> bytes:
         left.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, zorder=0)
         left.set(xlabel="stated probability", ylabel="share that is right", xlim=(0, 1.02), ylim=(0, 1.02))
         right.set(xlabel="size, invisible (0) to obvious (1)", ylabel="seen as a gap", xlim=(0, 1), ylim=(0, 1.02))
-        left.legend(loc="upper left")
+        left.legend(loc="lower right")
         return png(figure)
 
 

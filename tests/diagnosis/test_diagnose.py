@@ -98,6 +98,22 @@ CHAINS = {
 }
 
 
+def test_a_constriction_is_that_of_finite_elements():
+    """Bonded over a share of its faces a sample is softer as if it were longer, whatever its height."""
+    campaign, joint = joint_bench()
+    effect = EFFECTS["delamination"]()
+    hypothesis = Hypothesis(campaign, joint, (effect,))
+    setting, f = hypothesis.settings[0], np.array([20.0])
+    modulus = np.array([2e5 + 0j])
+    softer = effect.modulus(setting, modulus, {"constriction": np.array([0.115]), "trend": np.zeros(1)})
+    sizes = (setting.configuration.specimen_radius, setting.configuration.specimen_thickness, 80.0, 0.0, 3e-3)
+    stiff = {"plate_modulus": 2.1e14, "plate_poisson_ratio": 0.0}
+    part = TwoPlateRig(*sizes, bonded_fraction=0.65, **stiff).transmissibility(f, modulus)
+    np.testing.assert_allclose(part, TwoPlateRig(*sizes, **stiff).transmissibility(f, softer), rtol=2e-3)
+    whole = TwoPlateRig(*sizes, **stiff).transmissibility(f, modulus)
+    assert abs(part - whole)[0] > 4 * abs(part - TwoPlateRig(*sizes, **stiff).transmissibility(f, softer))[0]
+
+
 @pytest.mark.parametrize("name", CHAINS)
 def test_rods_with_effects_are_finite_elements(name):
     sizes, fields = CHAINS[name]
