@@ -289,9 +289,10 @@ def _carried_over(
 
 
 def _group(found: Hypotheses, best: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Return the causes that the data cannot tell from the best; with a second effect beside it, it is the same one."""
     top = found.score(best)
-    tied = [names for names in found.ranked if top - found.score(names) < TIED and names not in (best, UNKNOWN)]
-    return [best, *tied]
+    tied = [names for names in found.ranked if names != UNKNOWN and top - found.score(names) < TIED]
+    return [best, *(names for names in tied if not set(best) <= set(names))]
 
 
 def in_words(names: Sequence[str]) -> str:

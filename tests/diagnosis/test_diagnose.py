@@ -86,7 +86,7 @@ CHAINS = {
     "sensor_mass": ({"mass": 1e-3}, {"sensor_mass": 1e-3, "sensor_footprint": 0.0225}),
     "skin": ({"thickness": 1e-3, "ratio": 3.0}, {"skin_thickness": 1e-3, "skin_ratio": 3.0}),
     "adhesive": (
-        {"compliance": 2e-9, "loss_factor": 0.3},
+        {"compliance": 2e-9, "loss_factor": 0.3, "surface_density": 1e-7},
         # stiffness (1 + i eta)/c of a layer of 0.1 mm next to no mass
         {
             "adhesive_thickness": 1e-4,
