@@ -10,7 +10,6 @@ import numpy as np
 
 from multilayer.diagnosis.blind_draw import Draw, draw
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
-from multilayer.errors import MultilayerError
 from multilayer.rig.synthesis import make_campaign
 
 FINAL_SEEDS = 1000  # seeds from here on are for final runs; thresholds are developed on those below
@@ -91,7 +90,7 @@ def answer(task: BlindTask) -> Answer:
         made = make_campaign(sealed.settings, sealed.seed)
         ready = process_time()
         record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=sealed.deleted)).record
-    except MultilayerError as error:  # a sample too soft for its finite elements must not end the check
+    except Exception as error:  # whatever goes wrong with one campaign: it counts, is told, and does not end the check
         return Answer(task.number, "failed", problem=f"{type(error).__name__}: {error}")
     return _answer(task.number, record, (ready - start, process_time() - ready))
 

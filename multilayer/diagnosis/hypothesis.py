@@ -132,6 +132,7 @@ class Hypothesis:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
         return self._log_ratios(z, 1.0)
 
+    @np.errstate(all="ignore")  # a search may try what has no response: NaN, which is no minimum
     def _log_ratios(self, z: RealArray, stiffening: float) -> list[ComplexArray]:
         n = len(self.joint.parameters)
         law, nuisances = self.joint.law_coordinates(z), self._nuisances(z)
