@@ -8,7 +8,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
-    """Give a function that advances the bar by one step and says what was done."""
+    """Give a function that advances the bar by one step and says what was done.
+
+    Steps beyond the total, of searches that nobody knows the length of, make the total unknown: the bar pulses.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -19,4 +22,10 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=total, last="")
-        yield lambda text: bar.update(task, advance=1, last=text)
+
+        def advance(text: str) -> None:
+            bar.update(task, advance=1, last=text)
+            if bar.tasks[task].completed > total:
+                bar.update(task, total=None)
+
+        yield advance
