@@ -87,14 +87,18 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = N
     missing = len(hypothesis.parameters) - len(start)
     # what is stated of the laboratory may have been dragged far off to explain what the effect explains
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
-    bases = (start, np.where(stated, 0.0, start)) if missing else (start,)
-    points = np.stack([np.concatenate([base, at]) for base in bases for at in _starting_points(hypothesis, missing)])
+    own = _starting_points(hypothesis, missing)
+    points = np.stack([np.concatenate([base, at]) for base in (start, np.where(stated, 0.0, start)) for at in own])
     residuals, priors = hypothesis.residual(points), np.sum(points**2, axis=-1)
     sizes = _discrepancies(float(np.nanmin(np.sum(residuals**2, axis=-1) + priors)) / residuals.shape[-1])
     if sizes:
         residuals = LawErrors.of(sizes[0] * smooth_basis(hypothesis)).whitened(residuals)
     costs = np.sum(residuals**2, axis=-1) + priors
-    best = points[np.argsort(costs)[: followed or (1 if missing < 2 else 2)]]
+    order = np.argsort(costs)
+    chosen = list(order[: followed or (1 if missing < 2 else 2)])
+    if sizes:  # far off, the cost of a start says little: the best of either kind is followed
+        chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in (0, 1))]))
+    best = points[chosen]
     return max((_descend(hypothesis, z, sizes) for z in best), key=lambda one: one.log_evidence)
 
 

@@ -105,7 +105,8 @@ class Hypotheses:
             return max(probabilities[()], RIGHT_NO_GAP)
         if decision.verdict == "unknown":
             return max(probabilities[UNKNOWN], RIGHT_GUARDED if decision.guarded else 0.0)
-        return probabilities[decision.best]
+        # with a second effect of little use beside it, it is the same cause
+        return sum(p for names, p in probabilities.items() if set(decision.best) <= set(names))
 
 
 def tolerant_evidence(fitted: Fitted) -> float:
