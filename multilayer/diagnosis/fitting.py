@@ -99,7 +99,8 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = N
     if sizes:  # far off, the cost of a start says little: the best of either kind is followed
         chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in (0, 1))]))
     best = points[chosen]
-    return max((_descend(hypothesis, z, sizes) for z in best), key=lambda one: one.log_evidence)
+    ways = ((), sizes) if sizes else ((),)  # by and by, or straight: either may end in a wrong valley
+    return max((_descend(hypothesis, z, way) for z in best for way in ways), key=lambda one: one.log_evidence)
 
 
 def _discrepancies(per_datum: float) -> tuple[float, ...]:
