@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -51,12 +50,6 @@ class Fitted:
     def log_evidence(self) -> float:
         """Laplace's, but for the constant of the whitened data."""
         return self.minimum.log_evidence - (0.5 * self.errors.log_determinant if self.errors else 0.0)
-
-    @cached_property
-    def misfit(self) -> float:
-        """Sum of squares of the residuals in units of noise alone."""
-        residual = self.hypothesis.residual(self.minimum.z)
-        return float(residual @ residual)
 
     def softened(self, values: RealArray) -> RealArray:
         """Return changes of the hypothesis' residuals, shape (..., n_data), as changes of those of the minimum."""

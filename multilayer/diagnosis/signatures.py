@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -56,11 +56,3 @@ def detectable(nominal: Fitted, effects: Mapping[str, BaseEffect], columns: Real
             "unit": first.unit,
         }
     return found
-
-
-def names_alike(names: Sequence[str], cosines: RealArray, limit: float, name: str) -> list[str]:
-    """Return the names whose signatures look like that of `name`."""
-    if name not in names:
-        return []
-    row = np.abs(cosines[list(names).index(name)])
-    return [other for other, c in zip(names, row, strict=True) if other != name and c > limit]

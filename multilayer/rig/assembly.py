@@ -26,9 +26,6 @@ if TYPE_CHECKING:
 
 PRESSURE = 1e5  # Pa per m of base motion: the scale that makes pressures comparable with displacements
 
-SOLID_TERMS = ("sample_0", "sample_1", "sample_2", "sample_mass", "stiff", "plate_mass", "mass", "adhesive", "flanking")
-PORE_TERMS = ("pore_r", "pore_z", "pore_volume", "inertia_r", "inertia_z", "strain_r", "strain_z")
-
 
 @dataclass(frozen=True)
 class Parameters:

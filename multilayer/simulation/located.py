@@ -13,7 +13,6 @@ from multilayer.errors import InputError, show, suggest
 from multilayer.units import UnitLabel
 
 M = TypeVar("M", bound=BaseModel)
-Tokens = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
