@@ -6,8 +6,6 @@ compared is their distance from the mean of the three axes at the same frequency
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.inverse.axis_ratios import AXES, LEVEL, AxisRatios
 from multilayer.inverse.correlated import birge, combined, distance, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, covariance_of, values_of
-from multilayer.inverse.result import csv_cell
 
 COLUMNS = (
     "axis", "campaign", "frequency_hz", "values", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "E1_ratio",
@@ -118,12 +116,7 @@ class AnisotropyResult:
 
     def to_csv(self) -> str:
         """Return ``anisotropy.csv``."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in self.rows():
-            writer.writerow([csv_cell(value) for value in row.values()])
-        return text.getvalue()
+        return csv_table(COLUMNS, (row.values() for row in self.rows()))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""

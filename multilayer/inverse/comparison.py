@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.media.kramers_kronig import Verdict, check_kramers_kronig, gross_loss_modulus
 
@@ -180,11 +179,8 @@ class MethodComparison:
 
     def to_csv(self) -> str:
         """Return all points; numbers with nine significant digits, an empty cell where there is none."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS)
-        writer.writerows([[_cell(value) for value in point.row()] for point in self.points])
-        return text.getvalue()
+        known = ([_number(v) if isinstance(v, float) else v for v in point.row()] for point in self.points)
+        return csv_table(CSV_COLUMNS, known)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
@@ -239,12 +235,6 @@ def _agreement(own: Sequence[MethodPoint], reference: Sequence[MethodPoint]) -> 
     return Agreement(
         first[0].configuration, first[0].method, first[1].method, len(pairs), float(e1), float(e2), float(near.mean())
     )
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.9g}" if np.isfinite(value) else ""
-    return str(value)
 
 
 def _number(value: float) -> float | None:

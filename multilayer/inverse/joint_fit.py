@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.csv_table import csv_table
 from multilayer.errors import MultilayerError
 from multilayer.inverse.acceptance import Criteria
 from multilayer.inverse.burst import BurstProblem
@@ -28,7 +27,7 @@ from multilayer.inverse.joint import (
 )
 from multilayer.inverse.knowledge import Knowledge
 from multilayer.inverse.problem import Minimum
-from multilayer.inverse.result import CSV_COLUMNS, csv_cell
+from multilayer.inverse.result import CSV_COLUMNS
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
@@ -175,12 +174,7 @@ class JointFit:
 
     def to_csv(self) -> str:
         """Return ``moduli.csv``."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS)
-        for row in self.rows():
-            writer.writerow([csv_cell(value) for value in row.values()])
-        return text.getvalue()
+        return csv_table(CSV_COLUMNS, (row.values() for row in self.rows()))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,9 +9,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
+from multilayer.csv_table import csv_table
 from multilayer.inverse.correlated import ALIKE, Verdict, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen
-from multilayer.inverse.result import csv_cell
 from multilayer.inverse.stress_regression import Cell, Regression, Solution
 
 COLUMNS = (
@@ -177,12 +175,7 @@ class PreloadResult:
 
     def to_csv(self) -> str:
         """Return ``preload.csv``."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in self.rows():
-            writer.writerow([csv_cell(value) for value in row.values()])
-        return text.getvalue()
+        return csv_table(COLUMNS, (row.values() for row in self.rows()))
 
 
 def _known(value: Any) -> Any:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.csv_table import csv_table
 from multilayer.inverse.uncertainty import ErrorParts
 from multilayer.media.kramers_kronig import gross_loss_modulus
 
@@ -171,12 +170,7 @@ class FitResult:
 
     def to_csv(self) -> str:
         """Return the table of results; numbers with nine significant digits."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(CSV_COLUMNS)
-        for burst in self.bursts:
-            writer.writerow([csv_cell(value) for value in burst.row()])
-        return text.getvalue()
+        return csv_table(CSV_COLUMNS, (burst.row() for burst in self.bursts))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: everything but the time signals."""
@@ -193,13 +187,6 @@ class FitResult:
                 if (check := self.gross_check(name)) is not None
             },
         }
-
-
-def csv_cell(value: Any) -> str:
-    """Return a value as a table holds it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _burst_dict(burst: BurstFit) -> dict[str, Any]:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +10,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.config.yaml12 import dump_yaml
+from multilayer.csv_table import csv_table
 from multilayer.inverse.knowledge import Knowledge
 from multilayer.inverse.posterior import Band
 from multilayer.simulation.result import plain_list
@@ -201,7 +199,7 @@ class StackFitResult:
 
     def parameters_csv(self) -> str:
         """Return the quantities as a table, SI."""
-        return _table(PARAMETER_COLUMNS, (quantity.row() for quantity in self.quantities))
+        return csv_table(PARAMETER_COLUMNS, (quantity.row() for quantity in self.quantities))
 
     def curves_csv(self) -> str:
         """Return the measurements beside the fit: one row per measurement and frequency."""
@@ -210,7 +208,7 @@ class StackFitResult:
         for curve in self.curves:
             for f, *values in zip(curve.frequency.tolist(), *curve.columns().values(), strict=True):
                 rows.append([curve.name, curve.unit, f, *map(float, values)])
-        return _table(header, rows)
+        return csv_table(header, rows)
 
     def stack_files(self) -> dict[str, str]:
         """Return the text of a stack file for each fitted stack, by its name."""
@@ -254,17 +252,3 @@ def _curve(curve: FittedCurve) -> dict[str, Any]:
         "misfit": curve.misfit,
         **dict(zip(["rms"], plain_list(np.array([curve.rms])), strict=True)),
     }
-
-
-def _table(header: Sequence[str], rows: Any) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([[_cell(value) for value in row] for row in rows])
-    return text.getvalue()
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.quantities import QUANTITIES
@@ -94,15 +93,13 @@ class Comparison:
 
     def to_csv(self) -> str:
         """Return one row per case and frequency."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        for n, case in enumerate(self.predicted.cases):
-            columns = self._columns(case)
-            if n == 0:
-                writer.writerow(["case", "frequency_hz", *columns])
-            for f, *row in zip(self.predicted.frequency, *columns.values(), strict=True):
-                writer.writerow([case.label, f"{f:.9g}", *(f"{value:.9g}" for value in row)])
-        return text.getvalue()
+        tables = [(case.label, self._columns(case)) for case in self.predicted.cases]
+        rows = (
+            [label, *row]
+            for label, columns in tables
+            for row in zip(self.predicted.frequency, *columns.values(), strict=True)
+        )
+        return csv_table(["case", "frequency_hz", *tables[0][1]], rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.csv_table import csv_table
 from multilayer.response.bands import Width
 from multilayer.simulation.quantities import columns_of
 
@@ -114,15 +113,13 @@ class SimulationResult:
     def to_csv(self) -> str:
         """Return one row per case and frequency; columns that a case lacks stay empty there."""
         columns = list(dict.fromkeys(column for case in self.cases for column in case.columns))
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["case", "frequency_hz", *columns])
-        for case in self.cases:
-            values = case.columns
-            for i, frequency in enumerate(self.frequency):
-                cells = [f"{values[name][i]:.9g}" if name in values else "" for name in columns]
-                writer.writerow([case.label, f"{frequency:.9g}", *cells])
-        return text.getvalue()
+        nothing = [None] * len(self.frequency)
+        rows = (
+            [case.label, *row]
+            for case in self.cases
+            for row in zip(self.frequency, *(case.columns.get(name, nothing) for name in columns), strict=True)
+        )
+        return csv_table(["case", "frequency_hz", *columns], rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data; infinite values become None, as JSON knows none."""
