@@ -28,10 +28,12 @@ from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_e
 from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
 from multilayer.diagnosis.thresholds import MODEL_ERROR
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.inverse.fit import burst_problems
-from multilayer.inverse.joint import solve_joint
-from multilayer.inverse.joint_fit import plane_wave_problem, rigs_around
+from multilayer.inverse.joint import JointProblem, solve_joint
+from multilayer.inverse.joint_fit import plane_wave_problem, rigs_around, with_free_rim
+from multilayer.inverse.problem import Minimum
+from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
@@ -89,10 +91,10 @@ def diagnose_campaign(
     """
     tell = progress or (lambda text: None)
     every = dict(effects) if effects is not None else chosen_effects()
-    nominal = _nominal(campaign, recordings, law, calibration, every, seed)
+    nominal, starts = _nominal(campaign, recordings, law, calibration, every, seed)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
-    singles = fit_effects(nominal, usable)
+    singles = fit_effects(nominal, usable, starts)
     tell("effects one by one")
     found = compare(nominal, singles, usable)
     tell("effects in pairs")
@@ -126,16 +128,28 @@ def _nominal(
     calibration: Calibration | None,
     effects: Mapping[str, BaseEffect],
     seed: int,
-) -> Fitted:
+) -> tuple[Fitted, dict[str, RealArray]]:
+    """Return the nominal model's fit, and by effect where to start where that is of no use."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
     minima = solve_joint(joint, seed=seed)
     found = fit(Hypothesis(campaign, joint), minima[0].z)
     acting = [effect for effect in effects.values() if isinstance(effect, Effect) and effect.applies(campaign)]
-    if not any(effect.needs_finite_elements for effect in acting):
-        return found
-    rigs = rigs_around(campaign, joint, minima[0], lambda text: None)
-    return Fitted(replace(rig_hypothesis(found.hypothesis), finite=rigs), found.minimum)
+    finite = [effect.name for effect in acting if effect.needs_finite_elements]
+    if not finite:
+        return found, {}
+    rigs, start = _with_rim(campaign, joint, minima)
+    return Fitted(replace(rig_hypothesis(found.hypothesis), finite=rigs), found.minimum), dict.fromkeys(finite, start)
+
+
+def _with_rim(campaign: Campaign, joint: JointProblem, minima: list[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
+    """Return finite elements by configuration, and the unknowns that fit best with them."""
+    silent, settings = (lambda text: None), FitSettings()
+    try:
+        problem, found = with_free_rim(campaign, joint, minima, silent, settings)
+    except MultilayerError:  # the free rim is so wrong here that no law is found with it
+        return rigs_around(campaign, joint, minima[0], silent, settings), minima[0].z
+    return problem.rigs, found[0].z
 
 
 def _record(

@@ -20,6 +20,7 @@ _NOTHING: tuple[float, tuple[str, ...], tuple[str, ...]] = (-1.0, (), ())
 _MOST = 1e4  # nats
 _STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
+_QUIET = 0.3  # of the level
 _AIRLESS = ("saturating_air",)
 
 
@@ -60,8 +61,11 @@ def _other(**factors: float) -> Callable[[Setting], Setting]:
 
 def _level(setting: Setting) -> Setting:
     burst = setting.campaign.burst
-    quiet = burst.model_copy(update={"level_rms": 0.3 * burst.level_rms})
-    return replace(setting, campaign=setting.campaign.model_copy(update={"burst": quiet}))
+    quiet = burst.model_copy(update={"level_rms": _QUIET * burst.level_rms})
+    data = setting.data
+    if data.stretch_moments is not None:
+        data = replace(data, stretch_moments=data.stretch_moments * np.array([[_QUIET], [_QUIET**2]]))
+    return replace(setting, campaign=setting.campaign.model_copy(update={"burst": quiet}), data=data)
 
 
 def _reversed(setting: Setting) -> Setting:
@@ -73,7 +77,7 @@ MENU = (
     Experiment("specimen_thickness x 0.5", 2.0, _other(specimen_thickness=0.5)),
     Experiment("top_plate_thickness x 3", 1.0, _other(top_plate_thickness=3.0)),
     Experiment("specimen_radius x 0.5", 2.0, _other(specimen_radius=0.5)),
-    Experiment("level x 0.3", 0.5, _level),
+    Experiment(f"level x {_QUIET:g}", 0.5, _level),
     Experiment("channels swapped", 0.5, swapped=True),
     Experiment("sensor in the centre, or two opposite ones", 0.5, without=_CENTRED),
     Experiment("in vacuum", 8.0, without=_AIRLESS),

@@ -132,11 +132,13 @@ def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]
     return [np.array(point) for point in product(*grids)]
 
 
-def fit_effects(nominal: Fitted, effects: Mapping[str, BaseEffect]) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect by itself."""
-    z = nominal.minimum.z
+def fit_effects(
+    nominal: Fitted, effects: Mapping[str, BaseEffect], starts: Mapping[str, RealArray] | None = None
+) -> dict[tuple[str, ...], Fitted]:
+    """Return the fit of every effect by itself, from the nominal model's unknowns or from other ones by effect."""
+    starts = starts or {}
     return {
-        (name,): fit(nominal.hypothesis.with_effects(effect), z)
+        (name,): fit(nominal.hypothesis.with_effects(effect), starts.get(name, nominal.minimum.z))
         for name, effect in effects.items()
         if nominal.hypothesis.admits(effect)
     }

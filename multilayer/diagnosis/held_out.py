@@ -24,7 +24,8 @@ class Shrinkage:
     Attributes
     ----------
     before, after : float
-        ``G = r^T C^-1 r / n`` of nominal model and hypothesis; 1 where nothing but noise is left.
+        ``G = r^T C^-1 r / n`` of nominal model and hypothesis; 1 where nothing but noise is left, and what the kept
+        data leave open of the parameters.
     held_out : str
         What was left out.
     """
@@ -78,7 +79,7 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
 
 
 def _foretold(one: Fitted, kept: Sequence[AnyData], left: Sequence[AnyData]) -> RealArray:
-    """Return the residuals of data that are left out, in units of noise.
+    """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
 
     What the kept data tell of the error that an effect's law makes everywhere is foretold, too.
     """
@@ -89,10 +90,11 @@ def _foretold(one: Fitted, kept: Sequence[AnyData], left: Sequence[AnyData]) -> 
         return np.concatenate([common, own], axis=1), law_parts(unseen, z, one.hypothesis)[0]
 
     soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
-    z = minimise(soft, one.minimum.z, tolerance=_TOLERANCE).z
-    residual = unseen.residual(z)
-    if not one.errors:
-        return residual
-    known, common = basis(z)
-    amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(z))
-    return np.asarray(residual - common @ amounts[: common.shape[1]])
+    found = minimise(soft, one.minimum.z, tolerance=_TOLERANCE)
+    residual, slopes = unseen.linearised(found.z)
+    unforeseen = LawErrors.of(slopes @ np.linalg.cholesky(found.covariance))
+    if one.errors:
+        known, common = basis(found.z)
+        amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(found.z))
+        residual = residual - common @ amounts[: common.shape[1]]
+    return unforeseen.whitened(residual)

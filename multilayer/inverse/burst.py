@@ -16,6 +16,7 @@ from multilayer.signals.time_of_flight import time_of_flight
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
 _WIDE_THRESHOLD = 0.002  # for signals that go back to time
 _CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
+_STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond, there is noise, and its harmonics
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
 
 
@@ -96,6 +97,23 @@ class BurstData:
     def envelope(self) -> RealArray:
         """Measured envelope of the top plate, m/s2."""
         return envelope(self.top)
+
+    @cached_property
+    def stretch_moments(self) -> ComplexArray:
+        """Means of the stretch's amplitude |x| and of its square, m and m2, as they act on each bin of `in_band`.
+
+        Spectra of |x|^k x over that of x, k = 1 and 2: x(t) is the analytic signal of the motion of top against base.
+        Real and constant for a steady tone; in a burst what depends on amplitude comes and goes, and differs by bin.
+        """
+        f, base, top = self.spectra
+        low, high = _STRETCH_REACH
+        near = (f > low * self.frequency) & (f < high * self.frequency)
+        one_sided = np.zeros(self.n_fft, dtype=complex)
+        one_sided[: len(f)][near] = 2 * (top - base)[near] / (2 * np.pi * f[near]) ** 2
+        stretch = np.fft.ifft(one_sided)
+        bins = np.searchsorted(f, self.in_band[0])
+        moments = np.fft.fft(np.abs(stretch) ** np.array([[1.0], [2.0]]) * stretch, axis=-1)[:, bins]
+        return np.asarray(moments / one_sided[bins])
 
     @cached_property
     def head_start(self) -> float:

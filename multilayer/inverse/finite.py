@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, Numeric, RealArray
 from multilayer.inverse.rig import Uncertain
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign, Configuration
@@ -65,7 +65,12 @@ class FiniteRig:
         low, high = self.reduced.ranges.modulus
         return bool(low <= modulus.real.min() and modulus.real.max() <= high)
 
-    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> FiniteRig:
+    @property
+    def takes_arrays(self) -> bool:
+        """Partial fractions answer for many moduli of one rig."""
+        return False
+
+    def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> FiniteRig:
         """Return the rig with an uncertain quantity changed by `amount`."""
         factor = 1 + (amount if relative else amount / self.reduced.rig.thickness)
         name = "plate_mass" if quantity == "top_plate_mass" else quantity

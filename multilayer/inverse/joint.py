@@ -53,6 +53,8 @@ class ConfigurationData:
         Of the real and of the imaginary part of the noise in ln(ratio).
     centres : array, shape (n_bursts,)
         Stated frequencies of the bursts, Hz.
+    stretch_moments : complex array, shape (2, n), optional
+        Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
     """
 
     name: str
@@ -62,6 +64,7 @@ class ConfigurationData:
     ratio: ComplexArray
     variance: RealArray
     centres: RealArray
+    stretch_moments: ComplexArray | None = None
 
     def covariance(self, model_error: float) -> RealArray:
         """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
@@ -74,9 +77,10 @@ class ConfigurationData:
         """Return the data of some bursts, by their indices, which are numbered anew."""
         inside = np.isin(self.burst, kept)
         renumbered = np.searchsorted(kept, self.burst[inside])
+        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
         return replace(
             self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
-            variance=self.variance[inside], centres=self.centres[kept],
+            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments,
         )  # fmt: skip
 
 
@@ -104,20 +108,20 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
             )
         parts = [_ratios(burst) for burst in own]
         index = np.repeat(np.arange(len(own)), [len(part[0]) for part in parts])
-        f, ratio, variance = (np.concatenate(column) for column in zip(*parts, strict=True))
+        f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
         centres = np.array([burst.frequency for burst in own])
         height = configuration.specimen_thickness
-        found.append(ConfigurationData(configuration.name, height, f, index, ratio, variance, centres))
+        found.append(ConfigurationData(configuration.name, height, f, index, ratio, variance, centres, moments))
     return found
 
 
-def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray]:
+def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray]:
     f, base, top = burst.in_band
     kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
     f, base, top = f[kept], base[kept], top[kept]
     ratio = top / base
     power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
-    return f, ratio, power / (2 * np.abs(top) ** 2)
+    return f, ratio, power / (2 * np.abs(top) ** 2), burst.stretch_moments[:, kept]
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,10 @@ class RigChange:
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """ln(transmissibility) of rigs near a given one, to second order in density and thickness, and in the plate's mass.
+    """ln(transmissibility) of rigs near a given one.
+
+    Exact where the rig takes arrays of densities, heights and masses; else to second order in density and thickness,
+    and in the plate's mass.
 
     Attributes
     ----------
@@ -170,6 +177,11 @@ class Neighbourhood:
         plate_mass: RealArray | None = None,
     ) -> ComplexArray:
         """Return ln(top/base), shape (..., n); `density`, `thickness` and `plate_mass` of shape (..., 1)."""
+        if self.rig.takes_arrays:
+            moved = self.rig.shifted("density", density, relative=True).shifted("thickness", thickness, relative=False)
+            if plate_mass is not None:
+                moved = moved.shifted("top_plate_mass", plate_mass, relative=True)
+            return np.asarray(np.log(moved.transmissibility(frequency, modulus)))
         here = self.rig.transmissibility(frequency, modulus)
         total = np.log(here)
         if self.mass_step and plate_mass is not None and np.any(plate_mass):

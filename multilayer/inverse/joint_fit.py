@@ -246,7 +246,7 @@ def fit_joint(
     problem = plane_wave_problem(campaign, problems, law, elements)
     minima = solve_joint(problem, seed=seed, tell=tell)
     if settings.model == "finite":
-        problem, minima = _with_free_rim(campaign, problem, minima, tell, settings)
+        problem, minima = with_free_rim(campaign, problem, minima, tell, settings)
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
     plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
     name = campaign.folder.resolve().name
@@ -269,7 +269,7 @@ def plane_wave_problem(
     return JointProblem(data, rigs, space, campaign.uncertainty)
 
 
-def _with_free_rim(
+def with_free_rim(
     campaign: Campaign, problem: JointProblem, minima: list[Minimum], tell: Progress, settings: FitSettings
 ) -> tuple[JointProblem, list[Minimum]]:
     """Return problem and solutions with finite elements, made anew where the solution leaves their range."""

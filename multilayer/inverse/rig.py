@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray
+from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 from multilayer.inverse.pores import Pores, PumpedAir
 from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.measurements.description import Campaign, Configuration
@@ -41,7 +41,11 @@ class Rig(Protocol):
     def scales(self) -> bool:
         """Whether masses and moduli of sample and plate in one proportion leave the motion as it is."""
 
-    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> Rig:
+    @property
+    def takes_arrays(self) -> bool:
+        """Whether an uncertain quantity may be shifted by arrays, of shape (..., 1)."""
+
+    def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> Rig:
         """Return the rig with an uncertain quantity changed by `amount`."""
 
 
@@ -159,7 +163,12 @@ class PlaneWaveRig:
             chain.append((stiffness, solid.density, solid.thickness))
         return chain_transmissibility(f, chain)
 
-    def shifted(self, quantity: Uncertain, amount: float, *, relative: bool) -> PlaneWaveRig:
+    @property
+    def takes_arrays(self) -> bool:
+        """One number per sample, as of any stack."""
+        return True
+
+    def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> PlaneWaveRig:
         """Return the rig with an uncertain quantity changed by `amount`."""
         layer, field = _FIELDS[quantity]
         if quantity == "density" and self._porous:

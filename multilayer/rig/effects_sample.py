@@ -24,8 +24,9 @@ _USUAL_STRESS = 100.0  # Pa, below a steel plate of 1.3 mm
 class FiniteSize(Effect):
     """The sample has its true Poisson's ratio, and a free rim: it bulges.
 
-    Without this effect it has the ratio 0, in the finite elements and in ``campaign.yaml``, and is a rod. Perturbed:
-    its modulus along the radius is (1 + p) times that along the axis.
+    Without this effect it has the ratio 0, in the finite elements and in ``campaign.yaml``, and is a rod. It presses
+    unevenly against the top plate, which therefore has its true stiffness. Perturbed: its modulus along the radius is
+    (1 + p) times that along the axis.
     """
 
     effect: Literal["finite_size"] = "finite_size"
@@ -36,7 +37,8 @@ class FiniteSize(Effect):
 
     def apply_to_geometry(self, geometry: Geometry, mounting: Mounting, specimen: SpecimenSettings) -> Geometry:
         ratio = geometry.get("transverse_ratio", 1.0) * (1 + self.perturbation)
-        return {**geometry, "poisson_ratio": specimen.poisson_ratio, "transverse_ratio": ratio}
+        uneven = {"poisson_ratio": specimen.poisson_ratio, "plate_modulus": geometry["real_plate_modulus"]}
+        return {**geometry, **uneven, "transverse_ratio": ratio}
 
 
 class Preload(Effect):

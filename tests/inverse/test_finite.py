@@ -8,6 +8,7 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.inverse.finite import FiniteRig, ModulusRange, finite_rigs, two_plate_rig
 from multilayer.inverse.fit import fit_campaign, number_of_steps
+from multilayer.inverse.joint import Neighbourhood
 from multilayer.inverse.sources import read_fit
 from multilayer.measurements.description import Campaign
 from tests.benchmarks.scoring import score
@@ -49,6 +50,17 @@ def test_uncertain_quantities_are_shifted(rigs, quantity, amount, relative, chan
     found = shifted.transmissibility(FREQUENCY, modulus) / rig.transmissibility(FREQUENCY, modulus)
     np.testing.assert_allclose(found, there / here, rtol=1e-3)
     assert np.max(np.abs(there / here - 1)) > 5e-3
+
+
+def test_a_neighbourhood_is_the_rig_itself_to_third_order(rigs) -> None:
+    _, nominal = rigs
+    near = Neighbourhood(nominal, 0.01, 5e-5)
+    modulus = 2e5 * (1 + 0.2j) * np.ones((1, 3))
+    density, thickness = np.array([[0.015]]), np.array([[8e-5]])
+    moved = nominal.shifted("density", 0.015, relative=True).shifted("thickness", 8e-5, relative=False)
+    expected = np.log(moved.transmissibility(FREQUENCY, modulus))
+    np.testing.assert_allclose(near.log_motion(FREQUENCY, modulus, density, thickness), expected, atol=2e-5)
+    assert np.abs(expected - np.log(nominal.transmissibility(FREQUENCY, modulus))).max() > 5e-3
 
 
 @pytest.mark.reference

@@ -147,15 +147,15 @@ def test_the_table_has_one_row_per_frequency(fitted):
     assert json.loads(json.dumps(fitted.to_dict()))["law"]["law"] == "fractional_zener"
 
 
-def test_a_neighbourhood_is_the_rig_itself_to_third_order():
+def test_density_thickness_and_mass_of_plane_waves_are_exact_however_large():
     nominal = rig(poisson_ratio=0.3)
-    near = Neighbourhood(nominal, 0.01, 5e-5)
+    near = Neighbourhood(nominal, 0.01, 5e-5, 0.002)
     f, modulus = np.array([150.0, 500.0, 1400.0]), 2e5 * (1 + 0.2j) * np.ones((1, 3))
-    density, thickness = np.array([[0.015]]), np.array([[8e-5]])
-    moved = nominal.shifted("density", 0.015, relative=True).shifted("thickness", 8e-5, relative=False)
-    expected = np.log(moved.transmissibility(f, modulus))
-    np.testing.assert_allclose(near.log_motion(f, modulus, density, thickness), expected, atol=2e-5)
-    assert np.abs(expected - np.log(nominal.transmissibility(f, modulus))).max() > 5e-3
+    density, thickness, mass = np.array([[0.0], [0.3]]), np.array([[0.0], [2e-3]]), np.array([[0.0], [0.1]])
+    moved = nominal.shifted("density", 0.3, relative=True).shifted("thickness", 2e-3, relative=False)
+    moved = moved.shifted("top_plate_mass", 0.1, relative=True)
+    expected = np.log([nominal.transmissibility(f, modulus[0]), moved.transmissibility(f, modulus[0])])
+    np.testing.assert_allclose(near.log_motion(f, modulus, density, thickness, mass), expected, rtol=1e-12)
 
 
 @pytest.mark.reference

@@ -16,6 +16,7 @@ from multilayer.measurements.description import Campaign, Configuration
 from multilayer.registry import Registry
 
 Values = Mapping[str, RealArray]  # parameters by name, each of shape (..., 1)
+_CREST = (16 / 3) ** 0.5  # of a Hann burst over its rms
 GRAVITY = 9.80665  # m/s2
 
 
@@ -56,6 +57,20 @@ class Setting:
     def plate_mass(self) -> float:
         """Mass of the top plate, kg."""
         return self.campaign.top_plate.density * self.configuration.top_plate_thickness * self.area
+
+    @cached_property
+    def stretch_moments(self) -> ComplexArray:
+        """Mean amplitude of the sample's stretch, m, and mean of its square, m2, as they act on each bin, shape (2, n).
+
+        From the channels, at the level of the campaign; where they are not known, those of a steady tone as high as a
+        Hann burst is.
+        """
+        if self.data.stretch_moments is not None:
+            return self.data.stretch_moments
+        centre = self.data.centres[self.data.burst]
+        crest = self.campaign.burst.level_rms * _CREST
+        stretch = np.abs(self.data.ratio - 1) * crest / (2 * np.pi * centre) ** 2
+        return np.asarray(np.stack([stretch, stretch**2]), dtype=complex)
 
     @cached_property
     def static_stress(self) -> float:

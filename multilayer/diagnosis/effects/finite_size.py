@@ -2,21 +2,61 @@
 
 from __future__ import annotations
 
-from multilayer.diagnosis.effects.base import Effect
+from functools import lru_cache
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 from multilayer.measurements.description import Campaign
+from multilayer.rig.shape_factor import static_shape_factor
+
+_REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: relative to the stated one, and as high as the factor is tabulated
+_KNOTS = 7
 
 
 class FiniteSize(Effect):
-    """Poisson's ratio of the campaign acts with the free rim: a disc is softer than a layer held sideways."""
+    """Poisson's ratio of the campaign acts with the free rim: a disc is softer than a layer held sideways.
+
+    Finite elements have the stated ratio nu; another one, nu (1 + error), or a sample that is stiffer along its radius,
+    changes the modulus by the factor of slow compression, g(nu (1 + error), S)/g(nu, S).
+    """
 
     name = "finite_size"
     law = "free rim: E -> E g(nu, S) in slow compression, S = R/2h; finite elements"
     separated_by = "another thickness or radius"
-    source = "campaign.yaml: Poisson's ratio and radius are known, so the effect has no free size"
+    source = "campaign.yaml: Poisson's ratio, known to 15 %, and radius"
     moves_resonances = True
-    law_error = 0.3  # Poisson's ratio is known to some 10 %
     needs_finite_elements = True
+    parameters = (signed("poisson_error", 0.15),)
+    starts = ((0.0,),)
 
     def applies(self, campaign: Campaign) -> bool:
         """Without lateral contraction the rim does not matter."""
         return abs(campaign.specimen.poisson_ratio) > 0.01
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
+        """What another Poisson's ratio does to slow compression."""
+        stated = setting.campaign.specimen.poisson_ratio
+        shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
+        return np.asarray(modulus * _stiffer(stated, round(shape, 6), values["poisson_error"]))
+
+
+def _stiffer(stated: float, shape: float, error: RealArray) -> RealArray:
+    """Return g(nu (1 + error), S)/g(nu, S)."""
+    from scipy.interpolate import CubicSpline
+
+    if stated <= 0:  # g is known from 0 on, where it is 1
+        return np.ones_like(error)
+    ratios, logs = _table(stated, shape)
+    ratio = np.clip(stated * (1 + error), ratios[0], ratios[-1])
+    table = CubicSpline(ratios, logs)
+    return np.asarray(np.exp(table(ratio) - table(stated)))
+
+
+@lru_cache(maxsize=64)
+def _table(stated: float, shape: float) -> tuple[RealArray, RealArray]:
+    """Return Poisson's ratios about the stated one, rising, and ln g there."""
+    highest = max(stated, min(stated * (1 + _REACH), _HIGHEST))
+    ratios = np.linspace(stated * (1 - _REACH), highest, _KNOTS)
+    return ratios, np.log([static_shape_factor(float(ratio), shape) for ratio in ratios])
