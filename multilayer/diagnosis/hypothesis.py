@@ -18,6 +18,7 @@ from multilayer.inverse.problem import by_differences
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
 from multilayer.rig.shape_factor import static_shape_factor
 
@@ -210,9 +211,11 @@ class Hypothesis:
         )
         for effect, own in pairs:
             chain = effect.chain(setting, chain, own)
+        ratio = self.campaign.specimen.poisson_ratio
         if any(effect.needs_finite_elements for effect in self.effects):
-            return self._finite_motion(setting, chain)
-        return self._chain_motion(setting, chain, held_factor(self.campaign.specimen.poisson_ratio))
+            return self._finite_motion(setting, chain) * _with_air(setting, chain, ratio, 1.0)
+        held = held_factor(ratio)
+        return self._chain_motion(setting, chain, held) * _with_air(setting, chain, ratio, held)
 
     def _chain_motion(self, setting: Setting, chain: Chain, stiffening: float) -> ComplexArray:
         """Return the motion of rods and masses in one dimension, exact; `stiffening` is the rods' modulus over E."""
@@ -288,6 +291,23 @@ def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:
     """Return when each burst was measured, from 0 to 1, in the order of the campaign."""
     keys = [(c.name, float(burst.frequency)) for c in campaign.configurations for burst in c.bursts]
     return {key: number / max(len(keys) - 1, 1) for number, key in enumerate(keys)}
+
+
+def _with_air(setting: Setting, chain: Chain, poisson_ratio: float, held: float) -> Numeric:
+    """Return what the air in the sample's pores, if any, multiplies the motion by."""
+    if chain.resistivity is None:
+        return 1.0
+    return pumped_disc_factor(
+        setting.omega,
+        chain.modulus,
+        chain.resistivity,
+        radius=setting.configuration.specimen_radius,
+        thickness=chain.thickness,
+        density=chain.density,
+        mass_per_area=chain.plate_mass / setting.area,
+        poisson_ratio=poisson_ratio,
+        held=held,
+    )
 
 
 def _beside(setting: Setting, rods: Sequence[Rod], chain: Chain) -> ComplexArray:

@@ -96,6 +96,8 @@ class Chain:
         Thickness (m) of a layer at each face, and its modulus over that of the core.
     spring : complex array or None
         Stiffness of a path beside the sample, N/m.
+    resistivity : array or None
+        To flow of air in the sample's pores, N s/m4.
     """
 
     modulus: ComplexArray
@@ -105,6 +107,7 @@ class Chain:
     glue: Numeric | None = None
     skin: tuple[Numeric, Numeric] | None = None
     spring: Numeric | None = None
+    resistivity: Numeric | None = None
 
     def with_(self, **changes: object) -> Chain:
         """Return a chain with other values."""
