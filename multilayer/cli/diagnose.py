@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from multilayer.diagnosis.result import Diagnosis
+
+_MOST_JOBS = 4  # there are some twenty fits, most of them short
 
 
 def diagnose(
@@ -31,6 +36,9 @@ def diagnose(
         str | None, typer.Option(help="The modulus law of a campaign's nominal model; fractional_zener by default.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the search's starting points.")] = 0,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", help="Processes to compute with; one per core, at most 4, by default.")
+    ] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Say where model and measurement disagree, which effect causes it, how far it shrinks.
@@ -42,13 +50,15 @@ def diagnose(
 
     Example: multilayer diagnose examples/foam_tube
     """
+    from multilayer.executors import local_pool
     from multilayer.inverse.sources import is_stack_fit
     from multilayer.report.diagnosis_files import diagnosis_files
     from multilayer.report.diagnosis_table import diagnosis_table
     from multilayer.report.files import write_files
 
     ask = _tube if is_stack_fit(source) else _campaign
-    result, folder = ask(source, out, without or [], law, seed)
+    with local_pool(min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs) as executor:
+        result, folder = ask(source, out, without or [], law, seed, executor)
     for text in result.record.get("warnings", ()):
         typer.echo(f"warning: {text}", err=True)
     written = write_files(folder, diagnosis_files(result, figures=figures))
@@ -61,10 +71,13 @@ def diagnose(
         raise typer.Exit(1)
 
 
-def _campaign(source: Path, out: Path | None, without: list[str], law: str | None, seed: int) -> tuple[Diagnosis, Path]:
+def _campaign(
+    source: Path, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
+) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+    from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+    from multilayer.diagnosis.judgement import N_STEPS
     from multilayer.errors import InputError, suggest
     from multilayer.inverse.sources import read_fit
     from multilayer.media.laws import LAWS
@@ -79,15 +92,19 @@ def _campaign(source: Path, out: Path | None, without: list[str], law: str | Non
     refuse_unusable(folder)
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_campaign(
-            job.campaign, job.recordings, effects, law=chosen, calibration=job.calibration, seed=seed, progress=advance
-        )
+            job.campaign, job.recordings, effects,
+            law=chosen, calibration=job.calibration, seed=seed, progress=advance, executor=executor,
+        )  # fmt: skip
     return result, folder
 
 
-def _tube(source: Path, out: Path | None, without: list[str], law: str | None, seed: int) -> tuple[Diagnosis, Path]:
+def _tube(
+    source: Path, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
+) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
+    from multilayer.diagnosis.judgement import N_STEPS
+    from multilayer.diagnosis.tube.diagnose import diagnose_tube
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
     from multilayer.inverse.stack_file import name_of
@@ -100,5 +117,5 @@ def _tube(source: Path, out: Path | None, without: list[str], law: str | None, s
     folder = out or Path("results") / f"{name}-diagnosis"
     refuse_unusable(folder)
     with progress_bar("diagnose", N_STEPS) as advance:
-        result = diagnose_tube(file, name, effects, seed=seed, progress=advance)
+        result = diagnose_tube(file, name, effects, seed=seed, progress=advance, executor=executor)
     return result, folder

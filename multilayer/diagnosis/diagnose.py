@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -11,22 +12,11 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
-from multilayer.diagnosis.experiments import alive_hypotheses, next_experiments
+from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
-from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
-from multilayer.diagnosis.locate import locate, shown
-from multilayer.diagnosis.ranking import (
-    Decision,
-    Hypotheses,
-    compare,
-    decide,
-    global_p_value,
-    is_gap,
-)
-from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
-from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
-from multilayer.diagnosis.signatures import detectable, inner_products, signature
+from multilayer.diagnosis.judgement import Progress, judge
+from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.inverse.fit import burst_problems
@@ -39,8 +29,8 @@ from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 
-Progress = Callable[[str], None]
 _REFERENCE = 1000.0  # Hz, where moduli are told
+_DB = 20 / np.log(10)
 
 
 def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] = ()) -> dict[str, BaseEffect]:
@@ -67,6 +57,7 @@ def diagnose_campaign(
     calibration: Calibration | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> Diagnosis:
     """Say where model and measurement disagree, which effect causes it, and how far the gap shrinks with it.
 
@@ -83,6 +74,8 @@ def diagnose_campaign(
     seed : int
     progress : callable, optional
         Called with a short text after each of `N_STEPS` steps.
+    executor : Executor, optional
+        Where fits run, as `executors.local_pool` gives it; in this process when left out.
 
     Raises
     ------
@@ -94,31 +87,16 @@ def diagnose_campaign(
     nominal, starts = _nominal(campaign, recordings, law, calibration, every, seed)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
-    singles = fit_effects(nominal, usable, starts)
+    singles = fit_effects(nominal, usable, starts, executor)
     tell("effects one by one")
-    found = compare(nominal, singles, usable)
-    tell("effects in pairs")
-    gap = is_gap(found)
-    tried = worth_checking(found) if gap else []
-    held = dict(zip(tried, shrinkage(nominal, [found.fitted[names] for names in tried]), strict=True)) if tried else {}
-    tell("held-out data")
-    decision = decide(found, held)
-    columns = np.stack([signature(nominal, effect) for effect in usable.values()], axis=1)
-    cosines, kept = inner_products(nominal.minimum, columns)
-    similarity = Similarity(tuple(usable), cosines, kept)
-    record = _record(campaign, found, decision, held, similarity, detectable(nominal, usable, columns), seed)
-    tell("verdict")
-    best = found.fitted.get(decision.best, nominal)
-    return Diagnosis(
-        campaign=campaign.folder.resolve().name,
-        record=record,
-        curves=_curves(nominal, best),
-        similarity=similarity,
-        moduli=_moduli(nominal, best),
-    )
-
-
-N_STEPS = 5
+    judgement = judge(nominal, singles, usable, tell, executor)
+    name = campaign.folder.resolve().name
+    record = judgement.record(next_experiments, seed) | {
+        "unknowns": _unknowns(nominal, judgement.corrected),
+        "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **judgement.fit_numbers()},
+    }
+    best = judgement.shown
+    return Diagnosis(name, record, _curves(nominal, best), judgement.similarity, _moduli(nominal, best))
 
 
 def _nominal(
@@ -152,59 +130,15 @@ def _with_rim(campaign: Campaign, joint: JointProblem, minima: list[Minimum]) ->
     return problem.rigs, found[0].z
 
 
-def _record(
-    campaign: Campaign,
-    found: Hypotheses,
-    decision: Decision,
-    held: Mapping[tuple[str, ...], Shrinkage],
-    similarity: Similarity,
-    sizes: dict[str, dict[str, object]],
-    seed: int,
-) -> dict[str, Any]:
-    """Return ``diagnosis.json``."""
-    places, limit = locate(found.nominal.hypothesis, found.nominal.minimum, seed)
-    probabilities = found.probabilities()
-    causes = [] if decision.verdict == "no_gap" else cause_entries(found, held, similarity, probabilities)
-    probability = found.probability_of(decision)
-    alive = alive_hypotheses(
-        [(found.fitted[names], probabilities[names]) for names in found.ranked if names in found.fitted], decision.group
-    )
-    gap = held.get(decision.best) or next(iter(held.values()), None)
-    return {
-        "version": 1,
-        "verdict": decision.verdict,
-        "sentence": sentence(found, decision, probability),
-        "probability": round(probability, 4),
-        "where": [] if decision.verdict == "no_gap" else shown(places, limit),
-        "causes": causes,
-        "group": [list(names) for names in decision.group if decision.verdict == "effect"],
-        "gap": gap_entry(found.nominal, gap),
-        "unknowns": _unknowns(found, decision),
-        "detectable": sizes,
-        "confounded": confounded_entries(similarity),
-        "next_experiment": next_experiments(alive),
-        "hypotheses_tried": len(found.evidence),
-        "inputs": {
-            "campaign": campaign.folder.resolve().name,
-            "multilayer": version("multilayer"),
-            "law": rig_hypothesis(found.nominal.hypothesis).joint.space.template.law,
-            "p_value": global_p_value(found.nominal),
-            "chi_square": found.nominal.minimum.cost,
-            "n_data": len(found.nominal.minimum.residual),
-        },
-    }
-
-
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
     joint = rig_hypothesis(fitted.hypothesis).joint
     return joint.space.modulus(joint.law_coordinates(fitted.minimum.z), frequency)
 
 
-def _unknowns(found: Hypotheses, decision: Decision) -> dict[str, Any]:
-    f = np.concatenate([data.frequency for data in found.nominal.hypothesis.data])
+def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
+    f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
     at = float(np.clip(_REFERENCE, f.min(), f.max()))
-    best = found.fitted.get(decision.best, found.nominal) if decision.verdict == "effect" else found.nominal
-    before, after = (_modulus(one, np.array([at]))[0] for one in (found.nominal, best))
+    before, after = (_modulus(one, np.array([at]))[0] for one in (nominal, corrected))
     pairs = {"nominal": before, "corrected": after}
     values: dict[str, Any] = {name: [float(e.real), float(e.imag)] for name, e in pairs.items()} | {"unit": "Pa"}
     return {f"E({at:.0f} Hz)": values}
@@ -239,6 +173,3 @@ def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
             )
         )  # fmt: skip
     return tuple(found)
-
-
-_DB = 20 / np.log(10)

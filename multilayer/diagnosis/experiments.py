@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.box_hill import half_squared, rank_changes
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.inverse.joint import whitening
 
-_NOTHING: tuple[float, tuple[str, ...], tuple[str, ...]] = (-1.0, (), ())
-_MOST = 1e4  # nats
 _STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level
@@ -86,45 +84,11 @@ MENU = (
 
 
 def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
-    """Return the entries of ``next_experiment``, the most informative for its cost first.
-
-    Parameters
-    ----------
-    alive : sequence of (Fitted, probability)
-
-    Notes
-    -----
-    After G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71: the expected gain is half the squared distance of two
-    hypotheses' predictions in units of their common uncertainty, weighted by the product of their probabilities.
-    """
-    if len(alive) < 2:
-        return []
-    setting = rig_hypothesis(alive[0][0].hypothesis).settings[0]
-    found = []
-    as_before = [_predict(fitted, setting, Experiment("none", 0.0))[0] for fitted, _ in alive]
-    for experiment in MENU:
-        moved = experiment.setting(setting)
-        predictions = [_predict(fitted, moved, experiment) for fitted, _ in alive]
-        if all(np.allclose(new, old, rtol=1e-9) for (new, _), old in zip(predictions, as_before, strict=True)):
-            continue  # of no consequence for what is still alive: a mere repetition
-        gains, weights, best = 0.0, 0.0, _NOTHING
-        for (i, a), (j, b) in combinations(enumerate(alive), 2):
-            gain = _distance(predictions[i], predictions[j], moved)
-            weight = a[1] * b[1]
-            gains, weights = gains + weight * gain, weights + weight
-            best = max(best, (weight * gain, a[0].names, b[0].names))
-        found.append(
-            {
-                "change": experiment.change,
-                "separates": [list(best[1]), list(best[2])],
-                "expected_gain": round(gains / max(weights, 1e-12), 2),
-                "cost_hours": experiment.cost,
-            }
-        )
-    return sorted(found, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
+    """Return the entries of ``next_experiment``: changes of the first configuration, see `box_hill.rank_changes`."""
+    return rank_changes(alive, MENU, Experiment("none", 0.0), _predict, _distance)
 
 
-def _predict(fitted: Fitted, setting: Setting, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:
+def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:
     """Return ln(ratio), shape (n,), and its derivatives by the coordinates, shape (n, d)."""
     hypothesis = rig_hypothesis(fitted.hypothesis)
     kept = tuple(effect for effect in hypothesis.effects if effect.name not in experiment.without)
@@ -132,28 +96,19 @@ def _predict(fitted: Fitted, setting: Setting, experiment: Experiment) -> tuple[
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])
-    moved, shown = replace(hypothesis, effects=kept).predict(setting, steps)
+    moved, shown = replace(hypothesis, effects=kept).predict(experiment.setting(hypothesis.settings[0]), steps)
     # what made the top channel wrong makes the base channel wrong once they are exchanged
     logs = np.log(moved**2 / shown) if experiment.swapped else np.log(shown)
     slopes = (logs[1 : 1 + len(z)] - logs[1 + len(z) :]).T / (2 * _STEP)
     return logs[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
-def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], setting: Setting) -> float:
+def _distance(
+    a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted, experiment: Experiment
+) -> float:
     """Return half the squared distance of two predictions, nats."""
     difference = a[0] - b[0]
     difference = difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi)
-    w = whitening(setting.data, MODEL_ERROR)
+    w = whitening(rig_hypothesis(fitted.hypothesis).data[0], MODEL_ERROR)
     columns = np.concatenate([a[1], b[1]], axis=1)
-    stacked = [np.concatenate([w @ part.real, w @ part.imag]) for part in (difference, columns)]
-    delta, spread = stacked
-    inner = np.linalg.solve(np.eye(spread.shape[1]) + spread.T @ spread, spread.T @ delta)
-    return float(min(0.5 * (delta @ delta - (spread.T @ delta) @ inner), _MOST))
-
-
-def alive_hypotheses(
-    ranked: Sequence[tuple[Fitted, float]], group: Sequence[tuple[str, ...]]
-) -> list[tuple[Fitted, float]]:
-    """Return the hypotheses an experiment should separate: the group's, or the first and its rival."""
-    tied = [(fitted, p) for fitted, p in ranked if fitted.names in group]
-    return tied if len(tied) > 1 else [(fitted, max(p, 1e-6)) for fitted, p in ranked[:2]]
+    return half_squared(*(np.concatenate([w @ part.real, w @ part.imag]) for part in (difference, columns)))

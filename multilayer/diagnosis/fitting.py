@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,9 +14,11 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis, smooth_basis
+from multilayer.executors import run_all
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.problem import Minimum
 
+_STEP = 1e-3  # of a coordinate
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
 _FAR = 4.0  # times the misfit that chance makes
@@ -56,13 +59,22 @@ class Fitted:
         return values if self.errors is None else self.errors.whitened(values)
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
-        """Return value and ends of the central interval of a parameter, in its own unit, by Laplace's approximation."""
+        """Return value and ends of the central interval of an effect's parameter, in its own unit.
+
+        Laplace's approximation, and what the effect's law leaves open of the size (`BaseEffect.size_error`).
+        """
         index = [p.name for p in self.hypothesis.parameters].index(name)
-        prior = self.hypothesis.parameters[index].prior
-        spread = float(np.sqrt(self.minimum.covariance[index, index])) * float(ndtri(0.5 + probability / 2))
+        value = self.hypothesis.parameters[index].prior.value
         z = float(self.minimum.z[index])
-        value, low, high = (float(prior.value(np.asarray(x))) for x in (z, z - spread, z + spread))
-        return value, low, high
+        here, ahead, behind = (float(value(np.asarray(x))) for x in (z, z + _STEP, z - _STEP))
+        open_by_law = self._size_error(name) * abs(here) * 2 * _STEP / abs(ahead - behind)
+        spread = float(np.hypot(np.sqrt(self.minimum.covariance[index, index]), open_by_law))
+        reach = spread * float(ndtri(0.5 + probability / 2))
+        return here, float(value(np.asarray(z - reach))), float(value(np.asarray(z + reach)))
+
+    def _size_error(self, name: str) -> float:
+        effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
+        return effect.law_error if effect.size_error is None else effect.size_error
 
 
 def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
@@ -133,12 +145,32 @@ def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]
 
 
 def fit_effects(
-    nominal: Fitted, effects: Mapping[str, BaseEffect], starts: Mapping[str, RealArray] | None = None
+    nominal: Fitted,
+    effects: Mapping[str, BaseEffect],
+    starts: Mapping[str, RealArray] | None = None,
+    executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect by itself, from the nominal model's unknowns or from other ones by effect."""
+    """Return the fit of every effect that the model admits by itself.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    effects : mapping
+        By name.
+    starts : mapping, optional
+        The nominal model's unknowns to start from, by effect, where those of `nominal` are of no use.
+    executor : Executor, optional
+        Where fits run; in this process when left out.
+    """
     starts = starts or {}
-    return {
-        (name,): fit(nominal.hypothesis.with_effects(effect), starts.get(name, nominal.minimum.z))
-        for name, effect in effects.items()
-        if nominal.hypothesis.admits(effect)
-    }
+    admitted = {name: effect for name, effect in effects.items() if nominal.hypothesis.admits(effect)}
+    tasks = [
+        (nominal.hypothesis.with_effects(effect), starts.get(name, nominal.minimum.z))
+        for name, effect in admitted.items()
+    ]
+    fits = run_all(_fit_task, tasks, executor, lambda index: None)
+    return {(name,): fitted for name, fitted in zip(admitted, fits, strict=True)}
+
+
+def _fit_task(task: tuple[AnyHypothesis, RealArray]) -> Fitted:
+    return fit(*task)

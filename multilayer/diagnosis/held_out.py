@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_parts
+from multilayer.executors import run_all
 from multilayer.inverse.least_squares import minimise
 
 _TOLERANCE = 1e-5  # of the cost, relative
@@ -63,26 +65,27 @@ def folds(hypothesis: AnyHypothesis) -> tuple[str, list[tuple[list[AnyData], lis
     return "contiguous blocks of frequencies, with guards", found
 
 
-def shrinkage(nominal: Fitted, fitted: Sequence[Fitted]) -> list[Shrinkage]:
+def shrinkage(nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | None = None) -> list[Shrinkage]:
     """Return the held-out shrinkage of several hypotheses."""
     how, pairs = folds(nominal.hypothesis)
-    everything = [nominal, *fitted]
-    misfits = np.zeros((len(everything), 2))
-    for kept, left in pairs:
-        for i, one in enumerate(everything):
-            residual = _foretold(one, kept, left)
-            misfits[i] += float(residual @ residual), residual.size
     if not pairs:
         return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
-    gaps = misfits[:, 0] / misfits[:, 1]
-    return [Shrinkage(float(gaps[0]), float(gap), how) for gap in gaps[1:]]
+    everything = [nominal, *fitted]
+    tasks = [(one, kept, left) for one in everything for kept, left in pairs]
+    residuals = run_all(_foretold, tasks, executor, lambda index: None)
+    folded = [residuals[i : i + len(pairs)] for i in range(0, len(residuals), len(pairs))]
+    gaps = [float(np.mean(np.concatenate(parts) ** 2)) for parts in folded]
+    return [Shrinkage(gaps[0], gap, how) for gap in gaps[1:]]
 
 
-def _foretold(one: Fitted, kept: Sequence[AnyData], left: Sequence[AnyData]) -> RealArray:
+def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> RealArray:
     """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
+
+    The task is a fit, and the data that are kept and left.
 
     What the kept data tell of the error that an effect's law makes everywhere is foretold, too.
     """
+    one, kept, left = task
     seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
 
     def basis(z: RealArray) -> tuple[RealArray, RealArray]:

@@ -10,11 +10,11 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
 from multilayer.inverse.priors import Parameter, values_of
-from multilayer.inverse.problem import by_differences
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
@@ -29,7 +29,7 @@ _GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
 
 
 @dataclass(frozen=True)
-class Hypothesis:
+class Hypothesis(BaseHypothesis[Effect]):
     """A `Problem`: the nominal model with effects.
 
     Attributes
@@ -51,23 +51,9 @@ class Hypothesis:
     seen: tuple[ConfigurationData, ...] | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the effects."""
-        return tuple(effect.name for effect in self.effects)
-
-    @cached_property
-    def effect_parameters(self) -> tuple[Parameter, ...]:
-        """The effects' parameters, as ``sensor_mass.mass``."""
-        return tuple(
-            parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
-            for effect in self.effects
-            for parameter in effect.parameters
-        )
-
-    @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Law, nuisances, effects."""
-        return (*self.joint.parameters, *self.effect_parameters)
+    def nominal_parameters(self) -> tuple[Parameter, ...]:
+        """Law, nuisances."""
+        return self.joint.parameters
 
     @property
     def data(self) -> tuple[ConfigurationData, ...]:
@@ -115,19 +101,10 @@ class Hypothesis:
         """Return the same with residuals of some data only."""
         return replace(self, seen=tuple(data))
 
-    def residual(self, z: RealArray) -> RealArray:
-        """Return whitened residuals, shape (..., n_data)."""
-        parts = [self.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
-        return np.concatenate(parts, axis=-1)
-
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
         w = self._whitening[index]
         return np.concatenate([difference.real @ w.T, difference.imag @ w.T], axis=-1)
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative, from one batch."""
-        return by_differences(self.residual, z)
 
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
@@ -135,9 +112,8 @@ class Hypothesis:
 
     @np.errstate(all="ignore")  # a search may try what has no response: NaN, which is no minimum
     def _log_ratios(self, z: RealArray, stiffening: float) -> list[ComplexArray]:
-        n = len(self.joint.parameters)
         law, nuisances = self.joint.law_coordinates(z), self._nuisances(z)
-        values = self._effect_values(z[..., n:])
+        values = self.effect_values(z)
         found = []
         for setting in self.settings:
             modulus = stiffening * self.joint.space.modulus(law, setting.frequency)
@@ -155,16 +131,13 @@ class Hypothesis:
         What the effect itself changes, where it acts on the reading. Of one that acts on the sample, what the change of
         modulus does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
         """
-        own = len(self.effects[index].parameters)
-        first = len(self.joint.parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        others = replace(self, effects=(*self.effects[:index], *self.effects[index + 1 :]))
-        without = others.log_ratios(np.delete(z, np.s_[first : first + own]))
-        change = [full - bare for full, bare in zip(self.log_ratios(z), without, strict=True)]
+        change = super().law_change(index, z)
         if not self.effects[index].moves_resonances:
             return change
+        others, rest = self.without(index, z)
         return [
             float(np.abs(np.vdot(slope, one)) / np.vdot(slope, slope).real) * slope
-            for slope, one in zip(others.modulus_slopes(np.delete(z, np.s_[first : first + own])), change, strict=True)
+            for slope, one in zip(others.modulus_slopes(rest), change, strict=True)
         ]
 
     def modulus_slopes(self, z: RealArray) -> list[ComplexArray]:
@@ -177,18 +150,10 @@ class Hypothesis:
         first = len(self.joint.law_parameters)
         return values_of(own, z[..., first : first + len(own)])
 
-    def _effect_values(self, z: RealArray) -> list[Values]:
-        flat = values_of(self.effect_parameters, z)
-        found: list[Values] = []
-        for effect in self.effects:
-            found.append({p.name: flat[f"{effect.name}.{p.name}"][..., None] for p in effect.parameters})
-        return found
-
     def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:
         """Return top over base in any setting, shape (..., n): as the plate moves, and as the channels show it."""
-        n = len(self.joint.parameters)
         modulus = self.joint.space.modulus(self.joint.law_coordinates(z), setting.frequency)
-        values = self._effect_values(z[..., n:])
+        values = self.effect_values(z)
         moved = self._motion(setting, modulus, self._nuisances(z), values)
         shown = moved
         for effect, own in zip(self.effects, values, strict=True):

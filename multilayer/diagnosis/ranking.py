@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -37,6 +39,7 @@ from multilayer.diagnosis.thresholds import (
     TIED,
     TOLERANCE,
 )
+from multilayer.executors import run_all
 
 Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)
@@ -75,6 +78,43 @@ class Hypotheses:
         n = max(self.n_effects, 1)
         prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
         return self.evidence[names] + float(np.log(prior))
+
+    @cached_property
+    def p_value(self) -> float:
+        """Probability of a misfit as large as the nominal model's, if nothing acts."""
+        return tolerant_p_value(self.nominal, 1e-6)
+
+    @property
+    def is_gap(self) -> bool:
+        """Whether a cause is well ahead of the nominal model, or chance cannot explain the misfit.
+
+        A known effect shows in the evidence long before it shows in the sum of all squares. What changes the data by
+        less than solvers differ is none, whatever its evidence: their differences are no noise, and look like
+        something.
+        """
+        return self.p_value <= CERTAIN_P or (self.is_supported and self.gap_size >= LEAST_SIZE)
+
+    @property
+    def is_supported(self) -> bool:
+        """Whether some cause is well ahead of the nominal model."""
+        return self.score(self.ranked[0]) - self.score(()) >= LEAST_SCORE
+
+    @cached_property
+    def gap_size(self) -> float:
+        """By how much the best effect changes what is modelled: rms of the relative difference."""
+        names = self.best_fitted
+        if names is None:
+            return 0.0
+        best = self.fitted[names]
+        before = self.nominal.hypothesis.log_ratios(self.nominal.minimum.z)
+        after = best.hypothesis.log_ratios(best.minimum.z)
+        change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
+        return float(np.sqrt(np.mean(np.abs(change) ** 2)))
+
+    @property
+    def best_fitted(self) -> tuple[str, ...] | None:
+        """Names of the most probable known effects."""
+        return next((names for names in self.ranked if names in self.fitted), None)
 
     @property
     def ranked(self) -> list[tuple[str, ...]]:
@@ -115,15 +155,19 @@ def tolerant_evidence(fitted: Fitted) -> float:
 
 
 def compare(
-    nominal: Fitted, singles: Mapping[tuple[str, ...], Fitted], effects: Mapping[str, BaseEffect]
+    nominal: Fitted,
+    singles: Mapping[tuple[str, ...], Fitted],
+    effects: Mapping[str, BaseEffect],
+    executor: Executor | None = None,
 ) -> Hypotheses:
     """Return the evidence of nominal model, single effects, pairs of promising ones, and of something unknown."""
     fitted = dict(singles)
     evidence = {names: tolerant_evidence(one) for names, one in {(): nominal, **fitted}.items()}
     best = sorted(singles, key=lambda names: -evidence[names])
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE:
-        for names, second in _promising(singles, best, effects):
-            pair = _pair(singles[names], effects[second])
+        pairs = _promising(singles, best, effects)
+        tasks = [(singles[names], effects[second]) for names, second in pairs]
+        for (names, second), pair in zip(pairs, run_all(_pair, tasks, executor, lambda index: None), strict=True):
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
@@ -170,7 +214,8 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
     return gains
 
 
-def _pair(one: Fitted, other: BaseEffect) -> Fitted:
+def _pair(task: tuple[Fitted, BaseEffect]) -> Fitted:
+    one, other = task
     hypothesis = one.hypothesis.with_effects(*one.hypothesis.effects, other)
     return fit(hypothesis, one.minimum.z, followed=1)
 
@@ -198,50 +243,20 @@ class Decision:
     guarded: bool = False
 
 
-def global_p_value(nominal: Fitted) -> float:
-    """Return the probability of a misfit as large as the nominal model's, if nothing acts."""
-    return tolerant_p_value(nominal, 1e-6)
-
-
-def is_gap(found: Hypotheses) -> bool:
-    """Tell whether there is a gap: a cause is well ahead of the nominal model, or chance cannot explain the misfit.
-
-    A known effect shows in the evidence long before it shows in the sum of all squares. What changes the data by less
-    than solvers differ is none, whatever its evidence: their differences are no noise, and look like something.
-    """
-    if global_p_value(found.nominal) <= CERTAIN_P:
-        return True
-    return _is_supported(found) and gap_size(found) >= LEAST_SIZE
-
-
-def _is_supported(found: Hypotheses) -> bool:
-    """Tell whether some cause is well ahead of the nominal model."""
-    return found.score(found.ranked[0]) - found.score(()) >= LEAST_SCORE
-
-
-def gap_size(found: Hypotheses) -> float:
-    """Return by how much the best effect changes what is modelled: rms of the relative difference."""
-    fitted = [names for names in found.ranked if names in found.fitted]
-    if not fitted:
-        return 0.0
-    best = found.fitted[fitted[0]]
-    before = found.nominal.hypothesis.log_ratios(found.nominal.minimum.z)
-    after = best.hypothesis.log_ratios(best.minimum.z)
-    change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
-    return float(np.sqrt(np.mean(np.abs(change) ** 2)))
-
-
 def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
     """Return the verdict; see the thresholds."""
-    p = global_p_value(found.nominal)
-    if not is_gap(found):
-        text = f"a misfit as large has the probability {p:.2g} without any effect"
-        if _is_supported(found):
-            change = f"{100 * gap_size(found):.2f} %"
-            text += f", and {in_words(found.ranked[0])} would change the data by {change}, less than solvers differ by"
+    if not found.is_gap:
+        text = f"a misfit as large has the probability {found.p_value:.2g} without any effect"
+        if found.is_supported and found.best_fitted:
+            change = f"{100 * found.gap_size:.2f} %"
+            text += (
+                f", and {in_words(found.best_fitted)} would change the data by {change}, less than solvers differ by"
+            )
         return Decision("no_gap", (), [], text)
-    if not _is_supported(found):
-        text = f"a misfit as large has the probability {_told(p)}, and no known effect makes it more probable"
+    if not found.is_supported:
+        text = (
+            f"a misfit as large has the probability {_told(found.p_value)}, and no known effect makes it more probable"
+        )
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)
     best = _carried_over(found, found.ranked[0], shrinkage)
     if best == UNKNOWN:
@@ -251,7 +266,7 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     own = tolerant_p_value(fitted, TOLERANCE)
     text = ""
     share = held.share if held is not None and held.before > SEEN_HELD_OUT else None
-    if own < FIT_P and not _explains_enough(found, best, share):
+    if own < FIT_P and (len(best) > 1 or not _explains_enough(found, best, share)):
         text = f"{label} explains most, but leaves a misfit of probability {_told(own)}"
     elif share is not None and share < LEAST_SHRINKAGE:
         text = f"with {label} the gap on held-out data shrinks by {100 * share:.0f} % only"

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
-from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.errors import InputError
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.sources import read_fit

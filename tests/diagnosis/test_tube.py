@@ -8,8 +8,9 @@ import pytest
 
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
+from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.diagnosis.tube.data import roughness
-from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
+from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
 from multilayer.diagnosis.tube.hypothesis import Known
 from multilayer.response import plane_wave

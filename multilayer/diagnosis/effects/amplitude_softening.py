@@ -26,6 +26,7 @@ class AmplitudeSoftening(Effect):
     separated_by = "another level; harmonics"
     source = "filled rubbers (Payne) and foams: 1 to 30 % at strains of 1e-3"
     moves_resonances = True
+    size_error = 0.3  # the power of the strain may differ from 1
     parameters = (positive("softening", 50.0, 1.2),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:

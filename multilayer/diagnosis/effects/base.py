@@ -133,6 +133,8 @@ class BaseEffect:
         Values of parameters at which the effect vanishes, where that is not at their smallest (0 for signed ones).
     law_error : float
         How well the law is known: relative error of what the effect changes, one standard deviation, smooth in ln f.
+    size_error : float
+        How well a size that is found tells the true one, relative, one standard deviation: `law_error` when None.
     starts : tuple of tuple of float
         Coordinates of all parameters from which fits start; the middle of the priors and 1.5 to either side when empty.
     """
@@ -145,6 +147,7 @@ class BaseEffect:
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     absent: ClassVar[Mapping[str, float]] = {}
     law_error: ClassVar[float] = 0.15
+    size_error: ClassVar[float | None] = None
     starts: ClassVar[tuple[tuple[float, ...], ...]] = ()
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -11,12 +12,8 @@ import numpy as np
 
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.diagnosis.fitting import Fitted, fit_effects
-from multilayer.diagnosis.held_out import Shrinkage, shrinkage
-from multilayer.diagnosis.locate import locate, shown
-from multilayer.diagnosis.ranking import Decision, Hypotheses, compare, decide, global_p_value, is_gap
-from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
-from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
-from multilayer.diagnosis.signatures import detectable, inner_products, signature
+from multilayer.diagnosis.judgement import Progress, judge
+from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.tube.experiments import next_measurements
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
@@ -25,9 +22,7 @@ from multilayer.inverse.least_squares import search
 from multilayer.inverse.problem import Minimum
 from multilayer.simulation.warned import collected_warnings
 
-N_STEPS = 5
 _FAR = 0.7  # standard deviations of a prior
-Progress = Callable[[str], None]
 
 
 def diagnose_tube(
@@ -37,6 +32,7 @@ def diagnose_tube(
     *,
     seed: int = 0,
     progress: Progress | None = None,
+    executor: Executor | None = None,
 ) -> Diagnosis:
     """Say where stacks and their tube measurements disagree, which effect causes it, how far the gap shrinks with it.
 
@@ -51,6 +47,8 @@ def diagnose_tube(
         Of the places' look-elsewhere draw.
     progress : callable, optional
         Called with a short text after each of `N_STEPS` steps.
+    executor : Executor, optional
+        Where fits run; in this process when left out.
 
     Raises
     ------
@@ -65,20 +63,15 @@ def diagnose_tube(
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
-    found = compare(nominal, _singles(nominal, usable), usable)
-    tell("effects")
-    tried = worth_checking(found) if is_gap(found) else []
-    held = dict(zip(tried, shrinkage(nominal, [found.fitted[names] for names in tried]), strict=True)) if tried else {}
-    tell("held-out data")
-    decision = decide(found, held)
-    columns = np.stack([signature(nominal, effect) for effect in usable.values()], axis=1)
-    similarity = Similarity(tuple(usable), *inner_products(nominal.minimum, columns))
-    tell("look-alikes")
-    record = _record(file, name, found, decision, held, similarity, seed)
-    record["detectable"] = detectable(nominal, usable, columns)
-    tell("verdict")
-    best = found.fitted.get(decision.best, nominal)
-    return Diagnosis(campaign=name, record=record, curves=_curves(nominal, best), similarity=similarity, moduli={})
+    singles = _singles(nominal, usable, executor)
+    tell("effects one by one")
+    judgement = judge(nominal, singles, usable, tell, executor)
+    record = judgement.record(next_measurements, seed) | {
+        "unknowns": _unknowns(nominal, judgement.corrected),
+        "warnings": _warnings(nominal),
+        "inputs": _inputs(file, name, nominal) | judgement.fit_numbers(),
+    }
+    return Diagnosis(name, record, _curves(nominal, judgement.shown), judgement.similarity, {})
 
 
 def nominal_minimum(file: DiagnosisFile) -> Minimum:
@@ -103,19 +96,21 @@ def _minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum:
     return found[0]
 
 
-def _singles(nominal: Fitted, effects: Mapping[str, TubeEffect]) -> dict[tuple[str, ...], Fitted]:
+def _singles(
+    nominal: Fitted, effects: Mapping[str, TubeEffect], executor: Executor | None
+) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself.
 
     From the nominal fit, and again from the nominal values where the gap has drawn the unknowns far from these: the
     way back may be barred.
     """
     hypothesis = tube_hypothesis(nominal)
-    found = fit_effects(nominal, effects)
+    found = fit_effects(nominal, effects, executor=executor)
     if np.max(np.abs(nominal.minimum.z - hypothesis.start)) < _FAR:
         return found
     residual, jacobian = hypothesis.linearised(hypothesis.start)
     unfitted = Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
-    others = fit_effects(Fitted(hypothesis, unfitted), effects)
+    others = fit_effects(Fitted(hypothesis, unfitted), effects, executor=executor)
     return {names: min(one, others[names], key=lambda fitted: fitted.minimum.cost) for names, one in found.items()}
 
 
@@ -124,48 +119,6 @@ def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
     if not isinstance(fitted.hypothesis, TubeHypothesis):
         raise TypeError(f"{type(fitted.hypothesis).__name__} is no hypothesis of a tube")
     return fitted.hypothesis
-
-
-def _record(
-    file: DiagnosisFile,
-    name: str,
-    found: Hypotheses,
-    decision: Decision,
-    held: Mapping[tuple[str, ...], Shrinkage],
-    similarity: Similarity,
-    seed: int,
-) -> dict[str, Any]:
-    """Return ``diagnosis.json``, but for the detectable sizes."""
-    nominal, probabilities = found.nominal, found.probabilities()
-    places, limit = locate(nominal.hypothesis, nominal.minimum, seed)
-    gap = decision.verdict != "no_gap"
-    probability = found.probability_of(decision)
-    best = found.fitted.get(decision.best, nominal) if decision.verdict == "effect" else nominal
-    return {
-        "version": 1,
-        "verdict": decision.verdict,
-        "sentence": sentence(found, decision, probability),
-        "probability": round(probability, 4),
-        "where": shown(places, limit) if gap else [],
-        "causes": cause_entries(found, held, similarity, probabilities) if gap else [],
-        "group": [list(names) for names in decision.group if decision.verdict == "effect"],
-        "gap": gap_entry(nominal, held.get(decision.best) or next(iter(held.values()), None)),
-        "unknowns": _unknowns(nominal, best),
-        "detectable": {},
-        "confounded": confounded_entries(similarity),
-        "next_experiment": next_measurements(_alive(found, decision)) if gap else [],
-        "hypotheses_tried": len(found.evidence),
-        "warnings": _warnings(nominal),
-        "inputs": _inputs(file, name, nominal),
-    }
-
-
-def _alive(found: Hypotheses, decision: Decision) -> list[tuple[Fitted, float]]:
-    """Return the hypotheses that a measurement should separate: the group's, or the first and its rival."""
-    probabilities = found.probabilities()
-    ranked = [names for names in found.ranked if names in found.fitted]
-    tied = [names for names in ranked if names in decision.group]
-    return [(found.fitted[names], max(probabilities[names], 1e-6)) for names in (tied if len(tied) > 1 else ranked[:2])]
 
 
 def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
@@ -219,9 +172,6 @@ def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
             for data, measured in zip(hypothesis.data, file.measurements, strict=True)
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on tubes",
-        "p_value": global_p_value(nominal),
-        "chi_square": nominal.minimum.cost,
-        "n_data": len(nominal.minimum.residual),
     }  # fmt: skip
 
 

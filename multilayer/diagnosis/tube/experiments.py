@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.box_hill import half_squared, rank_changes
 from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.tube.data import TubeData
@@ -76,40 +76,8 @@ MENU = (
 
 
 def next_measurements(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
-    """Return the entries of ``next_experiment``, the most informative for its cost first.
-
-    Parameters
-    ----------
-    alive : sequence of (Fitted, probability)
-        Hypotheses of a tube.
-
-    Notes
-    -----
-    After G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71, as `diagnosis.experiments`; each change is taken of
-    the first measurement, with the noise that this has.
-    """
-    if len(alive) < 2:
-        return []
-    found: list[dict[str, Any]] = []
-    as_before = [_predict(fitted, Change("none", 0.0))[0] for fitted, _ in alive]
-    for change in MENU:
-        predictions = [_predict(fitted, change) for fitted, _ in alive]
-        if all(np.array_equal(r, before) for (r, _), before in zip(predictions, as_before, strict=True)):
-            continue  # of no consequence for what is still alive: a mere repetition
-        best: tuple[float, int, int] = (-1.0, 0, 1)
-        gains, weights = 0.0, 0.0
-        for (i, a), (j, b) in combinations(enumerate(alive), 2):
-            weight, gain = a[1] * b[1], _distance(predictions[i], predictions[j], _first(a[0]))
-            gains, weights = gains + weight * gain, weights + weight
-            best = max(best, (weight * gain, i, j))
-        entry = {
-            "change": change.change,
-            "separates": [list(alive[i][0].names) for i in best[1:]],
-            "expected_gain": round(gains / max(weights, 1e-12), 2),
-            "cost_hours": change.cost,
-        }
-        found.append(entry)
-    return sorted(found, key=lambda entry: float(entry["cost_hours"] / max(entry["expected_gain"], 1e-9)))
+    """Return the entries of ``next_experiment``: changes of the first measurement, see `box_hill.rank_changes`."""
+    return rank_changes(alive, MENU, Change("none", 0.0), _predict, _distance)
 
 
 def _first(fitted: Fitted) -> TubeData:
@@ -134,10 +102,10 @@ def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray
     return r[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
-def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], data: TubeData) -> float:
+def _distance(
+    a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted, change: Change
+) -> float:
     """Return half the squared distance of two predictions in units of noise and of what is open, nats."""
-    delta: RealArray = data.whitening(a[0] - b[0])
+    data = _first(fitted)
     spread = data.whitening(np.concatenate([a[1], b[1]], axis=1).T).T
-    inner = np.linalg.solve(np.eye(spread.shape[1]) + spread.T @ spread, spread.T @ delta)
-    apart, explained = float(delta @ delta), float((spread.T @ delta) @ inner)
-    return min(0.5 * (apart - explained), _MOST)
+    return half_squared(data.whitening(a[0] - b[0]), spread)

@@ -10,12 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.effects.base import BaseEffect, Values
+from multilayer.diagnosis.base_hypothesis import BaseHypothesis
+from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.errors import MultilayerError
-from multilayer.inverse.priors import Parameter, values_of
-from multilayer.inverse.problem import Minimum, by_differences
+from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import Minimum
 from multilayer.inverse.stack_unknowns import Unknown
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
@@ -57,7 +58,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class TubeHypothesis:
+class TubeHypothesis(BaseHypothesis[TubeEffect]):
     """A `Problem`: nominal stacks with unknown fields, and effects; what is compared is the reflection coefficient.
 
     Attributes
@@ -83,11 +84,6 @@ class TubeHypothesis:
     seen: tuple[TubeData, ...] | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the effects."""
-        return tuple(effect.name for effect in self.effects)
-
-    @property
     def quantities(self) -> tuple[str, str]:
         """What the parts of R are called."""
         return ("real", "imag")
@@ -96,20 +92,6 @@ class TubeHypothesis:
     def nominal_parameters(self) -> tuple[Parameter, ...]:
         """Coordinates of the unknowns."""
         return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
-
-    @cached_property
-    def effect_parameters(self) -> tuple[Parameter, ...]:
-        """The effects' parameters, as ``rear_air_gap.depth``."""
-        return tuple(
-            parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
-            for effect in self.effects
-            for parameter in effect.parameters
-        )
-
-    @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Unknowns, effects."""
-        return (*self.nominal_parameters, *self.effect_parameters)
 
     @cached_property
     def start(self) -> RealArray:
@@ -152,18 +134,9 @@ class TubeHypothesis:
         """Return the same with residuals of some data only."""
         return replace(self, seen=tuple(data))
 
-    def residual(self, z: RealArray) -> RealArray:
-        """Return whitened residuals, shape (..., n_data); NaN where a stack has no response."""
-        parts = [self.whitened(i, d) for i, d in enumerate(self.log_ratios(z))]
-        return np.concatenate(parts, axis=-1)
-
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of R of one measurement as independent unit normal numbers, shape (..., 2 n)."""
         return self.data[index].whitening(np.asarray(difference, dtype=complex))
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative, from one batch."""
-        return by_differences(self.residual, z)
 
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return R modelled minus measured, shape (..., n), of every measurement."""
@@ -172,14 +145,6 @@ class TubeHypothesis:
     def reflections(self, z: RealArray) -> list[ComplexArray]:
         """Return R as the tube would report it, shape (..., n), of every measurement."""
         return [self.predict(setting, data.stack, z) for setting, data in zip(self.settings, self.data, strict=True)]
-
-    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
-        """Return what the law of an effect, wrong by its whole size, would change: all that the effect does."""
-        own = len(self.effects[index].parameters)
-        first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        others = replace(self, effects=(*self.effects[:index], *self.effects[index + 1 :]))
-        without = others.log_ratios(np.delete(z, np.s_[first : first + own]))
-        return [full - bare for full, bare in zip(self.log_ratios(z), without, strict=True)]
 
     def predict(self, setting: TubeSetting, stack: str, z: RealArray) -> ComplexArray:
         """Return R of a stack in any setting, shape (..., n), of coordinates of shape (..., d)."""
@@ -212,7 +177,7 @@ class TubeHypothesis:
         # the gas takes no arrays: a single sample is written as numbers
         alone = {path: column.item() for path, column in samples.items()} if len(z) == 1 else {}
         sample = with_values(self.stacks[stack], alone or {path: c[:, None] for path, c in samples.items()})
-        values = self._effect_values(z[:, len(self.nominal_parameters) :])
+        values = self.effect_values(z)
         acting = [pair for pair in zip(self.effects, values, strict=True) if pair[0].applies(setting)]
         for effect, own in acting:
             sample = effect.stack(setting, sample, own)
@@ -232,9 +197,3 @@ class TubeHypothesis:
             first += len(unknown.parameters)
             found |= {target.path: column for target, column in unknown.columns(own) if target.stack == stack}
         return found
-
-    def _effect_values(self, z: RealArray) -> list[Values]:
-        flat = values_of(self.effect_parameters, z)
-        return [
-            {p.name: flat[f"{effect.name}.{p.name}"][:, None] for p in effect.parameters} for effect in self.effects
-        ]
