@@ -15,6 +15,7 @@ from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
 from multilayer.cli.effects import effects
 from multilayer.cli.fit import fit
+from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
 from multilayer.cli.preload import preload
@@ -52,6 +53,7 @@ app.command()(effects)
 app.command("blind-check")(blind_check)
 app.command("shape-factor")(shape_factor)
 app.command()(rig)
+app.command("import")(import_campaign)
 app.command()(layers)
 app.command()(check)
 

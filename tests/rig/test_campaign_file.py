@@ -5,7 +5,7 @@ import pytest
 
 from multilayer.errors import InputError
 from multilayer.rig.file import load_rig
-from multilayer.rig.statement import signal_name
+from multilayer.measurements.writing import signal_name
 from tests.rig.virtual import DATA, LAW, rig_file
 
 TEXT = """\
