@@ -22,6 +22,7 @@ from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
+from multilayer.cli.tube import tube
 
 app = typer.Typer(
     name="multilayer",
@@ -54,6 +55,7 @@ app.command("blind-check")(blind_check)
 app.command("shape-factor")(shape_factor)
 app.command()(rig)
 app.command("import")(import_campaign)
+app.command()(tube)
 app.command()(layers)
 app.command()(check)
 

@@ -10,7 +10,7 @@ import typer
 
 def check(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit or rig files, or folders.")
+        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit, rig or tube files, or folders.")
     ],
 ) -> None:
     """Read files without running anything, and report every mistake with its line and column.
@@ -40,7 +40,10 @@ def _read(source: Path) -> str:
     from multilayer.measurements.campaign import load_calibration
     from multilayer.simulation.file import load_simulation
     from multilayer.stack import SIMULATION_KEYS, load_stack
+    from multilayer.tube.file import is_tube
 
+    if is_tube(source):
+        return _tube(source)
     if is_stack_fit(source):
         return _stacks(source)
     data = read_yaml(source, keep_problems=True).data if source.is_file() else None
@@ -58,6 +61,13 @@ def _read(source: Path) -> str:
 
         return f"virtual rig of {len(load_rig(source).mountings)} configurations"
     return f"campaign of {len(read_fit(source).recordings)} bursts"
+
+
+def _tube(source: Path) -> str:
+    """Read a tube file and its data."""
+    from multilayer.tube.evaluate import evaluate
+
+    return f"tube measurement at {len(evaluate(source).frequency)} frequencies"
 
 
 def _stacks(source: Path) -> str:

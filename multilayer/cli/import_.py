@@ -33,7 +33,9 @@ def import_campaign(
     rate: Annotated[str | None, typer.Option(help="Sampling rate, Hz, where a file does not say.")] = None,
     like: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="What you know of specimen, plates, ...: a campaign, or such fields in YAML."),
+        typer.Option(
+            metavar="FILE", help="What you know of specimen, plates, ...: a campaign, or such fields in YAML."
+        ),
     ] = None,
     configuration: Annotated[
         str | None, typer.Option(metavar="NAME", help="Which mounting of --like was recorded.")

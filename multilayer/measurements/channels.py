@@ -91,7 +91,9 @@ def rate_of_step(step: float) -> float:
 def different(names: list[str], longer: list[str]) -> list[str]:
     """Return names that differ: the longer form of those that come more than once, and numbers where that is alike."""
     chosen = [long if names.count(short) > 1 else short for short, long in zip(names, longer, strict=True)]
-    return [name if chosen.count(name) == 1 else f"{name} {chosen[: i + 1].count(name)}" for i, name in enumerate(chosen)]
+    return [
+        name if chosen.count(name) == 1 else f"{name} {chosen[: i + 1].count(name)}" for i, name in enumerate(chosen)
+    ]
 
 
 def as_samples(values: object) -> RealArray:

@@ -123,7 +123,11 @@ def _layout(lines: Sequence[Line]) -> _Layout:
         for i, (cells, after) in enumerate(pairwise(above)):
             if not all(_is_row(row, separator) for row in (cells, after)) or len(cells) != len(after):
                 continue
-            if i and len(above[i - 1]) == len(cells) and (separator is None or len(cells) > 1 or "," not in lines[i][1]):
+            if (
+                i
+                and len(above[i - 1]) == len(cells)
+                and (separator is None or len(cells) > 1 or "," not in lines[i][1])
+            ):
                 has_units = i > 1 and len(above[i - 2]) == len(cells) and all(_is_unit(cell) for cell in above[i - 1])
                 return _Layout(separator, i - 1 - has_units, int(has_units))
             break
@@ -161,7 +165,9 @@ def _named(headers: Sequence[str], units: Sequence[str] | None) -> list[tuple[st
 def _refuse_twice(names: Sequence[str], file: Path, line: int) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise _error(file, f"column '{twice[0]}' is there twice; number the repeats, as base_1, top_1, base_2, top_2", line)
+        raise _error(
+            file, f"column '{twice[0]}' is there twice; number the repeats, as base_1, top_1, base_2, top_2", line
+        )
 
 
 def _table(lines: Sequence[Line], layout: _Layout, n_columns: int, file: Path) -> RealArray:
@@ -176,7 +182,9 @@ def _table(lines: Sequence[Line], layout: _Layout, n_columns: int, file: Path) -
         cells = layout.cells(line)
         if len(cells) != n_columns:
             raise _error(file, f"has {len(cells)} cells where {n_columns} columns are named", number)
-        row[: n_columns - empty] = [_number(cell, layout.separator, file, number) for cell in cells[: n_columns - empty]]
+        row[: n_columns - empty] = [
+            _number(cell, layout.separator, file, number) for cell in cells[: n_columns - empty]
+        ]
     return table
 
 

@@ -84,7 +84,10 @@ class CutResult:
 
 
 def cut_bursts(
-    pairs: Sequence[Pair], window: Window, known: tuple[float, ...] = (), progress: Callable[[str], None] = lambda _: None
+    pairs: Sequence[Pair],
+    window: Window,
+    known: tuple[float, ...] = (),
+    progress: Callable[[str], None] = lambda _: None,
 ) -> CutResult:
     """Find the bursts of several recordings, and cut them out.
 

@@ -101,7 +101,9 @@ def read_knowledge(path: Path, configuration: str | None = None) -> Knowledge:
 
 def _index_of(file: Path, names: Sequence[str], wanted: str | None) -> int:
     if wanted is not None and wanted not in names:
-        raise InputError(Problem(f"--configuration: there is no '{wanted}' in this file; {suggest(wanted, names)}", file=file))
+        raise InputError(
+            Problem(f"--configuration: there is no '{wanted}' in this file; {suggest(wanted, names)}", file=file)
+        )
     if wanted is None and len(names) > 1:
         text = f"has several configurations; say with --configuration which one was recorded: {', '.join(names)}"
         raise InputError(Problem(text, file=file))
@@ -193,7 +195,9 @@ def _refuse_unfit(result: CutResult, cycles: float) -> None:
     from multilayer.signals.quality import check_configuration
 
     recordings = {burst.frequency: burst.recording for burst in result.bursts}
-    places = {burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts}
+    places = {
+        burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts
+    }
     told = [
         finding.message if finding.frequency is None
         else f"burst at {finding.frequency:g} Hz ({places[finding.frequency]}): {finding.message}"
@@ -206,7 +210,9 @@ def _refuse_unfit(result: CutResult, cycles: float) -> None:
 def _description(
     knowledge: Knowledge, name: str, names: Mapping[float, str], result: CutResult, window: Window, rate: float
 ) -> dict[str, Any]:
-    given = {key: value for key, value in knowledge.data.items() if key not in ("configurations", "burst", "sampling_rate")}
+    given = {
+        key: value for key, value in knowledge.data.items() if key not in ("configurations", "burst", "sampling_rate")
+    }
     mounting = {key: value for key, value in knowledge.mounting.items() if key not in ("bursts", "name")}
     to_fill = {key: FILL_IN for key in _MOUNTING if key not in mounting}
     shape = knowledge.data.get("burst")
@@ -288,4 +294,6 @@ def write_imported(made: ImportedCampaign, folder: Path) -> None:
             (new / FILE_NAME).write_text(made.text, encoding="utf-8")
             new.replace(place)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written to ({error.strerror or error}); choose another with --out") from None
+        raise InputError(
+            f"{folder}: cannot be written to ({error.strerror or error}); choose another with --out"
+        ) from None

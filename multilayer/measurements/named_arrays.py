@@ -85,5 +85,7 @@ def _own_rate(file: Path, name: str, arrays: Mapping[str, NDArray[np.generic]]) 
 def _rate_of_times(file: Path, time: NDArray[np.float64]) -> float:
     step = float(time[-1] - time[0]) / (time.size - 1)
     if not step > 0 or np.max(np.abs(np.diff(time) - step)) > _EVEN * step + 1e-12 * float(np.abs(time[-1])):
-        raise InputError(Problem("its array of times does not rise in even steps; export samples at even steps", file=file))
+        raise InputError(
+            Problem("its array of times does not rise in even steps; export samples at even steps", file=file)
+        )
     return rate_of_step(step)

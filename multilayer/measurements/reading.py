@@ -54,5 +54,7 @@ def reads(file: Path, kind: str) -> Iterator[None]:
 
 def damaged(file: Path, kind: str, reason: str) -> InputError:
     """Return the error of a file that is cut short, or not of its kind."""
-    message = f"cannot be read as {kind} ({reason}): cut short, or of another kind than its suffix says; export it again"
+    message = (
+        f"cannot be read as {kind} ({reason}): cut short, or of another kind than its suffix says; export it again"
+    )
     return InputError(Problem(message, file=file))
