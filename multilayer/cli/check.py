@@ -42,10 +42,8 @@ def _read(source: Path) -> str:
     from multilayer.stack import SIMULATION_KEYS, load_stack
     from multilayer.tube.file import is_tube
 
-    if is_tube(source):
-        return _tube(source)
-    if is_stack_fit(source):
-        return _stacks(source)
+    if is_tube(source) or is_stack_fit(source):
+        return _tube(source) if is_tube(source) else _stacks(source)
     data = read_yaml(source, keep_problems=True).data if source.is_file() else None
     if isinstance(data, dict) and "layers" in data:
         if SIMULATION_KEYS.isdisjoint(data):
@@ -53,10 +51,11 @@ def _read(source: Path) -> str:
             return "stack"
         cases = len(load_simulation(source).cases)
         return "simulation of one case" if cases == 1 else f"simulation of {cases} cases"
-    if isinstance(data, dict) and data.get("rig") == "calibration":
+    rig = data.get("rig") if isinstance(data, dict) else None
+    if rig == "calibration":
         load_calibration(source)
         return "calibration"
-    if isinstance(data, dict) and data.get("rig") == "two-plate":
+    if rig == "two-plate":
         from multilayer.rig.file import load_rig  # heavy: finite elements
 
         return f"virtual rig of {len(load_rig(source).mountings)} configurations"

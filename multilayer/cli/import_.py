@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from multilayer.measurements.cutting import Window
     from multilayer.measurements.importing import ImportedCampaign, Knowledge
-    from multilayer.measurements.pairs import ChannelChoice
+    from multilayer.measurements.pairs import ChannelChoice, Pair
 
 
 def import_campaign(
@@ -33,9 +34,7 @@ def import_campaign(
     rate: Annotated[str | None, typer.Option(help="Sampling rate, Hz, where a file does not say.")] = None,
     like: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE", help="What you know of specimen, plates, ...: a campaign, or such fields in YAML."
-        ),
+        typer.Option(metavar="FILE", help="What you know of specimen and plates: a campaign, or its fields in YAML."),
     ] = None,
     configuration: Annotated[
         str | None, typer.Option(metavar="NAME", help="Which mounting of --like was recorded.")
@@ -122,19 +121,19 @@ def _positive(text: str, unit: str, option: str) -> float:
 
 
 def _with_names(choice: ChannelChoice, files: list[Path], base: str | None, top: str | None) -> ChannelChoice:
-    """Return the choice with names of the channels: those given, those called base and top, or what the user answers."""
+    """Return the choice with the channels' names: as given, called base and top, or as the user answers."""
     import sys
     from dataclasses import replace
 
     from multilayer.measurements.readers import read_channels
 
-    given = {"base": base, "top": top}
-    if None not in given.values():
-        return replace(choice, names=given)
+    if base is not None and top is not None:
+        return replace(choice, names={"base": base, "top": top})
     channels = read_channels(files[0])
     there = {name.casefold(): name for name in channels.names}
-    found = {role: name or there.get(role) for role, name in given.items()}
-    missing = [role for role, name in found.items() if name is None]
+    chosen = {role: name or there.get(role) for role, name in (("base", base), ("top", top))}
+    found = {role: name for role, name in chosen.items() if name is not None}
+    missing = [role for role in chosen if role not in found]
     if missing and sys.stdin.isatty():
         typer.echo(f"{channels.file} holds: {channels}", err=True)
         found |= {role: typer.prompt(f"Channel of the {role} plate", err=True) for role in missing}
@@ -144,7 +143,7 @@ def _with_names(choice: ChannelChoice, files: list[Path], base: str | None, top:
     return replace(choice, names=found)
 
 
-def _make(pairs: list, known: Knowledge, window, wanted: tuple[float, ...]) -> ImportedCampaign:
+def _make(pairs: list[Pair], known: Knowledge, window: Window, wanted: tuple[float, ...]) -> ImportedCampaign:
     from multilayer.cli.progress import progress_bar
     from multilayer.measurements.importing import make_campaign
     from multilayer.signals.find_bursts import number_of_blocks

@@ -89,11 +89,10 @@ def rate_of_step(step: float) -> float:
 
 
 def different(names: list[str], longer: list[str]) -> list[str]:
-    """Return names that differ: the longer form of those that come more than once, and numbers where that is alike."""
+    """Return names that differ: the longer form of those that come more than once, and numbers where that does, too."""
     chosen = [long if names.count(short) > 1 else short for short, long in zip(names, longer, strict=True)]
-    return [
-        name if chosen.count(name) == 1 else f"{name} {chosen[: i + 1].count(name)}" for i, name in enumerate(chosen)
-    ]
+    so_far = [chosen[: i + 1].count(name) for i, name in enumerate(chosen)]
+    return [name if chosen.count(name) == 1 else f"{name} {n}" for name, n in zip(chosen, so_far, strict=True)]
 
 
 def as_samples(values: object) -> RealArray:

@@ -4,44 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.accelerometers import acceleration_factor, voltage_factor
 from multilayer.measurements.channels import Channel, Channels, rate_of_step
+from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
 from multilayer.units import parse_quantity
 
-_SEPARATORS = (";", "\t", ",", None)
 _HEADER = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
 _TIME = re.compile(r"(?:time|t|zeit)(?:_(?P<unit>s|ms|us))?", re.IGNORECASE)
-_HINT = re.compile(r"sep=.?")  # ahead of the header, for spreadsheets
-_PREAMBLE = 60  # lines that programs write ahead of a header, at most
+_EXAMPLE = "as 'time', 'base' and 'top'"
 # times are often printed with few digits; a missing sample makes a step of twice the others
 _STEP_TOLERANCE = 0.3
 
-Line = tuple[int, str]  # its number from 1, and its text
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Where a table stands: its separator, the index of its header, and how many lines of units follow."""
-
-    separator: str | None
-    header: int
-    n_units: int = 0
-
-    @property
-    def first(self) -> int:
-        """Index of the first line of samples."""
-        return self.header + 1 + self.n_units
-
-    def cells(self, line: str) -> list[str]:
-        return [cell.strip().strip('"').strip() for cell in line.split(self.separator)]
+Named = tuple[str, str | None]  # a column's name and unit
 
 
 def read_csv(path: Path | str) -> Channels:
@@ -63,166 +42,89 @@ def read_csv(path: Path | str) -> Channels:
         or long, a cell is no number, or the time does not run in equal steps.
     """
     file = Path(path)
-    lines = _data_lines(file)
+    lines = data_lines(file)
     if not lines:
-        raise _error(file, "is empty; its first line must name the columns, as 'time', 'base' and 'top'")
-    layout = _layout(lines)
-    number = lines[layout.header][0]
-    headers = layout.cells(lines[layout.header][1])
-    if all(_is_number(cell, layout.separator) for cell in headers):
-        raise _error(file, "no line names the columns; write names above the numbers, as 'time', 'base', 'top'", number)
+        raise _error(file, f"is empty; its first line must name the columns, {_EXAMPLE}")
+    layout = layout_of(lines)
+    line = lines[layout.header][0]
+    named = _names(lines, layout, file)
     rows = lines[layout.first :]
-    table = _table(rows, layout, len(headers), file)
-    named = _named(headers, layout.cells(lines[layout.header + 1][1]) if layout.n_units else None)
-    kept = [i for i, (name, _) in enumerate(named) if name]
-    _refuse_twice([named[i][0] for i in kept], file, number)
-    time = next((i for i in kept if _TIME.fullmatch(named[i][0])), None)
+    columns = dict(zip(named, _table(rows, layout, len(named), file).T, strict=True))
+    time = next((column for column in named if _TIME.fullmatch(column[0])), None)
     rate = None
     if time is not None:
-        unit = named[time][1] or _time_suffix(named[time][0])
-        rate = _sampling_rate(table[:, time] * _seconds(unit, file, number), [line for line, _ in rows], file)
-    columns = [Channel(*named[i][:1], np.ascontiguousarray(table[:, i]), named[i][1], rate) for i in kept if i != time]
-    return Channels(file, tuple(columns), number)
+        rate = _sampling_rate(columns[time] * _seconds(time, file, line), [number for number, _ in rows], file)
+    kept = [column for column in named if column[0] and column != time]
+    channels = tuple(Channel(name, np.ascontiguousarray(columns[name, unit]), unit, rate) for name, unit in kept)
+    return Channels(file, channels, line)
 
 
 def _error(file: Path, message: str, line: int | None = None) -> InputError:
     return InputError(Problem(message, file=file, line=line))
 
 
-def _data_lines(file: Path) -> list[Line]:
-    """Return the lines that are neither blank nor comments."""
-    try:
-        text = _decoded(file.read_bytes())
-    except FileNotFoundError:
-        raise _error(file, "there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise _error(file, f"is no text that can be read ({error}); export it again as UTF-8") from None
-    stripped = ((number, line.partition("#")[0].strip(" ")) for number, line in enumerate(text.splitlines(), start=1))
-    return [(number, line) for number, line in stripped if line.strip() and not _HINT.fullmatch(line)]
-
-
-def _decoded(raw: bytes) -> str:
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16")  # "Unicode text" of spreadsheets
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        if b"\0" in raw:
-            raise
-        text = raw.decode("cp1252")  # "CSV" of spreadsheets
-    if "\0" in text:
-        raise UnicodeDecodeError("utf-8", raw, raw.index(b"\0"), raw.index(b"\0") + 1, "a zero byte")
-    return text
-
-
-def _layout(lines: Sequence[Line]) -> _Layout:
-    """Return where the table stands; at the first line, as far as its header tells, where no two rows are numbers."""
-    for separator in _SEPARATORS:
-        layout = _Layout(separator, 0)
-        above = [layout.cells(text) for _, text in lines[: _PREAMBLE + 2]]
-        for i, (cells, after) in enumerate(pairwise(above)):
-            if not all(_is_row(row, separator) for row in (cells, after)) or len(cells) != len(after):
-                continue
-            if (
-                i
-                and len(above[i - 1]) == len(cells)
-                and (separator is None or len(cells) > 1 or "," not in lines[i][1])
-            ):
-                has_units = i > 1 and len(above[i - 2]) == len(cells) and all(_is_unit(cell) for cell in above[i - 1])
-                return _Layout(separator, i - 1 - has_units, int(has_units))
-            break
-    header = lines[0][1]
-    return _Layout(next((mark for mark in (";", ",", "\t") if mark in header), None), 0)
-
-
-def _is_row(cells: Sequence[str], separator: str | None) -> bool:
-    return any(cells) and all(not cell or _is_number(cell, separator) for cell in cells)
-
-
-def _is_number(cell: str, separator: str | None) -> bool:
-    try:
-        float(cell if separator == "," else cell.replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
-def _is_unit(cell: str) -> bool:
-    text = cell.strip("[]() ")
-    known = text in ("", "-", "s", "ms", "us", "µs")
-    return known or acceleration_factor(text) is not None or voltage_factor(text) is not None
-
-
-def _named(headers: Sequence[str], units: Sequence[str] | None) -> list[tuple[str, str | None]]:
-    """Return name and unit of every column."""
-    if units is not None:
-        return [(name, unit.strip("[]() ") or None) for name, unit in zip(headers, units, strict=True)]
-    matches = [_HEADER.fullmatch(header) for header in headers]
-    pairs = zip(matches, headers, strict=True)
-    return [(match["name"], match["unit"] or None) if match else (header, None) for match, header in pairs]
-
-
-def _refuse_twice(names: Sequence[str], file: Path, line: int) -> None:
+def _names(lines: Sequence[Line], layout: Layout, file: Path) -> list[Named]:
+    """Return name and unit of every column; both empty where a separator ends all lines."""
+    line, header = lines[layout.header]
+    cells = layout.cells(header)
+    if all(layout.is_number(cell) for cell in cells):
+        raise _error(file, f"no line names the columns; write names above the numbers, {_EXAMPLE}", line)
+    matches = [_HEADER.fullmatch(cell) for cell in cells]
+    named: list[Named] = [
+        (match["name"], match["unit"] or None) if match else (cell, None)
+        for match, cell in zip(matches, cells, strict=True)
+    ]
+    if layout.n_units:
+        units = layout.cells(lines[layout.header + 1][1])
+        named = [(cell, unit.strip("[]() ") or None) for cell, unit in zip(cells, units, strict=True)]
+    names = [name for name, _ in named]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise _error(
-            file, f"column '{twice[0]}' is there twice; number the repeats, as base_1, top_1, base_2, top_2", line
-        )
+        what = f"column '{twice[0]}' is there twice" if twice[0] else "several columns have no name"
+        raise _error(file, f"{what}; number the repeats, as base_1, top_1, base_2, top_2", line)
+    return named
 
 
-def _table(lines: Sequence[Line], layout: _Layout, n_columns: int, file: Path) -> RealArray:
+def _table(lines: Sequence[Line], layout: Layout, n_columns: int, file: Path) -> RealArray:
     if len(lines) < 3:
         raise _error(file, f"holds {len(lines)} rows of samples; a recording needs more")
-    fast = _fast_table([text for _, text in lines], layout, n_columns)
+    fast = _fast_table(lines, layout, n_columns)
     if fast is not None:
         return fast
     table = np.full((len(lines), n_columns), np.nan)
-    empty = _unnamed_ends(layout, lines)
+    ends_empty = not any(layout.cells(text)[-1] for _, text in lines[:3])  # a separator at the end of every line
+    kept = n_columns - ends_empty
     for row, (number, line) in zip(table, lines, strict=True):
         cells = layout.cells(line)
         if len(cells) != n_columns:
             raise _error(file, f"has {len(cells)} cells where {n_columns} columns are named", number)
-        row[: n_columns - empty] = [
-            _number(cell, layout.separator, file, number) for cell in cells[: n_columns - empty]
-        ]
+        row[:kept] = [_number(cell, layout, file, number) for cell in cells[:kept]]
     return table
 
 
-def _fast_table(lines: list[str], layout: _Layout, n_columns: int) -> RealArray | None:
+def _fast_table(lines: Sequence[Line], layout: Layout, n_columns: int) -> RealArray | None:
     """Return the table as NumPy reads it, None where it does not: long recordings take a tenth of the time."""
-    points = lines if layout.separator == "," else (line.replace(",", ".") for line in lines)
+    pointed = (layout.pointed(line) for _, line in lines)
     try:
-        table = np.loadtxt(points, delimiter=layout.separator, ndmin=2, comments=None)
+        table = np.loadtxt(pointed, delimiter=layout.separator, ndmin=2, comments=None)
     except ValueError:
         return None
     return table if table.shape == (len(lines), n_columns) else None
 
 
-def _unnamed_ends(layout: _Layout, lines: Sequence[Line]) -> int:
-    """Return how many columns at the end are empty in the first rows: separators that end every line."""
-    ends = 0
-    for cells in zip(*(reversed(layout.cells(text)) for _, text in lines[:3]), strict=False):
-        if any(cells):
-            break
-        ends += 1
-    return ends
-
-
-def _number(cell: str, separator: str | None, file: Path, line: int) -> float:
+def _number(cell: str, layout: Layout, file: Path, line: int) -> float:
     try:
-        return float(cell if separator == "," else cell.replace(",", "."))
+        return float(layout.pointed(cell))
     except ValueError:
-        raise _error(file, f"'{cell.strip()}' is no number", line) from None
+        raise _error(file, f"'{cell}' is no number", line) from None
 
 
-def _time_suffix(name: str) -> str | None:
-    match = _TIME.fullmatch(name)
-    return match["unit"] if match else None
-
-
-def _seconds(unit: str | None, file: Path, line: int) -> float:
+def _seconds(time: Named, file: Path, line: int) -> float:
+    """Return what 1 in the column of times is in s."""
+    match = _TIME.fullmatch(time[0])
+    unit = time[1] or (match and match["unit"]) or "s"
     try:
-        return parse_quantity(f"1 {unit or 's'}", "s")
+        return parse_quantity(f"1 {unit}", "s")
     except ValueError:
         raise _error(file, f"'{unit}' is no unit of time; write 'time [s]' or 'time [ms]'", line) from None
 

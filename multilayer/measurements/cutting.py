@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def cut_bursts(
     repeats: list[_Repeat] = []
     left_out: list[str] = []
     for pair in pairs:
-        found = find_bursts(pair.base, pair.sampling_rate, window.cycles, lambda name=pair.file.name: progress(name))
+        found = find_bursts(pair.base, pair.sampling_rate, window.cycles, partial(progress, pair.file.name))
         kept, told = _usable(pair, found, window)
         repeats += kept
         left_out += told
@@ -154,7 +155,8 @@ def _end(one: FoundBurst, pair: Pair, window: Window) -> float:
 
 
 def _told(pair: Pair, one: FoundBurst, what: str) -> str:
-    return f"{pair.file.name}, {max(one.onset, 0) / pair.sampling_rate:.3f} s: what is found at {one.frequency:.4g} Hz {what}"
+    at = max(one.onset, 0.0) / pair.sampling_rate
+    return f"{pair.file.name}, {at:.3f} s: what is found at {one.frequency:.4g} Hz {what}"
 
 
 def _groups(repeats: Sequence[_Repeat], known: tuple[float, ...], left_out: list[str]) -> dict[float, list[_Repeat]]:

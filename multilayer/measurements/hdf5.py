@@ -19,8 +19,8 @@ _UNITS = ("units", "unit")
 def read_hdf5(path: Path | str) -> Channels:
     """Read the datasets of an ``.h5`` file through h5py, called by their paths.
 
-    A unit is an attribute ``units`` or ``unit`` of its dataset. Rates (see `named_arrays.channels_of`) may be attributes
-    of the file, a group or a dataset, too.
+    A unit is an attribute ``units`` or ``unit`` of its dataset. Rates (see `named_arrays.channels_of`) may be
+    attributes of the file or of a dataset, too.
 
     Parameters
     ----------

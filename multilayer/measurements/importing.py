@@ -19,6 +19,7 @@ from multilayer.measurements.pairs import ChannelChoice, Pair, pair_of
 from multilayer.measurements.readers import read_channels
 from multilayer.measurements.writing import HEADING, signal_bytes, signal_name
 from multilayer.signals.envelope import rms
+from multilayer.units import parse_quantity
 
 CYCLES = 10.0
 _RATE_AGREEMENT = 1e-6
@@ -67,10 +68,17 @@ class Knowledge:
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """Frequencies that the file lists for the mounting, Hz, as far as they are plain numbers."""
+        """Frequencies that the file lists for the mounting, Hz."""
         bursts = self.mounting.get("bursts")
         listed = [burst.get("frequency") for burst in bursts if isinstance(burst, Mapping)] if bursts else []
-        return tuple(float(f) for f in listed if isinstance(f, int | float) and f > 0)
+        return tuple(found for found in map(_frequency, listed) if found is not None)
+
+
+def _frequency(written: Any) -> float | None:
+    try:
+        return parse_quantity(written, "Hz")
+    except ValueError:
+        return None  # told by who validates the whole file
 
 
 def read_knowledge(path: Path, configuration: str | None = None) -> Knowledge:
@@ -177,13 +185,14 @@ def make_campaign(
     Raises
     ------
     InputError
-        When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the knowledge does not
-        fit a campaign.
+        When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the knowledge does
+        not fit a campaign.
     """
     result = cut_bursts(pairs, window, frequencies or knowledge.frequencies, progress)
     _refuse_unfit(result, window.cycles)
     name = str(knowledge.mounting.get("name", _NAME))
-    names = {burst.frequency: signal_name(name, burst.frequency) for burst in result.bursts}
+    stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+    names = {burst.frequency: signal_name(stem, burst.frequency) for burst in result.bursts}
     data = _description(knowledge, name, names, result, window, pairs[0].sampling_rate)
     complete = FILL_IN not in dump_yaml(data)
     if complete:

@@ -41,6 +41,8 @@ def reads(file: Path, kind: str) -> Iterator[None]:
     ------
     InputError
     """
+    if file.stat().st_size == 0:
+        raise damaged(file, kind, "it is empty")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -55,6 +57,6 @@ def reads(file: Path, kind: str) -> Iterator[None]:
 def damaged(file: Path, kind: str, reason: str) -> InputError:
     """Return the error of a file that is cut short, or not of its kind."""
     message = (
-        f"cannot be read as {kind} ({reason}): cut short, or of another kind than its suffix says; export it again"
+        f"cannot be read as {kind} ({reason}): cut short, or not what its suffix says; export it again"
     )
     return InputError(Problem(message, file=file))

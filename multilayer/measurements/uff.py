@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from multilayer.measurements.reading import damaged, library, reads
 
 _KIND = "a universal file"
 _TIME_RESPONSE = 1
+_MARK = b"    -1"  # opens and closes a dataset; behind binary data on no line of its own
+_START = 10_000  # bytes within which the first dataset opens
 _DIRECTIONS = {1: "+X", 2: "+Y", 3: "+Z", -1: "-X", -2: "-Y", -3: "-Z"}
 
 
@@ -49,9 +52,11 @@ def read_uff(path: Path | str) -> Channels:
 
 def _refuse_cut_short(file: Path) -> None:
     """Refuse a file whose last dataset is not closed, which pyuff would leave out without a word."""
-    marks = sum(line.strip() == b"-1" for line in file.read_bytes().splitlines())
-    if marks == 0 or marks % 2:
-        raise damaged(file, _KIND, "a dataset is not closed by its mark" if marks else "there is no dataset in it")
+    content = file.read_bytes()
+    if not re.search(rb"^\s*-1\s*$", content[:_START], re.MULTILINE):
+        raise damaged(file, _KIND, "there is no dataset in it")
+    if not content.rstrip().endswith(_MARK):
+        raise damaged(file, _KIND, "its last dataset is not closed")
 
 
 def _said(text: str) -> str:

@@ -14,7 +14,7 @@ from multilayer.measurements.reading import reads
 
 
 def read_wav(path: Path | str) -> Channels:
-    """Read a ``.wav`` file through SciPy: channels ``channel_1``, ``channel_2``, ..., whole numbers as shares of full scale.
+    """Read a ``.wav`` file through SciPy: channels ``channel_1``, ``channel_2``, ..., as shares of full scale.
 
     WAV knows no units: what 1 (full scale) is, whoever imports must say.
 

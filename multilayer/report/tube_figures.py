@@ -22,7 +22,7 @@ def tube_figures(result: TubeResult) -> dict[str, bytes]:
 
 
 def draw_tube(result: TubeResult) -> Figure:
-    """Draw absorption, impedance and transmission loss over frequency; what lies outside of the working range is grey."""
+    """Draw absorption, impedance and transmission loss over frequency, in grey what the tube does not tell."""
     there = [name for name in _DRAWN if any(name in spectra for spectra in result.spectra.values())]
     figure, axes = blank(len(there), 1, (7.5, 2.4 * len(there)), sharex=True)
     for axis, name in zip(axes[:, 0], there, strict=True):
@@ -30,6 +30,8 @@ def draw_tube(result: TubeResult) -> Figure:
         for i, (condition, spectra) in enumerate(result.spectra.items()):
             if name in spectra:
                 _draw(axis, result, quantity.parts(spectra[name]), colour(i), _TITLES[condition])
+        if quantity.is_complex:
+            axis.text(0.99, 0.97, "real part —, imaginary part - -", transform=axis.transAxes, ha="right", va="top")
         axis.set_ylabel(f"{quantity.title}{f' / {quantity.unit}' if quantity.unit else ''}")
         _shade(axis, result)
     if len(result.spectra) > 1:
@@ -47,7 +49,7 @@ def _draw(axis: Any, result: TubeResult, parts: dict[str, Any], tint: str, title
 
 
 def _shade(axis: Any, result: TubeResult) -> None:
-    """Shade what lies outside of the working range, and keep poles of an impedance out of sight."""
+    """Shade what lies outside of the working range."""
     low, high = result.frequency.min(), result.frequency.max()
     for start, end in ((low, min(result.working_range.low, high)), (max(result.working_range.high, low), high)):
         if end > start:

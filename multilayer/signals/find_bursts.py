@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import fft
@@ -90,8 +91,8 @@ def find_bursts(
     peaks, found = find_peaks(loudness, height=threshold, prominence=threshold)
     clear = found["prominences"] >= _PROMINENCE * found["peak_heights"]
     peaks = peaks[clear]
-    kept = {key: found[key][clear] for key in ("prominences", "left_bases", "right_bases")}
-    widths, _, left, right = peak_widths(loudness, peaks, 0.5, tuple(kept.values()))
+    prominent: Any = tuple(found[key][clear] for key in ("prominences", "left_bases", "right_bases"))
+    widths, _, left, right = peak_widths(loudness, peaks, 0.5, prominent)
     bursts: list[FoundBurst] = []
     for width, start, end in zip(widths, left, right, strict=True):
         one = _burst(high_passed, sampling_rate, cycles, 0.5 * (start + end), _HALF_WIDTH * width)
@@ -157,8 +158,8 @@ def _in_band(signal: RealArray, cycles: float) -> ComplexArray:
 def stated_frequency(found: float, known: tuple[float, ...] = ()) -> float | None:
     """Return the frequency that a burst was meant to have.
 
-    Of the known ones the nearest within 5 %, None when there is none. Without any, the roundest number within 0.5 %: what
-    follows the drive, the response of a shaker, shifts the centre of a burst's spectrum by as much.
+    Of the known ones the nearest within 5 %, None when there is none. Without any, the roundest number within 0.5 %:
+    the response of a shaker shifts the centre of a burst's spectrum by as much.
 
     Parameters
     ----------

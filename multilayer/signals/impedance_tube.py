@@ -1,12 +1,12 @@
 """Impedance tubes: from pressures at microphones to what the sample does; ISO 10534-2 and ASTM E2611.
 
-Time exp(+i w t). The incident wave is exp(-i k x): x rises from the source to the sample, whose front face is x = 0. With
-losses along the tube k has a negative imaginary part. All arrays broadcast over frequency.
+Time exp(+i w t). The incident wave is exp(-i k x): x rises from the source to the sample, whose front face is x = 0.
+With losses along the tube k has a negative imaginary part. All arrays broadcast over frequency.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,8 +37,8 @@ def iso_attenuation(frequency: ArrayLike, sound_speed: float, diameter: float) -
 def kirchhoff_attenuation(frequency: ArrayLike, gas: Gas, diameter: float) -> RealArray:
     """Return the attenuation by viscosity and heat conduction at the wall of a wide tube, Np/m.
 
-    ``sqrt(w nu / 2) (1 + (gamma - 1) / sqrt(Pr)) / (c a)``, Kirchhoff 1868 (Pierce, Acoustics, eq. 10-5.8); for boundary
-    layers far thinner than the radius a.
+    Kirchhoff 1868: ``sqrt(w nu / 2) (1 + (gamma - 1) / sqrt(Pr)) / (c a)``, for boundary layers far thinner than the
+    radius a.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     thermal = 1 + (gas.heat_capacity_ratio - 1) / np.sqrt(gas.prandtl)
@@ -250,9 +250,9 @@ def transfer_functions(
     from scipy.signal import csd
 
     n = int(min(round(segment * sampling_rate), signals.shape[-1]))
-    options = {"fs": sampling_rate, "nperseg": n, "window": "hann", "detrend": "constant"}
+    options: dict[str, Any] = {"fs": sampling_rate, "nperseg": n, "window": "hann", "detrend": "constant"}
     frequency, cross = csd(signals[:1], signals, **options)
-    _, power = csd(signals, signals, **options)
+    power = csd(signals, signals, **options)[1]
     own = power.real
     coherence = np.abs(cross) ** 2 / (own[:1] * own)
     return np.asarray(frequency[1:]), np.asarray(cross[:, 1:] / own[:1, 1:]), np.asarray(coherence[:, 1:])
