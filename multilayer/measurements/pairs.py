@@ -78,9 +78,7 @@ def parse_units(texts: Iterable[str]) -> dict[str, str]:
     found = _by_role(texts, "--unit", "base=V")
     for role, unit in found.items():
         if acceleration_factor(unit) is None and voltage_factor(unit) is None:
-            raise InputError(
-                f"--unit {role}: '{unit}' is neither a voltage nor an acceleration; write V, '10 V', g or m/s2"
-            )
+            raise InputError(f"--unit {role}: '{unit}' is no voltage and no acceleration; write V, '10 V', g or m/s2")
     return found
 
 
@@ -89,9 +87,7 @@ def _by_role(texts: Iterable[str], option: str, example: str) -> dict[str, str]:
     for text in texts:
         role, equals, value = (part.strip() for part in text.partition("="))
         if not equals or role not in ROLES or not value:
-            raise InputError(
-                f"{option}: '{text}' does not say a role, base or top, and a value; write {option} {example}"
-            )
+            raise InputError(f"{option}: '{text}' does not give base or top a value; write {option} {example}")
         if role in found:
             raise InputError(f"{option}: {role} is given twice")
         found[role] = value

@@ -56,7 +56,5 @@ def reads(file: Path, kind: str) -> Iterator[None]:
 
 def damaged(file: Path, kind: str, reason: str) -> InputError:
     """Return the error of a file that is cut short, or not of its kind."""
-    message = (
-        f"cannot be read as {kind} ({reason}): cut short, or not what its suffix says; export it again"
-    )
+    message = f"cannot be read as {kind} ({reason}): cut short, or not what its suffix says; export it again"
     return InputError(Problem(message, file=file))

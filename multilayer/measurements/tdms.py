@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ from multilayer.measurements.channels import Channel, Channels, as_samples, diff
 from multilayer.measurements.reading import damaged, library, reads
 
 _KIND = "a TDMS file"
+_SIGNATURE = b"TDSm"
 
 
 def read_tdms(path: Path | str) -> Channels:
@@ -29,7 +33,8 @@ def read_tdms(path: Path | str) -> Channels:
     """
     file = Path(path)
     nptdms = library("nptdms", file)
-    with reads(file, _KIND):
+    with reads(file, _KIND), _silent_log():
+        _refuse_other_kind(file)
         tdms = nptdms.TdmsFile.read(file)
         if tdms.file_status.incomplete_final_segment:
             raise damaged(file, _KIND, "its last segment is incomplete")
@@ -39,6 +44,25 @@ def read_tdms(path: Path | str) -> Channels:
     if not channels:
         raise InputError(Problem("holds no channel of numbers", file=file))
     return Channels(file, channels)
+
+
+@contextmanager
+def _silent_log() -> Iterator[None]:
+    """Keep what npTDMS logs about damaged files off the terminal: the error says it."""
+    logger = logging.getLogger("nptdms")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _refuse_other_kind(file: Path) -> None:
+    """Refuse what does not begin as a TDMS file does; npTDMS takes a few bytes of anything for an empty one."""
+    with file.open("rb") as stream:
+        if stream.read(len(_SIGNATURE)) != _SIGNATURE:
+            raise damaged(file, _KIND, "it does not begin like one")
 
 
 def _is_numeric(channel: Any) -> bool:

@@ -171,7 +171,7 @@ def stated_frequency(found: float, known: tuple[float, ...] = ()) -> float | Non
     if known:
         nearest = min(known, key=lambda f: abs(f - found))
         return nearest if abs(found / nearest - 1.0) <= 0.05 else None
-    for step in (1000.0, 500.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.1):
+    for step in (1000.0, 500.0, 100.0, 50.0, 10.0, 5.0, 1.0, 0.5, 0.1):
         rounded = round(found / step) * step
         if rounded > 0 and abs(found / rounded - 1.0) <= 5e-3:
             return float(f"{rounded:.6g}")

@@ -51,7 +51,7 @@ class Source(Model):
                 self, [((), "give either 'file', a table of transfer functions, or 'recording' and 'channels'", None)]
             )
         if self.recording is not None and not self.channels:
-            refuse(self, [(("channels",), "is missing; name the channel of each microphone, source side first", None)])
+            refuse(self, [((), "a recording needs 'channels': one for each microphone, source side first", None)])
         return self
 
 
