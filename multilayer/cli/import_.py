@@ -9,7 +9,8 @@ import typer
 
 if TYPE_CHECKING:
     from multilayer.measurements.cutting import Window
-    from multilayer.measurements.importing import ImportedCampaign, Knowledge
+    from multilayer.measurements.importing import ImportedCampaign
+    from multilayer.measurements.knowledge import Knowledge
     from multilayer.measurements.pairs import ChannelChoice, Pair
 
 
@@ -81,7 +82,7 @@ def _choice(sensitivity: list[str], unit: list[str], rate: str | None) -> Channe
 
 def _knowledge(like: Path | None, configuration: str | None) -> Knowledge:
     from multilayer.errors import InputError
-    from multilayer.measurements.importing import Knowledge, read_knowledge
+    from multilayer.measurements.knowledge import Knowledge, read_knowledge
 
     if like is None and configuration is not None:
         raise InputError("--configuration names a mounting of the file given with --like; give that, too")

@@ -51,8 +51,8 @@ def thickness(layers):
 def pressures(layers, cavity, loss=0.0, *, positions=POSITIONS):
     """Return the four pressures in a tube that ends in a wall behind the sample and a cavity of air.
 
-    Only plane waves through the sample with air on both sides are used, from its front and, turned round, from its back:
-    what returns from the wall meets the back face again and again.
+    Only plane waves through the sample with air on both sides are used, from its front and, turned round, from its
+    back: what returns from the wall meets the back face again and again.
     """
     k, d = wavenumber(loss), thickness(layers)
     front = plane_wave(stack(layers, "ambient"), FREQUENCY)

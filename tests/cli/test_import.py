@@ -138,9 +138,10 @@ class TestCampaign:
         assert_refused(refused, "12 fields are still to be filled in", "specimen.density (line 8)", "specimen_radius")
         assert len(refused.err.splitlines()) == 1
         for name, value in (
-            ("specimen: {density", 90), ("poisson_ratio", 0.3), ("top_plate: {density", 7850), ("young_modulus", "210 GPa"),
-            ("poisson_ratio", 0.3), ("base_plate: {density", 2700), ("young_modulus", "70 GPa"), ("poisson_ratio", 0.33),
-            ("thickness", "10 mm"), ("specimen_thickness", "25 mm"), ("top_plate_thickness", "1 mm"),
+            ("specimen: {density", 90), ("poisson_ratio", 0.3), ("top_plate: {density", 7850),
+            ("young_modulus", "210 GPa"), ("poisson_ratio", 0.3), ("base_plate: {density", 2700),
+            ("young_modulus", "70 GPa"), ("poisson_ratio", 0.33), ("thickness", "10 mm"),
+            ("specimen_thickness", "25 mm"), ("top_plate_thickness", "1 mm"),
             ("specimen_radius", "22.5 mm"),
         ):  # fmt: skip
             edit(folder, f"{name}: FILL_IN", f"{name}: {value}")

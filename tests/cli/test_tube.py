@@ -31,6 +31,8 @@ thickness: {thickness(ASYMMETRIC)}
 loads: [{{file: open.csv}}, {{file: closed.csv}}]
 """
 
+BOTH = "exchanged: {file: a.csv}\ncalibration: {straight: {file: b.csv}, exchanged: {file: c.csv}}\nmeasurement"
+
 
 def write_table(path, frequency, **columns):
     parts = {f"{n}_{p}": getattr(v, q) for n, v in columns.items() for p, q in (("re", "real"), ("im", "imag"))}
@@ -166,8 +168,7 @@ class TestRefused:
             ("{file: h12.csv}", "{}", ("measurement: give either 'file'",)),
             ("{file: h12.csv}", "{recording: run.tdms}", ("measurement: a recording needs 'channels'",)),
             ("45 mm", "2 m", ("no frequency is left to evaluate", "this tube works from 8.581 to 77.23 Hz")),
-            ("measurement", "exchanged: {file: h12.csv}\ncalibration: {straight: {file: a}, exchanged: {file: b}}\nmeasurement",
-             ("calibration: give either 'exchanged' or 'calibration'",)),
+            ("measurement", BOTH, ("calibration: give either 'exchanged' or 'calibration'",)),
         ],
     )  # fmt: skip
     def test_mistakes_in_the_file(self, two, old, new, parts):

@@ -75,8 +75,9 @@ class TestFind:
 
 class TestStatedFrequency:
     @pytest.mark.parametrize(
-        ("found", "stated"), [(99.97, 100), (1001.5, 1000), (316.1, 315), (31.47, 31.5), (62.9, 63), (1247, 1250), (1587, 1590)]
-    )  # fmt: skip
+        ("found", "stated"),
+        [(99.97, 100), (1001.5, 1000), (316.1, 315), (31.47, 31.5), (62.9, 63), (1247, 1250), (1587, 1590)],
+    )
     def test_round_numbers(self, found, stated):
         assert stated_frequency(found) == stated
 
@@ -132,12 +133,12 @@ class TestCut:
         assert [b.recording.n_repeats for b in result.bursts] == [1]
 
     def test_other_cycles_are_told(self):
-        with pytest.raises(InputError, match="no burst of 10 cycles .*--cycles.* What stands out: .* has 5 cycles"):
+        with pytest.raises(InputError, match=r"no burst of 10 cycles .*--cycles.* What stands out: .* has 5 cycles"):
             cut_bursts([pair(recording([(0.1, 300, 5)], 0.4, cycles=5))], Window(10))
 
     def test_more_time_than_there_is(self):
         base = recording([(0.1, 300, 5), (0.15, 300, 5)], 0.4)
-        with pytest.raises(InputError, match="--after: 0.2 s are not there: there are only 0.016.* s in every repeat"):
+        with pytest.raises(InputError, match=r"--after: 0.2 s are not there: there are only 0.016.* s in every repeat"):
             cut_bursts([pair(base)], Window(10, None, 0.2))
 
     def test_a_choice_of_frequencies(self):
