@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DRAWN = ("absorption", "normalised_impedance", "transmission_loss")
-_TITLES = {"tube": "as measured", "rigid_backed": "in front of a rigid wall"}
+_TITLES = {"tube": "gas on both sides", "rigid_backed": "in front of a rigid wall"}
 
 
 def tube_figures(result: TubeResult) -> dict[str, bytes]:
@@ -31,7 +31,7 @@ def draw_tube(result: TubeResult) -> Figure:
             if name in spectra:
                 _draw(axis, result, quantity.parts(spectra[name]), colour(i), _TITLES[condition])
         if quantity.is_complex:
-            axis.text(0.99, 0.97, "real part —, imaginary part - -", transform=axis.transAxes, ha="right", va="top")
+            axis.set_title("real part solid, imaginary part dashed", fontsize="small", loc="right")
         axis.set_ylabel(f"{quantity.title}{f' / {quantity.unit}' if quantity.unit else ''}")
         _shade(axis, result)
     if len(result.spectra) > 1:
