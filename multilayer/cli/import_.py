@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from multilayer.measurements.knowledge import Knowledge
     from multilayer.measurements.pairs import ChannelChoice, Pair
 
+_MOST_TOLD = 10
+
 
 def import_campaign(
     files: Annotated[
@@ -40,6 +42,9 @@ def import_campaign(
     configuration: Annotated[
         str | None, typer.Option(metavar="NAME", help="Which mounting of --like was recorded.")
     ] = None,
+    calibration: Annotated[
+        bool, typer.Option("--calibration", help="Both accelerometers were at one spot: make a calibration.")
+    ] = False,
     frequencies: Annotated[
         str | None, typer.Option(metavar="HZ,HZ,...", help="Bursts to take; by default those of --like, or all.")
     ] = None,
@@ -58,19 +63,21 @@ def import_campaign(
     --sensitivity top=9.9mV/g --like campaigns/other/campaign.yaml
     """
     from multilayer.measurements.cutting import Window
-    from multilayer.measurements.importing import read_pairs, refuse_occupied, write_imported
+    from multilayer.measurements.importing import read_pairs, refuse_occupied, remarks, write_imported
     from multilayer.report.files import refuse_unusable
 
     refuse_unusable(out.parent)
     refuse_occupied(out)
     choice = _choice(sensitivity or [], unit or [], rate)
-    known = _knowledge(like, configuration)
+    known = _knowledge(like, configuration, calibration)
     window = Window(_cycles(cycles, known), _time(before, "before"), _time(after, "after"))
     wanted = _frequencies(frequencies)
     pairs = read_pairs(files, _with_names(choice, files, base, top))
     made = _make(pairs, known, window, wanted)
     write_imported(made, out)
     _tell(made, out)
+    for text in remarks(made, window.cycles):
+        typer.echo(f"remark: {text}", err=True)
 
 
 def _choice(sensitivity: list[str], unit: list[str], rate: str | None) -> ChannelChoice:
@@ -80,13 +87,14 @@ def _choice(sensitivity: list[str], unit: list[str], rate: str | None) -> Channe
     return ChannelChoice({}, parse_sensitivities(sensitivity), parse_units(unit), sampling_rate)
 
 
-def _knowledge(like: Path | None, configuration: str | None) -> Knowledge:
+def _knowledge(like: Path | None, configuration: str | None, calibration: bool) -> Knowledge:
     from multilayer.errors import InputError
     from multilayer.measurements.knowledge import Knowledge, read_knowledge
 
     if like is None and configuration is not None:
         raise InputError("--configuration names a mounting of the file given with --like; give that, too")
-    return Knowledge() if like is None else read_knowledge(like, configuration)
+    known = Knowledge() if like is None else read_knowledge(like, configuration)
+    return known.as_calibration() if calibration else known
 
 
 def _cycles(given: float | None, known: Knowledge) -> float:
@@ -154,8 +162,11 @@ def _make(pairs: list[Pair], known: Knowledge, window: Window, wanted: tuple[flo
 
 
 def _tell(made: ImportedCampaign, out: Path) -> None:
-    for text in made.result.left_out:
+    left_out = made.result.left_out
+    for text in left_out[:_MOST_TOLD]:
         typer.echo(f"left out: {text}", err=True)
+    if len(left_out) > _MOST_TOLD:
+        typer.echo(f"left out: {len(left_out) - _MOST_TOLD} more", err=True)
     typer.echo("    f / Hz  found / Hz  repeats  samples")
     for burst in made.result.bursts:
         recording = burst.recording

@@ -6,33 +6,23 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from multilayer.config.validate import validate
-from multilayer.config.yaml12 import Document, dump_yaml
+from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.cutting import CutBurst, CutResult, Window, cut_bursts
-from multilayer.measurements.description import FILE_NAME, FILL_IN, Campaign
-from multilayer.measurements.knowledge import UNNAMED, Knowledge
+from multilayer.measurements.describing import campaign_text, file_names, refuse_wrong
+from multilayer.measurements.description import FILE_NAME
+from multilayer.measurements.knowledge import Knowledge
 from multilayer.measurements.pairs import ChannelChoice, Pair, pair_of
 from multilayer.measurements.readers import read_channels
-from multilayer.measurements.writing import HEADING, signal_bytes, signal_name
+from multilayer.measurements.writing import signal_bytes
 from multilayer.signals.envelope import rms
 
 CYCLES = 10.0
 _RATE_AGREEMENT = 1e-6
-_TO_FILL: Mapping[str, Any] = {
-    "specimen": {"density": FILL_IN, "poisson_ratio": FILL_IN},
-    "top_plate": {"density": FILL_IN, "young_modulus": FILL_IN, "poisson_ratio": FILL_IN},
-    "base_plate": {"density": FILL_IN, "young_modulus": FILL_IN, "poisson_ratio": FILL_IN, "thickness": FILL_IN},
-}
-_MOUNTING = ("specimen_thickness", "top_plate_thickness", "specimen_radius")
-_TEMPLATE = f"""\
-# To be filled in, wherever {FILL_IN} stands: density in kg/m3, young_modulus in Pa, thickness and radius in m, or with
-# their unit, as 25 mm. 'uncertainty', one standard deviation of each, may be added; see docs/campaign-files.md.
-"""
+_LEVELS = 1.5  # ratio: repeats that differ by more were no repeats
 
 
 @dataclass(frozen=True)
@@ -64,6 +54,9 @@ def read_pairs(files: Sequence[Path], choice: ChannelChoice) -> list[Pair]:
     InputError
         With the mistakes of every file; and when the files differ in sampling rate.
     """
+    twice = sorted({str(file) for file in files if sum(other.resolve() == file.resolve() for other in files) > 1})
+    if twice:
+        raise InputError(f"{', '.join(twice)}: named more than once; its bursts would count as repeats of themselves")
     pairs: list[Pair] = []
     problems: list[Problem] = []
     for file in files:
@@ -105,19 +98,16 @@ def make_campaign(
         When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the knowledge does
         not fit a campaign.
     """
+    refuse_wrong(knowledge, window.cycles)
     result = cut_bursts(pairs, window, frequencies or knowledge.frequencies, progress)
-    _refuse_unfit(result, window.cycles)
-    name = str(knowledge.mounting.get("name", UNNAMED))
-    stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
-    names = {burst.frequency: signal_name(stem, burst.frequency) for burst in result.bursts}
-    data = _description(knowledge, name, names, result, window, pairs[0].sampling_rate)
-    complete = FILL_IN not in dump_yaml(data)
-    if complete:
-        _check(knowledge, data)
-    return ImportedCampaign(HEADING + ("" if complete else _TEMPLATE) + dump_yaml(data), result, names, complete)
+    _refuse_unfit(result, window.cycles, together=knowledge.is_calibration)
+    names = file_names(knowledge, [burst.frequency for burst in result.bursts])
+    level = _level(result.bursts, window.cycles)
+    text, complete = campaign_text(knowledge, names, level, window.cycles, pairs[0].sampling_rate)
+    return ImportedCampaign(text, result, names, complete)
 
 
-def _refuse_unfit(result: CutResult, cycles: float) -> None:
+def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
     from multilayer.signals.quality import check_configuration
 
     recordings = {burst.frequency: burst.recording for burst in result.bursts}
@@ -127,57 +117,32 @@ def _refuse_unfit(result: CutResult, cycles: float) -> None:
     told = [
         finding.message if finding.frequency is None
         else f"burst at {finding.frequency:g} Hz ({places[finding.frequency]}): {finding.message}"
-        for finding in check_configuration(recordings, cycles=cycles)
+        for finding in check_configuration(recordings, cycles=cycles, together=together)
     ]  # fmt: skip
     if told:
         raise InputError([*told, "bursts can be left out: --frequencies names those to take, as --frequencies 200,300"])
 
 
-def _description(
-    knowledge: Knowledge, name: str, names: Mapping[float, str], result: CutResult, window: Window, rate: float
-) -> dict[str, Any]:
-    given = {
-        key: value for key, value in knowledge.data.items() if key not in ("configurations", "burst", "sampling_rate")
-    }
-    mounting = {key: value for key, value in knowledge.mounting.items() if key not in ("bursts", "name")}
-    to_fill = {key: FILL_IN for key in _MOUNTING if key not in mounting}
-    shape = knowledge.data.get("burst")
-    level = {"level_rms": float(f"{_level(result.bursts, window.cycles):.4g}")}
-    burst = {"cycles": window.cycles, "window": "hann"} | level | (dict(shape) if isinstance(shape, Mapping) else {})
-    configuration = {"name": name} | mounting | to_fill
-    bursts = [{"frequency": frequency, "file": file} for frequency, file in names.items()]
-    head = {"version": 1, "rig": "shaker-two-plate"} | given | {"sampling_rate": rate}
-    missing = {key: value for key, value in _TO_FILL.items() if key not in given}
-    return head | missing | {"burst": burst, "configurations": [configuration | {"bursts": bursts}]}
-
-
 def _level(bursts: Sequence[CutBurst], cycles: float) -> float:
     """Return the median over the bursts of the base's rms over the duration of a burst, m/s2."""
-    energies = [
-        float(np.mean(rms(one.recording.base - one.recording.base.mean(axis=1, keepdims=True))) ** 2)
-        * one.recording.n_samples / one.recording.sampling_rate / (cycles / one.frequency)
-        for one in bursts
-    ]  # fmt: skip
-    return float(np.sqrt(np.median(energies)))
+    return float(np.median([np.mean(_levels(one, cycles)) for one in bursts]))
 
 
-def _check(knowledge: Knowledge, data: dict[str, Any]) -> None:
-    """Refuse what does not fit a campaign, at the line of the file that says it."""
-    if knowledge.document is None or knowledge.file is None:
-        return
-    places, keys = (
-        {_moved(path, knowledge.index): place for path, place in there.items() if _is_kept(path, knowledge.index)}
-        for there in (knowledge.document.places, knowledge.document.key_places)
-    )
-    validate(Document(knowledge.file, data, places, keys), Campaign)
+def _levels(burst: CutBurst, cycles: float) -> RealArray:
+    """Return the base's rms over the duration of a burst, m/s2, of every repeat."""
+    base = burst.recording.base - burst.recording.base.mean(axis=1, keepdims=True)
+    duration = cycles / burst.frequency * burst.recording.sampling_rate
+    return np.asarray(rms(base) * np.sqrt(burst.recording.n_samples / duration))
 
 
-def _is_kept(path: tuple[str | int, ...], index: int) -> bool:
-    return path[:1] != ("configurations",) or len(path) < 2 or path[1] == index
-
-
-def _moved(path: tuple[str | int, ...], index: int) -> tuple[str | int, ...]:
-    return ("configurations", 0, *path[2:]) if path[:2] == ("configurations", index) else path
+def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
+    """Return what a user should look at: bursts whose repeats are not alike."""
+    levels = {burst.frequency: _levels(burst, cycles) for burst in made.result.bursts}
+    return [
+        f"repeats at {frequency:g} Hz differ in level by a factor of {own.max() / own.min():.2g}; a fit averages them"
+        for frequency, own in levels.items()
+        if own.max() > _LEVELS * own.min()
+    ]
 
 
 def refuse_occupied(folder: Path) -> None:

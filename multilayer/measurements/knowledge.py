@@ -39,6 +39,17 @@ class Knowledge:
     index: int = 0
 
     @property
+    def is_calibration(self) -> bool:
+        """Whether both accelerometers were at one spot."""
+        return self.data.get("rig") == "calibration"
+
+    def as_calibration(self) -> Knowledge:
+        """Return what also holds of a calibration with the same bursts."""
+        data = {"rig": "calibration"} | {key: self.data[key] for key in ("burst",) if key in self.data}
+        mounting = {key: self.mounting[key] for key in ("bursts",) if key in self.mounting}
+        return Knowledge(self.file, data, mounting, self.document, self.index)
+
+    @property
     def cycles(self) -> float | None:
         """Periods of the bursts, where the file says so."""
         burst = self.data.get("burst")
@@ -49,7 +60,8 @@ class Knowledge:
     def frequencies(self) -> tuple[float, ...]:
         """Frequencies that the file lists for the mounting, Hz."""
         bursts = self.mounting.get("bursts")
-        listed = [burst.get("frequency") for burst in bursts if isinstance(burst, Mapping)] if bursts else []
+        there = bursts if isinstance(bursts, list) else []
+        listed = [burst.get("frequency") for burst in there if isinstance(burst, Mapping)]
         return tuple(found for found in map(_frequency, listed) if found is not None)
 
 
@@ -79,8 +91,11 @@ def read_knowledge(path: Path, configuration: str | None = None) -> Knowledge:
     if not isinstance(data, dict) or not isinstance(data.get("configurations", []), list):
         raise InputError(Problem("is no campaign file: it must hold fields, and a list of configurations", file=file))
     rig = data.get("rig", "shaker-two-plate")
+    if rig == "calibration":
+        return Knowledge(file, data, {"bursts": data.get("bursts")}, document)
     if rig != "shaker-two-plate":
-        raise InputError(Problem(f"describes a '{rig}'; a campaign of a shaker-two-plate is wanted", "rig", file))
+        message = f"describes a '{rig}'; a campaign of a shaker-two-plate, or a calibration, is wanted"
+        raise InputError(Problem(message, "rig", file))
     mountings = [one for one in data.get("configurations", []) if isinstance(one, dict)]
     index = _index_of(file, [str(one.get("name", UNNAMED)) for one in mountings], configuration)
     return Knowledge(file, data, mountings[index] if mountings else {}, document, index)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multilayer.measurements.campaign import load_campaign, load_recordings
+from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
 from tests.cli.campaigns import BURSTS, FILE, RATE, burst, edit, write_campaign
 from tests.cli.command import run
 from tests.cli.test_bad_input import assert_refused
@@ -160,6 +160,28 @@ class TestCampaign:
         (configuration,) = load_campaign(tmp_path / "foam").configurations
         assert (configuration.name, configuration.specimen_thickness) == ("h50mm", 0.05)
 
+    def test_repeats_of_two_levels_are_remarked_on(self, tmp_path, expected):
+        channels = {name: np.concatenate([one, 2 * one]) for name, one in IN_V.items()}
+        path = write_tdms(tmp_path / "run.tdms", channels, RATE, VOLTS)
+        done = run("import", path, "--out", tmp_path / "foam", *IN_VOLTS, "--like", expected[0])
+        assert done.status == 0
+        assert "remark: repeats at 200 Hz differ in level by a factor of 2; a fit averages them" in done.err
+
+    def test_a_calibration(self, tmp_path, expected):
+        """Both accelerometers at one spot, the top's chain with a gain and a delay."""
+        pairs = [burst(f, response=lambda f: 1.02 * np.exp(-2j * np.pi * f * 5e-6)) for f in BURSTS]
+        channels = {name: np.concatenate([one[i].ravel() for one in pairs]) for i, name in enumerate(("base", "top"))}
+        path = write_tdms(tmp_path / "run.tdms", channels, RATE, {"base": "m/s^2", "top": "m/s^2"})
+        for number, options in enumerate(((), ("--like", expected[0]))):
+            folder = tmp_path / f"calibration{number}"
+            done = run("import", path, "--out", folder, "--calibration", *options)
+            assert (done.status, done.err) == (0, ""), done
+            found = load_calibration(folder)
+            assert found.frequencies == pytest.approx(BURSTS)
+            assert found.amplitude_ratio == pytest.approx(1.02, rel=1e-3)
+            assert found.time_shift == pytest.approx(5e-6, abs=5e-7)
+        assert run("check", tmp_path / "calibration0" / "campaign.yaml").status == 0
+
     def test_asks_on_a_terminal(self, tmp_path, monkeypatch, expected):
         class Terminal(io.StringIO):
             def isatty(self):
@@ -238,6 +260,11 @@ class TestRefused:
         done = run("import", path, "--out", tmp_path / "foam", *IN_VOLTS)
         assert_refused(done, "base and top must be sampled together, but they are 'ai0'")
 
+    def test_a_file_named_twice(self, tmp_path):
+        path = write_tdms(tmp_path / "run.tdms", IN_V, RATE, VOLTS)
+        done = run("import", path, path, "--out", tmp_path / "foam", *IN_VOLTS)
+        assert_refused(done, "run.tdms: named more than once")
+
     def test_no_burst(self, tmp_path):
         noise = np.random.default_rng(0).normal(size=(2, 20000))
         done = mistake(tmp_path, *IN_VOLTS[4:], channels={"ai0": noise[0], "ai1": noise[1]})
@@ -275,8 +302,8 @@ class TestRefused:
         like.write_text((expected[0] / "campaign.yaml").read_text().replace("density: 90", "density: -90"))
         done = mistake(tmp_path, *IN_VOLTS[4:], "--like", like)
         assert_refused(done, "known.yaml:4:21: specimen.density: -90.0 is not allowed")
-        like.write_text("rig: calibration\n")
-        assert_refused(mistake(tmp_path, *IN_VOLTS[4:], "--like", like), "describes a 'calibration'")
+        like.write_text("rig: two-plate\n")
+        assert_refused(mistake(tmp_path, *IN_VOLTS[4:], "--like", like), "describes a 'two-plate'")
         assert_refused(mistake(tmp_path, "--like", tmp_path / "none.yaml"), "none.yaml: there is no such file")
         assert_refused(mistake(tmp_path, "--like", expected[0], "--cycles", "7"), "--cycles says 7, but")
         assert_refused(mistake(tmp_path, "--configuration", "h25mm"), "give that, too")
