@@ -15,12 +15,14 @@ from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
 from multilayer.cli.effects import effects
 from multilayer.cli.fit import fit
+from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
 from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
+from multilayer.cli.tube import tube
 
 app = typer.Typer(
     name="multilayer",
@@ -52,6 +54,8 @@ app.command()(effects)
 app.command("blind-check")(blind_check)
 app.command("shape-factor")(shape_factor)
 app.command()(rig)
+app.command("import")(import_campaign)
+app.command()(tube)
 app.command()(layers)
 app.command()(check)
 

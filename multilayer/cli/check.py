@@ -10,7 +10,7 @@ import typer
 
 def check(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit or rig files, or folders.")
+        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit, rig or tube files, or folders.")
     ],
 ) -> None:
     """Read files without running anything, and report every mistake with its line and column.
@@ -40,9 +40,10 @@ def _read(source: Path) -> str:
     from multilayer.measurements.campaign import load_calibration
     from multilayer.simulation.file import load_simulation
     from multilayer.stack import SIMULATION_KEYS, load_stack
+    from multilayer.tube.file import is_tube
 
-    if is_stack_fit(source):
-        return _stacks(source)
+    if is_tube(source) or is_stack_fit(source):
+        return _tube(source) if is_tube(source) else _stacks(source)
     data = read_yaml(source, keep_problems=True).data if source.is_file() else None
     if isinstance(data, dict) and "layers" in data:
         if SIMULATION_KEYS.isdisjoint(data):
@@ -50,14 +51,22 @@ def _read(source: Path) -> str:
             return "stack"
         cases = len(load_simulation(source).cases)
         return "simulation of one case" if cases == 1 else f"simulation of {cases} cases"
-    if isinstance(data, dict) and data.get("rig") == "calibration":
+    rig = data.get("rig") if isinstance(data, dict) else None
+    if rig == "calibration":
         load_calibration(source)
         return "calibration"
-    if isinstance(data, dict) and data.get("rig") == "two-plate":
+    if rig == "two-plate":
         from multilayer.rig.file import load_rig  # heavy: finite elements
 
         return f"virtual rig of {len(load_rig(source).mountings)} configurations"
     return f"campaign of {len(read_fit(source).recordings)} bursts"
+
+
+def _tube(source: Path) -> str:
+    """Read a tube file and its data."""
+    from multilayer.tube.evaluate import evaluate
+
+    return f"tube measurement at {len(evaluate(source).frequency)} frequencies"
 
 
 def _stacks(source: Path) -> str:

@@ -64,6 +64,13 @@ class Document:
             path = path[:-1]
         return self.places.get(path, (1, 1))
 
+    def value(self, path: DataPath) -> Any:
+        """Return what stands at `path`, which must be there."""
+        data = self.data
+        for step in path:
+            data = data[step]
+        return data
+
     def key_position(self, path: DataPath) -> Place:
         """Return line and column of the key that names `path`; of the value where no key does."""
         return self.key_places.get(path) or self.position(path)

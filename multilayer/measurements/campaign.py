@@ -6,11 +6,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from multilayer.config.validate import read
+from multilayer.config.validate import validate
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.description import (
     FILE_NAME,
+    FILL_IN,
     Burst,
     CalibrationCampaign,
     Campaign,
@@ -62,7 +63,18 @@ def _load(path: Path | str, model: type[D]) -> D:
         file = file / FILE_NAME
         if not file.is_file():
             raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=file.parent))
-    return read(file, model).placed(file)
+    document = read_yaml(file, keep_problems=True)
+    _refuse_unfilled(document)
+    return validate(document, model).placed(file)
+
+
+def _refuse_unfilled(document: Document) -> None:
+    """Refuse a template that was not filled in, in one message."""
+    left = [(path, place) for path, place in document.places.items() if document.value(path) == FILL_IN]
+    if left:
+        listed = ", ".join(f"{'.'.join(map(str, path))} (line {line})" for path, (line, _) in left)
+        message = f"{len(left)} fields are still to be filled in, each with a number in SI or with its unit: {listed}"
+        raise InputError(Problem(message, "", document.file, *left[0][1]))
 
 
 def read_burst(campaign: Description, configuration: Configuration | None, burst: Burst) -> Recording:

@@ -24,6 +24,7 @@ from multilayer.units import (
 )
 
 FILE_NAME = "campaign.yaml"
+FILL_IN = "FILL_IN"  # stands where an imported campaign still lacks what the experimenter knows
 
 DataPath = tuple[str | int, ...]
 

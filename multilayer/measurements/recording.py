@@ -11,11 +11,12 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
+from multilayer.measurements.channels import Channels
 
 
 @dataclass(frozen=True, eq=False)
 class Waveforms:
-    """What a reader finds in a file.
+    """What a file of one burst holds.
 
     Attributes
     ----------
@@ -30,8 +31,11 @@ class Waveforms:
     sampling_rate: float | None = None
 
 
-Reader: TypeAlias = Callable[[Path], Waveforms]
-"""Entry points of ``multilayer.readers`` are such functions, under the file suffix they read."""
+Reader: TypeAlias = Callable[[Path], Waveforms | Channels]
+"""Entry points of ``multilayer.readers`` are such functions, under the file suffix they read.
+
+What holds one burst of a campaign gives `Waveforms`, what holds any channels gives `Channels`.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -66,12 +67,19 @@ class TextTable:
             if f <= 0:
                 raise self.error(f"a frequency of {f:g} Hz is not allowed; frequencies must be above 0", line)
 
+    @cached_property
+    def _decimal_commas(self) -> bool:
+        """Whether decimals have a comma, as many spreadsheets write them: some cell has one, and none a point."""
+        cells = [cell for _, row in self.rows for cell in row]
+        return any("," in cell for cell in cells) and not any(re.search(r"\d\.\d", cell) for cell in cells)
+
     def _number(self, line: int, cells: tuple[str, ...], index: int, columns: Mapping[int, float]) -> float:
         if len(cells) <= max(columns):
             raise self.error(f"has {len(cells)} cells and lacks some of the columns that the header names", line)
         cell = cells[index]
         try:
-            value = float(cell.strip().strip('"'))
+            written = cell.strip().strip('"')
+            value = float(written.replace(",", ".") if self._decimal_commas else written)
         except ValueError:
             comma = "; write decimals with a point" if "," in cell else ""
             raise self.error(f"'{cell.strip()}' is no number{comma}", line) from None
@@ -82,6 +90,8 @@ class TextTable:
 
 def read_table(path: Path | str, needed: str) -> TextTable:
     """Read a table whose columns are separated by commas, semicolons or tabs; what follows a ``#`` is no data.
+
+    Where no comma separates columns, decimals may have one.
 
     Parameters
     ----------

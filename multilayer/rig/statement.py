@@ -6,16 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from multilayer.measurements.description import Campaign
+from multilayer.measurements.writing import signal_name
 from multilayer.media.laws import FractionalZener, ModulusLaw
 from multilayer.rig.draws import Errors
 from multilayer.rig.file import RigFile
-
-
-def signal_name(configuration: str, frequency: float) -> str:
-    """Return the file of one burst, relative to the campaign's folder."""
-    digits = f"{frequency:.6f}".rstrip("0").rstrip(".")
-    whole, point, rest = digits.partition(".")
-    return f"signals/{configuration}_{whole:0>4}{point}{rest}Hz.npz"
 
 
 def campaign_of(settings: RigFile) -> Campaign:

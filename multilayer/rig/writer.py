@@ -5,25 +5,15 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-import zipfile
-from io import BytesIO
 from pathlib import Path
-
-import numpy as np
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.errors import InputError
 from multilayer.measurements.description import FILE_NAME, Campaign
-from multilayer.measurements.recording import Recording
-from multilayer.rig.statement import signal_name
+from multilayer.measurements.writing import HEADING, signal_bytes, signal_name
 from multilayer.rig.synthesis import SyntheticCampaign
 
 HIDDEN = ".truth"
-_FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of every entry of an archive: the same signals make the same bytes
-_HEADING = """\
-# Two-plate shaker campaign. SI units; accelerations in m/s^2; one .npz per burst and configuration, with the arrays
-# 'base' (support plate) and 'top' (top plate), each of shape (repeats, samples). 'uncertainty': one standard deviation.
-"""
 
 
 def truth_path(folder: Path, *, quiet: bool) -> Path:
@@ -122,17 +112,4 @@ def _fill(folder: Path, made: SyntheticCampaign) -> None:
 
 def campaign_text(campaign: Campaign) -> str:
     """Return ``campaign.yaml``."""
-    return _HEADING + dump_yaml(campaign.model_dump(mode="json"))
-
-
-def signal_bytes(recording: Recording) -> bytes:
-    """Return the ``.npz`` archive of a recording, in single precision: the same bytes for the same signals."""
-    buffer = BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, channel in (("base", recording.base), ("top", recording.top)):
-            array = BytesIO()
-            np.lib.format.write_array(array, channel.astype("<f4"), allow_pickle=False)
-            entry = zipfile.ZipInfo(f"{name}.npy", _FIRST_DATE)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, array.getvalue())
-    return buffer.getvalue()
+    return HEADING + dump_yaml(campaign.model_dump(mode="json"))

@@ -102,6 +102,11 @@ class TestForms:
         assert run("compare", foam, file, "--out", tmp_path / "out", "--no-figures").status == 0
         assert misfits(tmp_path / "out")[0]["largest"] < 1e-12
 
+    def test_decimal_commas_of_spreadsheets(self, foam, measured, wave, tmp_path):
+        text = table("frequency_hz, absorption", F, wave.absorption).replace(", ", ";").replace(".", ",")
+        assert run("compare", foam, measured(text), "--out", tmp_path / "out", "--no-figures").status == 0
+        assert misfits(tmp_path / "out")[0]["largest"] < 1e-12
+
     def test_impedance(self, foam, measured, wave, tmp_path):
         z = wave.surface_impedance / load_stack(foam).ambient.gas.impedance + (0.3 + 0.4j)
         named = measured(table("frequency_hz, normalised_impedance_re, normalised_impedance_im", F, z.real, z.imag))
@@ -178,7 +183,7 @@ BAD = {
     "empty": ("# nothing\n", "is empty; name the columns"),
     "header only": ("f_hz, absorption\n", "holds no values below its header"),
     "no number": ("f_hz, absorption\n100, 0.5\n200, much\n", "tube.csv:3: 'much' is no number"),
-    "decimal comma": ("f_hz; absorption\n100; 0,5\n", "'0,5' is no number; write decimals with a point"),
+    "decimal comma": ("f_hz; absorption\n100.0; 0,5\n", "'0,5' is no number; write decimals with a point"),
     "not finite": ("f_hz, absorption\n100, nan\n", "tube.csv:2: 'nan' is not finite"),
     "short row": ("f_hz, absorption\n100\n", "tube.csv:2: has 1 cells and lacks some of the columns"),
     "frequency zero": ("f_hz, absorption\n0, 0.5\n", "tube.csv:2: a frequency of 0 Hz is not allowed"),

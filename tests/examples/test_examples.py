@@ -14,6 +14,7 @@ from multilayer.rig.file import load_rig
 from multilayer.stack import load_stack
 from tests.cli.command import run
 from tests.examples.make_foam_tube import table as foam_tube_table
+from tests.examples.make_raw_tube import tables as raw_tube_tables
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -149,12 +150,25 @@ def foam_tube(source, folder):
     assert written == pytest.approx(made, abs=1.01e-4)
 
 
+def raw_tube(source, folder):
+    """Two unlike microphones, exchanged, give the reflection of the foam that they were computed from."""
+    done = run("tube", source, "--out", folder)
+    assert (done.status, done.err) == (0, "")
+    assert {path.name for path in folder.iterdir()} == {"tube.csv", "tube.png"}
+    rows = list(csv.DictReader((folder / "tube.csv").read_text().splitlines()))
+    truth = plane_wave(load_stack(EXAMPLES / "foam_tube" / "truth.yaml"), [float(row["frequency_hz"]) for row in rows])
+    found = np.array([complex(float(row["reflection_re"]), float(row["reflection_im"])) for row in rows])
+    assert np.sqrt(np.mean(np.abs(found - truth.reflection) ** 2)) < 0.002
+    assert {name: (source / name).read_text() for name in raw_tube_tables()} == raw_tube_tables()
+
+
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith("."))
 CHECKS = {
     "double_wall.yaml": double_wall,
     "foam_absorption.yaml": foam_absorption,
     "foam_b": foam_b,
     "foam_tube": foam_tube,
+    "raw_tube": raw_tube,
     "three_layers.yaml": three_layers,
     "virtual_rig.yaml": virtual_rig,
 }

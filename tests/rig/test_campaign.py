@@ -9,9 +9,10 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.inverse.fit import fit_campaign
 from multilayer.measurements.campaign import load_campaign, load_recordings
+from multilayer.measurements.writing import signal_bytes
 from multilayer.rig.bench import Bench
 from multilayer.rig.synthesis import make_campaign
-from multilayer.rig.writer import signal_bytes, write_campaign
+from multilayer.rig.writer import write_campaign
 from multilayer.signals.quality import check_configuration
 from multilayer.signals.spectra import noise_level
 from tests.rig.virtual import LAW, ratio, rig_file, rod

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
+from multilayer.measurements.writing import signal_name
 from multilayer.rig.file import load_rig
-from multilayer.rig.statement import signal_name
 from tests.rig.virtual import DATA, LAW, rig_file
 
 TEXT = """\

@@ -269,11 +269,11 @@ class TestRecordings:
             assert "is sampled at 25650 Hz, but the campaign's sampling_rate is 25600 Hz" in problem.message
 
     def test_a_format_nobody_reads(self, folder):
-        (folder / "signals/thin_300.wav").write_bytes(b"")
-        rewrite(folder, "thin_300.npz", "thin_300.wav")
+        (folder / "signals/thin_300.doc").write_bytes(b"")
+        rewrite(folder, "thin_300.npz", "thin_300.doc")
         (problem,) = problems_of(load_recordings, load_campaign(folder))
-        assert problem.file == folder / "signals/thin_300.wav"
-        assert "nothing reads '.wav' files" in problem.message
+        assert problem.file == folder / "signals/thin_300.doc"
+        assert "nothing reads '.doc' files" in problem.message
 
 
 class TestCalibration:

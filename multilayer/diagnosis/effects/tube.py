@@ -17,6 +17,7 @@ from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer
 from multilayer.media.gas import Gas
 from multilayer.models import Model
+from multilayer.signals.impedance_tube import reflection_coefficient, transfer_function
 from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
 from multilayer.units import Length, PositiveRatio, Ratio
@@ -99,15 +100,13 @@ class TubeSetting:
 
     def transfer_function(self, reflection: ComplexArray, wavenumber: Numeric) -> ComplexArray:
         """Return the pressure at the nearer microphone over that at the farther one; ISO 10534-2, annex D."""
-        near, far = self.tube.microphone_distance, self.tube.microphone_distance + self.spacing
-        pressures = [np.exp(1j * wavenumber * x) + reflection * np.exp(-1j * wavenumber * x) for x in (near, far)]
-        return np.asarray(pressures[0] / pressures[1])
+        near = self.tube.microphone_distance
+        return transfer_function(reflection, wavenumber, near, near + self.spacing)
 
-    def evaluated(self, transfer_function: ComplexArray) -> ComplexArray:
+    def evaluated(self, read: ComplexArray) -> ComplexArray:
         """Return the reflection coefficient that the evaluation makes of a transfer function; ISO 10534-2, eq. (17)."""
-        k, far = self.wavenumber, self.tube.microphone_distance + self.spacing
-        turn = np.exp(1j * k * self.spacing)
-        return np.asarray((transfer_function - 1 / turn) / (turn - transfer_function) * np.exp(2j * k * far))
+        far = self.tube.microphone_distance + self.spacing
+        return reflection_coefficient(read, self.wavenumber, self.spacing, far)
 
 
 class TubeEffect(BaseEffect):

@@ -1,0 +1,54 @@
+"""HDF5 files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from multilayer.measurements.channels import Channels
+from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of
+from multilayer.measurements.reading import library, reads
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_KIND = "an HDF5 file"
+_UNITS = ("units", "unit")
+
+
+def read_hdf5(path: Path | str) -> Channels:
+    """Read the datasets of an ``.h5`` file through h5py, called by their paths.
+
+    A unit is an attribute ``units`` or ``unit`` of its dataset. Rates (see `named_arrays.channels_of`) may be
+    attributes of the file or of a dataset, too.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Raises
+    ------
+    InputError
+        When h5py is not installed, or the file is damaged, cut short, or holds no arrays of samples.
+    """
+    file = Path(path)
+    h5py = library("h5py", file)
+    arrays: dict[str, Any] = {}
+    units: dict[str, str] = {}
+
+    def visit(name: str, item: Any) -> None:
+        arrays.update({f"{name}{ATTRIBUTE}{key}": np.asarray(value) for key, value in item.attrs.items()})
+        if not isinstance(item, h5py.Dataset) or _text(item.attrs.get("MATLAB_class", "")) == "char":
+            return
+        arrays[name] = np.asarray(item)
+        said = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
+        units.update({name: said[0]} if said else {})
+
+    with reads(file, _KIND), h5py.File(file, "r") as opened:
+        visit("", opened)
+        opened.visititems(visit)
+    return channels_of(file, arrays, units)
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)

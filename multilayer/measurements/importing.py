@@ -1,0 +1,190 @@
+"""From recordings of other people's recorders to a campaign folder: what `multilayer import` does."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError, Problem
+from multilayer.measurements.cutting import CutBurst, CutResult, Window, cut_bursts
+from multilayer.measurements.describing import campaign_text, file_names, refuse_wrong
+from multilayer.measurements.description import FILE_NAME
+from multilayer.measurements.knowledge import Knowledge
+from multilayer.measurements.pairs import ChannelChoice, Pair, pair_of
+from multilayer.measurements.readers import read_channels
+from multilayer.measurements.writing import signal_bytes
+from multilayer.signals.envelope import rms
+
+CYCLES = 10.0
+_RATE_AGREEMENT = 1e-6
+_LEVELS = 1.5  # ratio: repeats that differ by more were no repeats
+
+
+@dataclass(frozen=True)
+class ImportedCampaign:
+    """A campaign made of recordings, not yet written.
+
+    Attributes
+    ----------
+    text : str
+        ``campaign.yaml``.
+    result : CutResult
+    names : mapping
+        File of each burst by frequency, relative to the folder.
+    complete : bool
+        False where fields of the text are still to be filled in.
+    """
+
+    text: str
+    result: CutResult
+    names: Mapping[float, str]
+    complete: bool
+
+
+def read_pairs(files: Sequence[Path], choice: ChannelChoice) -> list[Pair]:
+    """Read base and top of every file.
+
+    Raises
+    ------
+    InputError
+        With the mistakes of every file; and when the files differ in sampling rate.
+    """
+    twice = sorted({str(file) for file in files if sum(other.resolve() == file.resolve() for other in files) > 1})
+    if twice:
+        raise InputError(f"{', '.join(twice)}: named more than once; its bursts would count as repeats of themselves")
+    pairs: list[Pair] = []
+    problems: list[Problem] = []
+    for file in files:
+        try:
+            pairs.append(pair_of(read_channels(file), choice))
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    rates = {pair.sampling_rate for pair in pairs}
+    if max(rates) / min(rates) > 1 + _RATE_AGREEMENT:
+        listed = ", ".join(f"{pair.file} at {pair.sampling_rate:g} Hz" for pair in pairs)
+        raise InputError(f"the files differ in sampling rate: {listed}; import those of one rate together")
+    return pairs
+
+
+def make_campaign(
+    pairs: Sequence[Pair],
+    knowledge: Knowledge,
+    window: Window,
+    frequencies: tuple[float, ...] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> ImportedCampaign:
+    """Cut the bursts of recordings and describe them as a campaign.
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+    knowledge : Knowledge
+    window : Window
+    frequencies : tuple of float
+        Those to be taken, Hz; those that the knowledge lists, or all, when left out.
+    progress : callable
+        See `cutting.cut_bursts`.
+
+    Raises
+    ------
+    InputError
+        When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the knowledge does
+        not fit a campaign.
+    """
+    refuse_wrong(knowledge, window.cycles)
+    result = cut_bursts(pairs, window, frequencies or knowledge.frequencies, progress)
+    _refuse_unfit(result, window.cycles, together=knowledge.is_calibration)
+    names = file_names(knowledge, [burst.frequency for burst in result.bursts])
+    level = _level(result.bursts, window.cycles)
+    text, complete = campaign_text(knowledge, names, level, window.cycles, pairs[0].sampling_rate)
+    return ImportedCampaign(text, result, names, complete)
+
+
+def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
+    from multilayer.signals.quality import check_configuration
+
+    recordings = {burst.frequency: burst.recording for burst in result.bursts}
+    places = {
+        burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts
+    }
+    told = [
+        finding.message if finding.frequency is None
+        else f"burst at {finding.frequency:g} Hz ({places[finding.frequency]}): {finding.message}"
+        for finding in check_configuration(recordings, cycles=cycles, together=together)
+    ]  # fmt: skip
+    if told:
+        raise InputError([*told, "bursts can be left out: --frequencies names those to take, as --frequencies 200,300"])
+
+
+def _level(bursts: Sequence[CutBurst], cycles: float) -> float:
+    """Return the median over the bursts of the base's rms over the duration of a burst, m/s2."""
+    return float(np.median([np.mean(_levels(one, cycles)) for one in bursts]))
+
+
+def _levels(burst: CutBurst, cycles: float) -> RealArray:
+    """Return the base's rms over the duration of a burst, m/s2, of every repeat."""
+    base = burst.recording.base - burst.recording.base.mean(axis=1, keepdims=True)
+    duration = cycles / burst.frequency * burst.recording.sampling_rate
+    return np.asarray(rms(base) * np.sqrt(burst.recording.n_samples / duration))
+
+
+def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
+    """Return what a user should look at: bursts whose repeats are not alike."""
+    levels = {burst.frequency: _levels(burst, cycles) for burst in made.result.bursts}
+    return [
+        f"repeats at {frequency:g} Hz differ in level by a factor of {own.max() / own.min():.2g}; a fit averages them"
+        for frequency, own in levels.items()
+        if own.max() > _LEVELS * own.min()
+    ]
+
+
+def refuse_occupied(folder: Path) -> None:
+    """Refuse a folder that holds something, before anything is read for it.
+
+    Raises
+    ------
+    InputError
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; choose another folder with --out")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"{folder}: holds files already; remove it, or choose another folder with --out")
+
+
+def write_imported(made: ImportedCampaign, folder: Path) -> None:
+    """Write a campaign, as a whole or not at all.
+
+    Parameters
+    ----------
+    made : ImportedCampaign
+    folder : Path
+        Not there yet, or empty.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written to.
+    """
+    place = folder.absolute()
+    refuse_occupied(place)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".partial-") as partial:
+            new = Path(partial) / "new"
+            for burst in made.result.bursts:
+                file = new / made.names[burst.frequency]
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(signal_bytes(burst.recording))
+            (new / FILE_NAME).write_text(made.text, encoding="utf-8")
+            new.replace(place)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be written to ({error.strerror or error}); choose another with --out"
+        ) from None

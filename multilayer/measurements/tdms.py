@@ -1,0 +1,75 @@
+"""NI TDMS files, which LabVIEW and other programs of National Instruments write."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from multilayer.errors import InputError, Problem
+from multilayer.measurements.channels import Channel, Channels, as_samples, different
+from multilayer.measurements.reading import damaged, library, reads
+
+_KIND = "a TDMS file"
+_SIGNATURE = b"TDSm"
+
+
+def read_tdms(path: Path | str) -> Channels:
+    """Read a ``.tdms`` file through npTDMS.
+
+    A channel's rate is that of its waveform (``wf_increment``), its unit ``unit_string``. It is called by its own name,
+    or ``GROUP/NAME`` where two groups have a channel of one name.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Raises
+    ------
+    InputError
+        When npTDMS is not installed, or the file is damaged, cut short, or holds no numbers.
+    """
+    file = Path(path)
+    nptdms = library("nptdms", file)
+    with reads(file, _KIND), _silent_log():
+        _refuse_other_kind(file)
+        tdms = nptdms.TdmsFile.read(file)
+        if tdms.file_status.incomplete_final_segment:
+            raise damaged(file, _KIND, "its last segment is incomplete")
+        found = [channel for group in tdms.groups() for channel in group.channels() if _is_numeric(channel)]
+        names = different([one.name for one in found], [f"{one.group_name}/{one.name}" for one in found])
+        channels = tuple(_channel(name, one) for name, one in zip(names, found, strict=True))
+    if not channels:
+        raise InputError(Problem("holds no channel of numbers", file=file))
+    return Channels(file, channels)
+
+
+@contextmanager
+def _silent_log() -> Iterator[None]:
+    """Keep what npTDMS logs about damaged files off the terminal: the error says it."""
+    logger = logging.getLogger("nptdms")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _refuse_other_kind(file: Path) -> None:
+    """Refuse what does not begin as a TDMS file does; npTDMS takes a few bytes of anything for an empty one."""
+    with file.open("rb") as stream:
+        if stream.read(len(_SIGNATURE)) != _SIGNATURE:
+            raise damaged(file, _KIND, "it does not begin like one")
+
+
+def _is_numeric(channel: Any) -> bool:
+    return len(channel) > 0 and channel.dtype.kind in "fiu"
+
+
+def _channel(name: str, channel: Any) -> Channel:
+    step = float(channel.properties.get("wf_increment", 0.0))
+    unit = str(channel.properties.get("unit_string", "")).strip() or None
+    return Channel(name, as_samples(channel[:]), unit, 1.0 / step if step > 0 else None)

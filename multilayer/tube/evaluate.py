@@ -1,0 +1,220 @@
+"""From a tube file to reflection, impedance, absorption and transmission loss."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import BoolArray, ComplexArray, RealArray
+from multilayer.csv_table import csv_table
+from multilayer.errors import InputError, Problem
+from multilayer.signals.impedance_tube import (
+    Range,
+    TransferMatrix,
+    cut_off,
+    face_state,
+    iso_attenuation,
+    kirchhoff_attenuation,
+    matrix_transmission,
+    normalised_impedance,
+    one_load_matrix,
+    reflection_coefficient,
+    rigid_backed_reflection,
+    spacing_range,
+    switched_calibration,
+    two_load_matrix,
+)
+from multilayer.simulation.quantities import columns_of
+from multilayer.tube.data import Transfer, read_transfer, refuse_other_frequencies
+from multilayer.tube.file import FILE_NAME, FourMicrophones, TubeFile, TwoMicrophones, load_tube, tube_file
+
+Spectra = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class TubeResult:
+    """What a tube says of its sample.
+
+    Attributes
+    ----------
+    name : str
+    frequency : array, shape (n,)
+        Hz.
+    working_range : Range
+        Hz.
+    n_outside : int
+        Frequencies measured, and wanted, that lie outside of the working range: left out, or kept if the file says so.
+    spectra : mapping
+        By name of the file that holds them, quantities as in `simulation.quantities`: ``tube`` (the sample in front of
+        the tube's own end, or with gas on both sides), ``rigid_backed`` (of four microphones).
+    matrix : TransferMatrix or None
+        Of four microphones.
+    coherence : array, shape (n,) or None
+        Of signals over time.
+    """
+
+    name: str
+    frequency: RealArray
+    working_range: Range
+    n_outside: int
+    spectra: Mapping[str, Spectra]
+    matrix: TransferMatrix | None = None
+    coherence: RealArray | None = None
+
+    @property
+    def in_range(self) -> BoolArray:
+        """Which frequencies lie in the working range."""
+        return (self.frequency >= self.working_range.low) & (self.frequency <= self.working_range.high)
+
+    def tables(self) -> dict[str, str]:
+        """Return CSV files by name, which `simulate`, `compare`, `fit` and `diagnose` take as measured data."""
+        head = {"frequency_hz": self.frequency, "in_range": self.in_range}
+        more = {} if self.coherence is None else {"coherence": self.coherence}
+        found = {f"{name}.csv": _csv({**head, **columns_of(dict(s)), **more}) for name, s in self.spectra.items()}
+        if self.matrix is not None:
+            parts = {f"{n}_{p}": getattr(v, q) for n, v in self.matrix._asdict().items() for p, q in _PARTS.items()}
+            found["transfer_matrix.csv"] = _csv({**head, **parts})
+        return found
+
+
+_PARTS = {"re": "real", "im": "imag"}
+
+
+def _csv(columns: Mapping[str, NDArray[Any]]) -> str:
+    return csv_table(list(columns), zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def evaluate(source: Path) -> TubeResult:
+    """Return what the measurements of a tube file say.
+
+    Parameters
+    ----------
+    source : Path
+        The file, or a folder with a ``tube.yaml``; its data are relative to it.
+
+    Raises
+    ------
+    InputError
+        With every mistake of the file; when data cannot be read, do not fit together, or lie outside of the working
+        range altogether.
+    """
+    path = tube_file(source)
+    file = load_tube(path)
+    if isinstance(file, TwoMicrophones):
+        return _two_microphones(file, path)
+    return _four_microphones(file, path)
+
+
+def name_of(source: Path) -> str:
+    """Return the name of a measurement: of its folder where the file is called as by default."""
+    file = tube_file(source).resolve()
+    return file.parent.name if file.name == FILE_NAME else file.stem
+
+
+def wavenumber(file: TubeFile, frequency: RealArray) -> ComplexArray:
+    """Return the wavenumber along the tube, rad/m, with the attenuation that the file states."""
+    gas, diameter = file.ambient.gas, file.tube.hydraulic_diameter
+    loss = np.zeros(len(frequency))
+    if file.tube.attenuation == "iso":
+        loss = iso_attenuation(frequency, gas.sound_speed, diameter)
+    elif file.tube.attenuation == "kirchhoff":
+        loss = kirchhoff_attenuation(frequency, gas, diameter)
+    return np.asarray(2 * np.pi * frequency / gas.sound_speed - 1j * loss)
+
+
+def _working_range(file: TubeFile, spacings: tuple[float, ...], *, e2611: bool) -> Range:
+    c = file.ambient.gas.sound_speed
+    ranges = [spacing_range(c, spacing, e2611=e2611) for spacing in spacings]
+    plane = cut_off(c, file.tube.widest, rectangular=file.tube.diameter is None)
+    return Range(max(one.low for one in ranges), min(plane, *(one.high for one in ranges)))
+
+
+def _kept(file: TubeFile, path: Path, frequency: RealArray, working: Range) -> tuple[BoolArray, int]:
+    """Return which frequencies are evaluated, and how many of those wanted lie outside of the working range."""
+    wanted = (frequency >= (file.start or 0.0)) & (frequency <= (file.to or np.inf))
+    inside = (frequency >= working.low) & (frequency <= working.high)
+    kept = wanted if file.keep_outside else wanted & inside
+    if not kept.any():
+        band = f"{working.low:.4g} to {working.high:.4g} Hz"
+        said = f"there are frequencies from {frequency.min():.4g} to {frequency.max():.4g} Hz"
+        message = (
+            f"no frequency is left to evaluate: {said}, and this tube works from {band}; check spacing and diameter"
+        )
+        raise InputError(Problem(message, file=path))
+    return kept, int(np.sum(wanted & ~inside))
+
+
+def _two_microphones(file: TwoMicrophones, path: Path) -> TubeResult:
+    data = read_transfer(file.measurement, path.parent, 2)
+    h12 = _ratio(data) / _calibration(file, path, data)
+    working = _working_range(file, (file.spacing,), e2611=False)
+    kept, n_outside = _kept(file, path, data.frequency, working)
+    frequency = data.frequency[kept]
+    far = file.distance + file.spacing
+    reflection = reflection_coefficient(h12[kept], wavenumber(file, frequency), file.spacing, far)
+    coherence = None if data.coherence is None else data.coherence[kept]
+    return TubeResult(
+        name_of(path), frequency, working, n_outside, {"tube": _of_reflection(reflection)}, None, coherence
+    )
+
+
+def _of_reflection(reflection: ComplexArray) -> Spectra:
+    return {
+        "absorption": 1 - np.abs(reflection) ** 2,
+        "normalised_impedance": normalised_impedance(reflection),
+        "reflection": reflection,
+    }
+
+
+def _ratio(data: Transfer) -> ComplexArray:
+    return np.asarray(data.functions[1] / data.functions[0])
+
+
+def _calibration(file: TwoMicrophones, path: Path, data: Transfer) -> ComplexArray:
+    """Return the calibration factor of the channels; 1 where nothing was exchanged."""
+    if file.exchanged is None and file.calibration is None:
+        return np.ones(len(data.frequency), dtype=complex)
+    pair = file.calibration
+    straight = data if pair is None else read_transfer(pair.straight, path.parent, 2)
+    source = file.exchanged if pair is None else pair.exchanged
+    assert source is not None
+    exchanged = read_transfer(source, path.parent, 2)
+    for other in (straight, exchanged):
+        refuse_other_frequencies(data, other)
+    return switched_calibration(_ratio(straight), _ratio(exchanged))
+
+
+def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:
+    loads = [read_transfer(source, path.parent, 4) for source in file.loads]
+    correction = None if file.calibration is None else read_transfer(file.calibration, path.parent, 4)
+    for other in [*loads[1:], *([] if correction is None else [correction])]:
+        refuse_other_frequencies(loads[0], other)
+    a, b, c, d = file.positions
+    working = _working_range(file, (b - a, d - c), e2611=True)
+    kept, n_outside = _kept(file, path, loads[0].frequency, working)
+    frequency, impedance = loads[0].frequency[kept], file.ambient.gas.impedance
+    k = wavenumber(file, frequency)
+    gains = 1.0 if correction is None else correction.functions[:, kept]
+    states = [
+        face_state(tuple(load.functions[:, kept] / gains), file.positions, k, impedance, file.thickness)
+        for load in loads
+    ]
+    matrix = one_load_matrix(states[0]) if len(states) == 1 else two_load_matrix(states[0], states[1])
+    known = [load.coherence[kept] for load in loads if load.coherence is not None]
+    coherence = np.min(known, axis=0) if known else None
+    spectra = {
+        "tube": _of_matrix(matrix, impedance),
+        "rigid_backed": _of_reflection(rigid_backed_reflection(matrix, impedance)),
+    }
+    return TubeResult(name_of(path), frequency, working, n_outside, spectra, matrix, coherence)
+
+
+def _of_matrix(matrix: TransferMatrix, impedance: float) -> Spectra:
+    transmission, reflection = matrix_transmission(matrix, impedance)
+    loss = -20 * np.log10(np.abs(transmission))
+    return {**_of_reflection(reflection), "transmission_loss": loss, "transmission": transmission}

@@ -1,0 +1,220 @@
+"""What a tube file says: the tube, its microphones, and where the raw data stand; format version 1."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from multilayer.config.validate import validate
+from multilayer.config.yaml12 import read_yaml
+from multilayer.errors import InputError, Problem, show
+from multilayer.models import Model, refuse
+from multilayer.stack import Ambient
+from multilayer.units import Duration, Frequency, Length, Unit
+
+FILE_NAME = "tube.yaml"
+Position = Annotated[float, Unit("m")]
+_METHODS = "two_microphones, four_microphones"
+
+
+class Source(Model):
+    """Transfer functions of one measurement: from a table, or from signals over time.
+
+    Attributes
+    ----------
+    file : Path, optional
+        A text table with `frequency_hz` and, for two microphones, `h12_re` and `h12_im` (pressure at the nearer over
+        that at the farther one); for four, `h1_re`, `h1_im` to `h4_im`, over any common reference (without `h1` that is
+        the first microphone).
+    recording : Path, optional
+        A file that a reader of `multilayer.readers` takes.
+    channels : tuple of str
+        Of a recording, one for each microphone: from the source to the sample and beyond.
+    segment : float
+        Of Welch's method, s: 1/segment is the step in frequency.
+    sampling_rate : float, optional
+        Of a recording that does not say, Hz.
+    """
+
+    file: Path | None = None
+    recording: Path | None = None
+    channels: tuple[str, ...] = ()
+    segment: Duration = 0.2
+    sampling_rate: Frequency | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.file is None) == (self.recording is None):
+            refuse(
+                self, [((), "give either 'file', a table of transfer functions, or 'recording' and 'channels'", None)]
+            )
+        if self.recording is not None and not self.channels:
+            refuse(self, [((), "a recording needs 'channels': one for each microphone, source side first", None)])
+        return self
+
+
+class Section(Model):
+    """The tube's cross section, and what waves lose along it.
+
+    Attributes
+    ----------
+    diameter : float, optional
+        Of a circular tube, m.
+    width, height : float, optional
+        Of a rectangular one, m.
+    attenuation : {"none", "iso", "kirchhoff"}
+        None, that of ISO 10534-2, or that of viscosity and heat at the wall.
+    """
+
+    diameter: Length | None = None
+    width: Length | None = None
+    height: Length | None = None
+    attenuation: Literal["none", "iso", "kirchhoff"] = "none"
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        rectangular = (self.width is not None, self.height is not None)
+        if (self.diameter is not None) == any(rectangular) or any(rectangular) != all(rectangular):
+            refuse(self, [((), "give the 'diameter' of a circular tube, or 'width' and 'height' of another", None)])
+        return self
+
+    @property
+    def widest(self) -> float:
+        """Diameter or longer side, m."""
+        return self.diameter if self.diameter is not None else max(self.width or 0.0, self.height or 0.0)
+
+    @property
+    def hydraulic_diameter(self) -> float:
+        """Four times the area over the perimeter, m."""
+        if self.diameter is not None:
+            return self.diameter
+        width, height = self.width or 0.0, self.height or 0.0
+        return 2 * width * height / (width + height)
+
+
+class TubeFile(Model):
+    """What both methods share.
+
+    Attributes
+    ----------
+    start, to : float, optional
+        First (`from`) and last frequency wanted, Hz.
+    keep_outside : bool
+        Whether frequencies outside of the working range are kept; a column `in_range` tells them.
+    """
+
+    version: Literal[1]
+    ambient: Ambient = Ambient()
+    tube: Section
+    start: Annotated[Frequency | None, Field(alias="from")] = None
+    to: Frequency | None = None
+    keep_outside: bool = False
+
+
+class Switched(Model):
+    """A calibration made once: the same sample, with the microphones at their places and exchanged."""
+
+    straight: Source
+    exchanged: Source
+
+
+class TwoMicrophones(TubeFile):
+    """Reflection by ISO 10534-2.
+
+    Attributes
+    ----------
+    spacing : float
+        Between the microphones, m.
+    distance : float
+        From the sample's face to the nearer microphone, m.
+    measurement : Source
+    exchanged : Source, optional
+        The same with the microphones in each other's place.
+    calibration : Switched, optional
+        In place of `exchanged`.
+    """
+
+    method: Literal["two_microphones"]
+    spacing: Length
+    distance: Length
+    measurement: Source
+    exchanged: Source | None = None
+    calibration: Switched | None = None
+
+    @model_validator(mode="after")
+    def _one_calibration(self) -> Self:
+        if self.exchanged is not None and self.calibration is not None:
+            refuse(self, [(("calibration",), "give either 'exchanged' or 'calibration': each removes the same", None)])
+        return self
+
+
+class FourMicrophones(TubeFile):
+    """Transmission by ASTM E2611.
+
+    Attributes
+    ----------
+    positions : tuple of 4 float
+        Of the microphones, m from the sample's front face: two negative ones, two behind the sample.
+    thickness : float
+        Of the sample, m.
+    loads : tuple of Source
+        One, for a sample that looks the same from both sides, or two, with different terminations of the tube.
+    calibration : Source, optional
+        Transfer functions of the microphones at one place, over the same reference.
+    """
+
+    method: Literal["four_microphones"]
+    positions: tuple[Position, Position, Position, Position]
+    thickness: Length
+    loads: Annotated[tuple[Source, ...], Field(min_length=1, max_length=2)]
+    calibration: Source | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        a, b, c, d = self.positions
+        if not (a < b <= 0 and self.thickness <= c < d):
+            wanted = "two rising positions ahead of the front face (negative), two rising ones behind the thickness"
+            refuse(self, [(("positions",), f"{show(list(self.positions))} is not allowed; write {wanted}", None)])
+        return self
+
+
+_MODELS: dict[Any, type[TwoMicrophones] | type[FourMicrophones]] = {
+    "two_microphones": TwoMicrophones,
+    "four_microphones": FourMicrophones,
+}
+
+
+def tube_file(source: Path) -> Path:
+    """Return the tube file that is meant: the source itself, or the one that a folder holds."""
+    return source / FILE_NAME if source.is_dir() else source
+
+
+def is_tube(source: Path) -> bool:
+    """Tell whether a file, or the ``tube.yaml`` of a folder, is a tube file."""
+    file = tube_file(source)
+    if file.suffix not in (".yaml", ".yml") or not file.is_file():
+        return False
+    try:
+        data = read_yaml(file, keep_problems=True).data
+    except InputError:
+        return False  # told by whoever reads it next
+    return isinstance(data, dict) and "tube" in data and "method" in data
+
+
+def load_tube(path: Path) -> TwoMicrophones | FourMicrophones:
+    """Read a tube file; its data are not looked at yet.
+
+    Raises
+    ------
+    InputError
+        With every mistake, at its line and column.
+    """
+    document = read_yaml(path, keep_problems=True)
+    data = document.data
+    method = data.get("method") if isinstance(data, dict) else None
+    if not isinstance(method, str) or method not in _MODELS:
+        message = f"{show(method)} is not allowed; allowed: {_METHODS}"
+        raise InputError(Problem(message, "method", path, *document.position(("method",))))
+    return validate(document, _MODELS[method])

@@ -1,0 +1,81 @@
+"""Files of data recorders, each written by its own library."""
+
+import gc
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+
+def write_tdms(path, channels, rate, units, group="rig"):
+    """Write a waveform channel for each array, as LabVIEW does."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    def of(name):
+        unit = {} if units.get(name) is None else {"unit_string": units[name]}
+        step = {} if rate is None else {"wf_increment": 1.0 / rate}
+        return {**unit, **step}
+
+    with TdmsWriter(str(path)) as writer:
+        writer.write_segment([ChannelObject(group, name, data, of(name)) for name, data in channels.items()])
+    return Path(path)
+
+
+def write_uff(path, channels, rate, units, binary=1):
+    """Write a dataset 58 for each array."""
+    import pyuff
+
+    sets = [
+        pyuff.prepare_58(
+            binary=binary, func_type=1, id1=name, rsp_node=i, rsp_dir=3, ref_node=1, ref_dir=3, data=data,
+            x=np.arange(len(data)) / rate, ord_data_type=4, num_pts=len(data), abscissa_spacing=1, abscissa_min=0.0,
+            abscissa_inc=1.0 / rate, abscissa_spec_data_type=17, ordinate_spec_data_type=12, orddenom_spec_data_type=0,
+            ordinate_axis_units_lab=units.get(name) or "NONE",
+        )
+        for i, (name, data) in enumerate(channels.items(), start=1)
+    ]  # fmt: skip
+    Path(path).unlink(missing_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # pyuff opens the file twice for binary data
+        pyuff.UFF(str(path)).write_sets(sets, mode="add")
+        gc.collect()
+    return Path(path)
+
+
+def write_wav(path, channels, rate, units=None):
+    """Write 32-bit floats; WAV knows neither names nor units."""
+    from scipy.io import wavfile
+
+    wavfile.write(path, int(rate), np.stack(list(channels.values()), axis=1).astype(np.float32))
+    return Path(path)
+
+
+def write_mat(path, channels, rate, units):
+    """Write variables, ``fs`` and a struct of units."""
+    from scipy.io import savemat
+
+    savemat(path, {**channels, "fs": rate, "units": {name: unit for name, unit in units.items() if unit}})
+    return Path(path)
+
+
+def write_h5(path, channels, rate, units):
+    """Write datasets with attributes."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file.attrs["sampling_rate"] = rate
+        for name, data in channels.items():
+            file[name] = data
+            if units.get(name):
+                file[name].attrs["units"] = units[name]
+    return Path(path)
+
+
+def write_csv(path, channels, rate, units, separator=",", comma=False):
+    """Write columns with units in their headers."""
+    columns = {"time [s]": np.arange(len(next(iter(channels.values())))) / rate}
+    columns |= {f"{name} [{units[name]}]" if units.get(name) else name: data for name, data in channels.items()}
+    rows = [separator.join(f"{x:.12g}" for x in row) for row in zip(*columns.values(), strict=True)]
+    text = "\n".join([separator.join(columns), *(row.replace(".", ",") if comma else row for row in rows), ""])
+    Path(path).write_text(text, encoding="utf-8")
+    return Path(path)
