@@ -117,6 +117,11 @@ class Hypotheses:
         return next((names for names in self.ranked if names in self.fitted), None)
 
     @property
+    def several(self) -> bool:
+        """Whether there is more than one configuration."""
+        return len(self.nominal.hypothesis.data) > 1
+
+    @property
     def ranked(self) -> list[tuple[str, ...]]:
         """Names of the causes, the most probable first; without the nominal model."""
         return sorted((names for names in self.evidence if names), key=lambda names: -self.score(names))
@@ -262,18 +267,39 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     if best == UNKNOWN:
         text = "a smooth discrepancy explains the gap better than any known effect"
         return Decision("unknown", best, _group(found, best), text)
-    fitted, held, label = found.fitted[best], shrinkage.get(best), in_words(best)
-    own = tolerant_p_value(fitted, TOLERANCE)
-    text = ""
-    share = held.share if held is not None and held.before > SEEN_HELD_OUT else None
-    if own < FIT_P and (len(best) > 1 or not _explains_enough(found, best, share)):
-        text = f"{label} explains most, but leaves a misfit of probability {_told(own)}"
-    elif share is not None and share < LEAST_SHRINKAGE:
-        text = f"with {label} the gap on held-out data shrinks by {100 * share:.0f} % only"
     group = _group(found, best)
-    if text:
-        return Decision("unknown", best, group, text, guarded=True)
-    return Decision("effect", best, group, f"{label} explains the gap")
+    if reason := _mistrust(found, best, shrinkage):
+        return Decision("unknown", best, group, reason, guarded=True)
+    return Decision("effect", best, group, f"{in_words(best)} explains the gap")
+
+
+def _mistrust(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
+    """Return why the best cause is not named; empty where it is."""
+    label, share = in_words(best), _seen_share(best, shrinkage)
+    if not _fits(found, best) and (len(best) > 1 or not _explains_enough(found, best, share)):
+        own = tolerant_p_value(found.fitted[best], TOLERANCE)
+        return f"{label} explains most, but leaves a misfit of probability {_told(own)}"
+    if share is not None and share < LEAST_SHRINKAGE:
+        return f"with {label} the gap on held-out data shrinks by {100 * share:.0f} % only"
+    if len(best) == 1:
+        return ""
+    if not found.several:
+        return f"only two effects at once, such as {label}, explain it, and one configuration cannot tell such apart"
+    alone = max((held.share, names) for names, held in shrinkage.items() if len(names) == 1)
+    if share is not None and alone[0] >= share:
+        return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
+    return ""
+
+
+def _seen_share(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
+    """Return the shrinkage on held-out data; None where there is next to no gap on these."""
+    held = shrinkage.get(best)
+    return held.share if held is not None and held.before > SEEN_HELD_OUT else None
+
+
+def _fits(found: Hypotheses, names: tuple[str, ...]) -> bool:
+    """Tell whether chance, solvers and the law's errors explain the misfit that is left."""
+    return tolerant_p_value(found.fitted[names], TOLERANCE) >= FIT_P
 
 
 def _explains_enough(found: Hypotheses, best: tuple[str, ...], share: float | None) -> bool:
@@ -300,8 +326,15 @@ def _carried_over(
         return best
     parts = [names for names in shrinkage if len(names) < len(best) and set(names) <= set(best)]
     better = [names for names in parts if shrinkage[names].share >= shrinkage[best].share - LITTLE_USE]
-    enough = [names for names in better if tolerant_p_value(found.fitted[names], TOLERANCE) >= FIT_P]
+    enough = [names for names in better if _fits(found, names) or _is_all_one_can_say(found, names, shrinkage)]
     return max(enough, key=lambda names: shrinkage[names].share, default=best)
+
+
+def _is_all_one_can_say(
+    found: Hypotheses, names: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]
+) -> bool:
+    """Tell whether one effect is to be named in place of two although it leaves a misfit: of one configuration."""
+    return not found.several and _explains_enough(found, names, _seen_share(names, shrinkage))
 
 
 def _group(found: Hypotheses, best: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -15,10 +15,11 @@ _SHOWN_CAUSES = 8
 
 
 def worth_checking(found: Hypotheses) -> list[tuple[str, ...]]:
-    """Return the hypotheses to check on held-out data: the best, its single effects, and its rival."""
+    """Return the hypotheses to check on held-out data: the best, its single effects, its rival, the best single one."""
     ranked = [names for names in found.ranked if names in found.fitted]
-    parts = [(name,) for name in ranked[0]] if ranked else []
-    return list(dict.fromkeys([*ranked[:2], *(names for names in parts if names in found.fitted)]))
+    parts = [(name,) for name in ranked[0] if (name,) in found.fitted] if ranked else []
+    single = next((names for names in ranked if len(names) == 1), None)
+    return list(dict.fromkeys([*ranked[:2], *parts, *([single] if single else [])]))
 
 
 def cause_entries(

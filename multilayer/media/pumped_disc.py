@@ -92,19 +92,36 @@ def pumped_disc_factor(
         poisson_ratio=poisson_ratio, pore_modulus=pore_modulus,
     )  # fmt: skip
 
-    def of_mode(k: Numeric) -> ComplexArray:
-        q2 = k**2 + 1j * omega * s / pore_modulus
-        x = np.sqrt(q2) * radius
-        return np.asarray(1j * omega * s / q2 * (1 - 2 * ive(1, x) / (x * ive(0, x))))
-
     without = _motion(omega, stiffness, density, thickness, mass_per_area)
     heavier = density + gas_density
-    drag = [of_mode(n * np.pi / thickness) for n in range(1, _MODES + 1)]
+    drag = _of_modes(omega, flow_resistivity, gas_density, radius, float(np.mean(np.asarray(thickness))), pore_modulus)
     with_air = _motion(
         omega, stiffness, heavier, thickness, mass_per_area,
         uniform=uniform, modes=drag, gas_density=gas_density, slip=slip,
     )  # fmt: skip
     return np.asarray(with_air / without)
+
+
+def _of_modes(
+    omega: RealArray,
+    flow_resistivity: Numeric,
+    gas_density: float,
+    radius: float,
+    thickness: float,
+    pore_modulus: float,
+) -> list[ComplexArray]:
+    """Return K_n of every mode, each shape (..., n); of a sample as thick as the mean of all."""
+    resistivity = np.atleast_1d(np.asarray(flow_resistivity))
+    # Bessel functions are slow, and among the samples of a derivative only few differ in resistivity
+    values, place = np.unique(resistivity, return_inverse=True)
+    s = dynamic_resistivity(omega, values[:, None], gas_density)
+    back = place.reshape(resistivity.shape)[..., 0]
+    found = []
+    for n in range(1, _MODES + 1):
+        q2 = (n * np.pi / thickness) ** 2 + 1j * omega * s / pore_modulus
+        x = np.sqrt(q2) * radius
+        found.append((1j * omega * s / q2 * (1 - 2 * ive(1, x) / (x * ive(0, x))))[back])
+    return found
 
 
 def _motion(
