@@ -70,10 +70,9 @@ What the laboratory states of gain, thickness and plate mass multiplies all modu
 most of the intervals of E1 and E2. E2/E1 and the law's parameters hang on noise and model error: they test the noise
 estimate and the independence of the bins.
 
-Without a model error the noise is small, and two approximations of the joint problem then show in the false alarms,
-for soft or little damped samples: a ring-down that goes on at the end of the record, below the 2 % of its maximum from
-which a burst is left out; and density and thickness, whose effect is a parabola, where resonances within the sample
-are sharper than the stated uncertainties. A model error of 0.2 % covers both in nearly all campaigns.
+Without a model error the noise is small, and an approximation of the joint problem then shows in the false alarms, for
+soft or little damped samples: a ring-down that goes on at the end of the record, below the 2 % of its maximum from
+which a burst is left out. A model error of 0.2 % covers it in nearly all campaigns.
 """
 
 
