@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from multilayer.diagnosis.blind_check import Answer, Outcome
+    from multilayer.diagnosis.blind_check import Outcome
 
 
 def blind_check(
@@ -30,9 +29,10 @@ def blind_check(
     Example: multilayer blind-check --campaigns 40 --seed 7 --jobs 2
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.blind_check import BlindTask, answer, unseal
+    from multilayer.diagnosis.blind_check import Answer, BlindTask, answer, unseal
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
+    from multilayer.json_lines import JsonLines
     from multilayer.report.blind_report import blind_files
     from multilayer.report.files import refuse_unusable, write_files
 
@@ -42,13 +42,14 @@ def blind_check(
         raise InputError(f"--seed: {seed} is not allowed; it must be 0 or more")
     refuse_unusable(out)
     out.mkdir(parents=True, exist_ok=True)
-    store = Store(out / "answers.jsonl", seed)
-    answers = {one.number: one for one in store.begin(resume=resume) if one.number < campaigns}
+    store = JsonLines(out / "answers.jsonl", _made_with(seed))
+    before = [Answer.from_dict(one) for one in store.begin(resume=resume)]
+    answers = {one.number: one for one in before if one.number < campaigns}
     left = [BlindTask(number, seed) for number in range(campaigns) if number not in answers]
     try:
         with executor_for(jobs, cluster) as executor, progress_bar("blind check", len(left)) as advance:
             for index, found in as_done(answer, left, executor):
-                store.append(found)
+                store.append(found.to_dict())
                 answers[left[index].number] = found
                 advance(f"campaign {left[index].number}")
     except KeyboardInterrupt:
@@ -64,55 +65,12 @@ def blind_check(
         typer.echo(f"written to {out}: {', '.join(path.name for path in written)}")
 
 
-class Store:
-    """A file of answers, one line of JSON each, with what they were made with in the first."""
-
-    def __init__(self, path: Path, seed: int) -> None:
-        self.path, self._head = path, _made_with(seed)
-
-    def begin(self, *, resume: bool) -> list[Answer]:
-        """Return the answers to go on with; without `resume` none, and the file begins anew.
-
-        Raises
-        ------
-        InputError
-            For answers of another seed, version, or other thresholds.
-        """
-        from multilayer.diagnosis.blind_check import Answer
-        from multilayer.errors import InputError
-
-        lines = self.path.read_text(encoding="utf-8").splitlines() if resume and self.path.exists() else []
-        plain = [one for one in map(_parsed, lines) if one is not None]  # the last may be cut short
-        if plain and plain[0] != self._head:
-            text = "holds answers of another seed, version or other thresholds"
-            raise InputError(f"{self.path} {text}; choose another --out, or leave out --resume")
-        kept = [self._head, *plain[1:]]
-        beside = self.path.with_suffix(".part")
-        beside.write_text("".join(f"{json.dumps(one)}\n" for one in kept), encoding="utf-8")
-        beside.replace(self.path)
-        return [Answer.from_dict(one) for one in kept[1:]]
-
-    def append(self, answer: Answer) -> None:
-        """Add an answer."""
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(f"{json.dumps(answer.to_dict())}\n")
-
-
-def _parsed(line: str) -> dict[str, Any] | None:
-    try:
-        found: dict[str, Any] = json.loads(line)
-    except ValueError:
-        return None
-    return found
-
-
 def _made_with(seed: int) -> dict[str, Any]:
     from importlib.metadata import version
 
-    from multilayer.diagnosis import thresholds
+    from multilayer.diagnosis.thresholds import in_force
 
-    values = {name: getattr(thresholds, name) for name in dir(thresholds) if name.isupper()}
-    return {"seed": seed, "multilayer": version("multilayer"), "thresholds": values}
+    return {"seed": seed, "multilayer": version("multilayer"), "thresholds": in_force()}
 
 
 def _print(outcomes: list[Outcome]) -> None:

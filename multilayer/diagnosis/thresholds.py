@@ -28,3 +28,8 @@ PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
 # how often such verdicts were right on development runs: "no gap", a cause that is sure by its evidence (an effect
 # that is not in the library has no say in that), and "unknown" against the evidence
 RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_GUARDED = 0.99, 0.7, 0.75
+
+
+def in_force() -> dict[str, float]:
+    """Return all thresholds by name."""
+    return {name: value for name, value in globals().items() if name.isupper()}

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multilayer.diagnosis import thresholds
 from multilayer.diagnosis.blind_check import FINAL_SEEDS, Outcome
 from multilayer.diagnosis.blind_draw import MIX
 from multilayer.diagnosis.blind_score import (
@@ -20,6 +19,7 @@ from multilayer.diagnosis.blind_score import (
     reliability,
     scores,
 )
+from multilayer.diagnosis.thresholds import in_force
 from multilayer.report.style import COLOURS, blank, figure_style, png
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _detection_lines(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def _threshold_lines() -> list[str]:
-    values = {name: getattr(thresholds, name) for name in dir(thresholds) if name.isupper()}
+    values = in_force()
     return ["| name | value |", "|---|---|", *(f"| {name} | {value:g} |" for name, value in values.items())]
 
 
@@ -165,7 +165,7 @@ def _record(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
         "campaigns": len(outcomes),
         "scores": {name: [score.to_dict() for score in found] for name, found in score_table(outcomes)},
         "confusion": confusion(outcomes),
-        "thresholds": {name: getattr(thresholds, name) for name in dir(thresholds) if name.isupper()},
+        "thresholds": in_force(),
     }
 
 

@@ -7,7 +7,6 @@ is done is kept in a file; started again after an interruption, the command does
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Sequence
@@ -19,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from multilayer.cli.progress import progress_bar
-from multilayer.errors import InputError, MultilayerError
+from multilayer.errors import MultilayerError
 from multilayer.executors import as_done, cluster, local_pool
+from multilayer.json_lines import JsonLines
 from tests.benchmarks.factorial_cases import CYCLES, LINES, PERIOD, Design, Outcome, Task
 from tests.benchmarks.factorial_fit import solve
 from tests.benchmarks.factorial_numbers import Run
@@ -29,57 +29,26 @@ from tests.benchmarks.factorial_page import write_page
 ROOT = Path(__file__).parents[2]
 
 
-class Store:
-    """A file of outcomes, one line of JSON each, for one design."""
-
-    def __init__(self, path: Path, design: Design) -> None:
-        self.path = path
-        self._design = sha256(repr((design, CYCLES, PERIOD, LINES.tolist())).encode()).hexdigest()[:12]
-
-    def read(self) -> list[Outcome]:
-        """Return the outcomes in the file; a last line that was cut short is removed from it.
-
-        Raises
-        ------
-        InputError
-            For results of another design.
-        """
-        text = self.path.read_text(encoding="utf-8") if self.path.exists() else ""
-        whole = [line for line in text.splitlines() if _is_whole(line)]
-        if (clean := "".join(f"{line}\n" for line in whole)) != text:
-            beside = self.path.with_suffix(".part")
-            beside.write_text(clean, encoding="utf-8")
-            beside.replace(self.path)
-        plain = [json.loads(line) for line in whole]
-        if any(found.pop("design", None) != self._design for found in plain):
-            raise InputError(f"--results: {self.path} holds results of something else; name another file, or --fresh")
-        return [Outcome.read(found) for found in plain]
-
-    def append(self, outcome: Outcome) -> None:
-        """Add an outcome."""
-        line = json.dumps({"design": self._design, **asdict(outcome)})
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(f"{line}\n")
+def kept_in(path: Path, design: Design) -> JsonLines:
+    """Return the file of a design's outcomes."""
+    made_with = repr((design, CYCLES, PERIOD, LINES.tolist()))
+    return JsonLines(path, {"design": sha256(made_with.encode()).hexdigest()[:12]})
 
 
-def _is_whole(line: str) -> bool:
-    try:
-        json.loads(line)
-    except ValueError:
-        return False
-    return True
-
-
-def run(design: Design, store: Store, workers: AbstractContextManager[Executor | None]) -> Run:
+def run(design: Design, store: JsonLines, workers: AbstractContextManager[Executor | None]) -> Run:
     """Compute what the store lacks, and return all of the design."""
-    known = {outcome.key for outcome in store.read()}
+    known = {outcome.key for outcome in _outcomes(store)}
     left = [task for task in design.tasks if task.key not in known]
     start = time.perf_counter()
     with workers as executor, progress_bar("factorial", len(left)) as advance:
         for index, outcome in as_done(solve, left, executor):
-            store.append(outcome)
+            store.append(asdict(outcome))
             advance(_told(left[index]))
-    return Run(design, store.read(), time.perf_counter() - start, len(left))
+    return Run(design, _outcomes(store), time.perf_counter() - start, len(left))
+
+
+def _outcomes(store: JsonLines) -> list[Outcome]:
+    return [Outcome.read(found) for found in store.begin(resume=True)]
 
 
 def _told(task: Task) -> str:
@@ -95,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     design = Design()
     try:
         workers: Any = cluster(options.cluster) if options.cluster else local_pool(options.jobs)
-        print(write_page(run(design, Store(options.results, design), workers), options.figures))  # noqa: T201
+        print(write_page(run(design, kept_in(options.results, design), workers), options.figures))  # noqa: T201
     except MultilayerError as error:
         sys.exit(str(error))
 

@@ -10,7 +10,7 @@ from multilayer.errors import InputError
 from multilayer.executors import local_pool
 from multilayer.rig import TwoPlateRig, static_shape_factor
 from tests.benchmarks import factorial
-from tests.benchmarks.factorial import Store, run
+from tests.benchmarks.factorial import kept_in, run
 from tests.benchmarks.factorial_cases import Design, Points, Table
 from tests.benchmarks.factorial_page import write_page
 from tests.benchmarks.factorial_rig import respond
@@ -28,7 +28,7 @@ SMALL = Design(
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     """Return the store of the small design, and what it holds."""
-    store = Store(tmp_path_factory.mktemp("factorial") / "results.jsonl", SMALL)
+    store = kept_in(tmp_path_factory.mktemp("factorial") / "results.jsonl", SMALL)
     return store, run(SMALL, store, local_pool(1))
 
 
@@ -69,7 +69,7 @@ def test_transmissibilities_are_those_of_full_solutions(design, reduced):
 def test_goes_on_where_it_was_killed(done, tmp_path, monkeypatch):
     store, whole = done
     text = store.path.read_text()
-    again = Store(tmp_path / "results.jsonl", SMALL)
+    again = kept_in(tmp_path / "results.jsonl", SMALL)
     again.path.write_text(text[: len(text) - 300])
     asked = []
     monkeypatch.setattr(factorial, "solve", lambda task: asked.append(task.key) or whole.outcomes[-1])
@@ -82,7 +82,7 @@ def test_goes_on_where_it_was_killed(done, tmp_path, monkeypatch):
 
 def test_results_of_another_design_are_refused(done):
     with pytest.raises(InputError, match="another file"):
-        Store(done[0].path, replace(SMALL, thicknesses=(0.050,))).read()
+        kept_in(done[0].path, replace(SMALL, thicknesses=(0.050,))).begin(resume=True)
 
 
 def test_page_tells_what_was_found(done, tmp_path):
