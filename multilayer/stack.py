@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     Field,
+    GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     PlainSerializer,
     PlainValidator,
@@ -16,14 +17,17 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
+from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
 from multilayer.materials.expand import expand_materials
+from multilayer.materials.written import with_materials_written
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
@@ -45,7 +49,7 @@ class Ambient(Model):
     sound_speed: Speed | None = None
     viscosity: Viscosity | None = None
     prandtl: PositiveRatio | None = None
-    heat_capacity_ratio: Annotated[PositiveRatio, Field(gt=1)] | None = None
+    heat_capacity_ratio: Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)] | None = None
 
     @property
     def gas(self) -> Gas:
@@ -84,6 +88,7 @@ Termination = Annotated[
     Literal["rigid", "ambient", "free"] | FluidHalfSpace,
     PlainValidator(_parse_termination),
     PlainSerializer(lambda t: t if isinstance(t, str) else t.model_dump(exclude_none=True)),
+    any_of({"enum": ["rigid", "ambient", "free"]}, FluidHalfSpace),
 ]
 
 
@@ -98,6 +103,12 @@ class Stack(Model):
     layers: Annotated[tuple[LayerField, ...], Field(min_length=1)]
     contacts: tuple[LayerContact, ...] = ()
     termination: Termination = "rigid"
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(core)
+        with_materials_written(handler.resolve_ref_schema(found)["properties"], handler)
+        return found
 
     @model_validator(mode="wrap")
     @classmethod

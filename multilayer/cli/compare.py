@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from multilayer.cli.completion import quantities
 from multilayer.cli.simulate import Cluster, Jobs, run_plan
 
 if TYPE_CHECKING:
@@ -19,7 +19,9 @@ def compare(
     measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="Measured spectra, units in the header.")],
     quantity: Annotated[
         str | None,
-        typer.Option(help="What to compare, as absorption; everything that both have when left out."),
+        typer.Option(
+            help="What to compare, as absorption; everything that both have when left out.", autocompletion=quantities
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -37,6 +39,7 @@ def compare(
 
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.simulation_table import comparison_table
     from multilayer.simulation.compare import compare as compared
@@ -52,16 +55,18 @@ def compare(
     comparison = compared(spectra, run_plan(planned, jobs, cluster))
     written = write_files(folder, _files(comparison, figures))
     if as_json:
-        typer.echo(json.dumps(comparison.to_dict(), indent=1))
+        typer.echo(json_text(comparison.to_dict()), nl=False)
     else:
         comparison_table(comparison)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
 def _files(comparison: Comparison, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "comparison.csv": comparison.to_csv(),
-        "comparison.json": json.dumps(comparison.to_dict(), indent=1) + "\n",
+        "comparison.json": json_text(comparison.to_dict()),
     }
     if figures:
         from multilayer.report.simulation_figures import comparison_figures

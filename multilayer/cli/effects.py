@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
@@ -13,10 +12,11 @@ def effects(as_json: Annotated[bool, typer.Option("--json", help="Print the list
 
     Example: multilayer effects
     """
+    from multilayer.json_text import json_text
     from multilayer.report.effect_table import describe_effects, effect_table
 
     described = describe_effects()
     if as_json:
-        typer.echo(json.dumps(described, indent=1))
+        typer.echo(json_text(described), nl=False)
     else:
         effect_table(described)

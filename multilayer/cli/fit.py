@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multilayer.cli import completion
+
 if TYPE_CHECKING:
     from multilayer.report.fit_outcome import FitTask
 
@@ -23,20 +25,29 @@ def fit(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     method: Annotated[
         str | None,
-        typer.Option(help="least-squares (default) or nelder-mead (the 2015 paper to the letter)."),
+        typer.Option(
+            help="least-squares (default) or nelder-mead (the 2015 paper to the letter).",
+            autocompletion=completion.methods,
+        ),
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
+        typer.Option(
+            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
+            autocompletion=completion.models,
+        ),
     ] = None,
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
-    law: Annotated[str, typer.Option(help="The law of a joint fit.")] = "fractional_zener",
+    law: Annotated[
+        str, typer.Option(help="The law of a joint fit.", autocompletion=completion.laws)
+    ] = "fractional_zener",
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
     posterior: Annotated[
         str | None,
         typer.Option(
             metavar="METHOD",
             help="Of joint and stack fits: laplace (default), profile, or nested (slow, needs dynesty).",
+            autocompletion=completion.posteriors,
         ),
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
@@ -79,7 +90,9 @@ def fit(
     else:
         from multilayer.cli.fit_many import fit_many
 
-        accepted = fit_many(task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume)
+        accepted = fit_many(
+            task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume, as_json=as_json
+        )
     if not accepted:
         raise typer.Exit(1)
     return None
@@ -97,7 +110,9 @@ def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bo
     folder = out or Path("results") / (f"{name}-joint" if task.joint else name)
     if resume and done_before(task, job, folder):
         row = summary_of(task, folder)
-        typer.echo(f"{folder} holds the result of the same input: nothing to do")
+        if as_json:
+            typer.echo((folder / task.record).read_text(encoding="utf-8"), nl=False)
+        typer.echo(f"{folder} holds the result of the same input: nothing to do", err=as_json)
         return bool(row["accepted"] == row["of"] and not row["remark"])
     with progress_bar("fit", number_of_steps(task, job)) as advance:
         result = run_fit(task, job, advance)

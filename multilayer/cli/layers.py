@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
@@ -15,10 +14,11 @@ def layers(
 
     Example: multilayer layers
     """
+    from multilayer.json_text import json_text
     from multilayer.report.layer_table import describe_layers, layer_table
 
     described = describe_layers()
     if as_json:
-        typer.echo(json.dumps(described, indent=1))
+        typer.echo(json_text(described), nl=False)
     else:
         layer_table(described)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,6 +40,7 @@ def simulate(
 
     Example: multilayer simulate examples/foam_absorption.yaml --out results/foam_absorption
     """
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.simulation_table import simulation_table
     from multilayer.simulation.file import load_simulation
@@ -52,16 +52,18 @@ def simulate(
     result = run_plan(planned, jobs, cluster)
     written = write_files(folder, _files(result, figures))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         simulation_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
 def _files(result: SimulationResult, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "simulation.csv": result.to_csv(),
-        "simulation.json": json.dumps(result.to_dict(), indent=1) + "\n",
+        "simulation.json": json_text(result.to_dict()),
     }
     if figures:
         from multilayer.report.simulation_figures import simulation_figures

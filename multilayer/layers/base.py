@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 from multilayer.errors import suggest
+from multilayer.json_schema import Written, by_name
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
@@ -139,4 +140,9 @@ def _serialise_layer(layer: Layer) -> dict[str, Any]:
     return layer.model_dump(mode="json", exclude_none=True)
 
 
-LayerField = Annotated[Layer, PlainValidator(_parse_layer), PlainSerializer(_serialise_layer)]
+LayerField = Annotated[
+    Layer,
+    PlainValidator(_parse_layer),
+    PlainSerializer(_serialise_layer),
+    Written(lambda handler: by_name(LAYERS, "type", handler)),
+]

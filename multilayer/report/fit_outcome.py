@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.errors import InputError, suggest
+from multilayer.json_text import json_text
 
 if TYPE_CHECKING:
     from multilayer.inverse.joint_fit import JointFit
@@ -131,7 +132,7 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
     record = {**result.to_dict(), **_moduli(task, result), "inputs": {"sha256": fingerprint(task, job)}}
     files: dict[str, bytes | str] = {
         "moduli.csv": result.to_csv(),
-        task.record: json.dumps(record, indent=1) + "\n",
+        task.record: json_text(record),
     }
     if task.figures:
         files.update(_figures(task, job, result))
