@@ -30,12 +30,12 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     jobs: Jobs = 1,
     cluster: Cluster = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Lay measured spectra over what a simulation file predicts at the same frequencies.
 
-    Prints the rms and the largest misfit of every case; writes comparison.csv, comparison.json and figures. Exit
-    status: 0 done, whatever the misfit, 2 the input cannot be used (nothing is written).
+    Prints the rms and the largest misfit of every case; writes comparison.csv, comparison.json, comparison.html and
+    figures. Exit status: 0 done, whatever the misfit, 2 the input cannot be used (nothing is written).
 
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
@@ -70,6 +70,8 @@ def _files(comparison: Comparison, figures: bool) -> dict[str, bytes | str]:
     }
     if figures:
         from multilayer.report.simulation_figures import comparison_figures
+        from multilayer.report.simulation_html import comparison_html
 
+        files["comparison.html"] = comparison_html(comparison)
         files.update(comparison_figures(comparison))
     return files

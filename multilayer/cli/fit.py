@@ -55,15 +55,16 @@ def fit(
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out what was done with the same input.")] = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
     Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data (docs/stack-fit.md).
 
-    Writes moduli.csv, fit.json (joint.json) and figures; of several campaigns each into a folder of its own, as soon as
-    it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything is written all
-    the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done stays).
+    Writes moduli.csv, fit.json (joint.json), report.html and figures; of several campaigns each into a folder of its
+    own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything
+    is written all the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done
+    stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 

@@ -31,12 +31,12 @@ def simulate(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     jobs: Jobs = 1,
     cluster: Cluster = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Compute absorption, impedance and transmission loss of a stack, for every case of its sweep.
 
-    Writes simulation.csv, simulation.json and figures. Exit status: 0 done, 2 the input cannot be used (nothing is
-    written).
+    Writes simulation.csv, simulation.json, report.html and figures. Exit status: 0 done, 2 the input cannot be used
+    (nothing is written).
 
     Example: multilayer simulate examples/foam_absorption.yaml --out results/foam_absorption
     """
@@ -67,7 +67,9 @@ def _files(result: SimulationResult, figures: bool) -> dict[str, bytes | str]:
     }
     if figures:
         from multilayer.report.simulation_figures import simulation_figures
+        from multilayer.report.simulation_html import simulation_html
 
+        files["report.html"] = simulation_html(result)
         files.update(simulation_figures(result))
     return files
 

@@ -83,6 +83,8 @@ def _files(result: StackFitResult, figures: bool) -> dict[str, bytes | str]:
     files |= {f"fitted-{name}.yaml": text for name, text in zip(file_names(list(texts)), texts.values(), strict=True)}
     if figures:
         from multilayer.report.stack_fit import stack_fit_figures
+        from multilayer.report.stack_fit_html import stack_fit_html
 
+        files["report.html"] = stack_fit_html(result)
         files |= stack_fit_figures(result)
     return files

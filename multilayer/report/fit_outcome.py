@@ -135,6 +135,7 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
         task.record: json_text(record),
     }
     if task.figures:
+        files["report.html"] = _report(task, job, result, record["inputs"])
         files.update(_figures(task, job, result))
     return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, record))
 
@@ -151,6 +152,16 @@ def fit_elsewhere(task: FitTask) -> FitOutcome:
     """Read, fit and prepare the files of a task: what a worker does."""
     job = task.read()
     return outcome(task, job, run_fit(task, job))
+
+
+def _report(task: FitTask, job: FitJob, result: Any, inputs: dict[str, Any]) -> str:
+    if task.joint:
+        from multilayer.report.joint_html import joint_html
+
+        return joint_html(result, inputs)
+    from multilayer.report.fit_html import fit_html
+
+    return fit_html(result, job.campaign, job.settings, inputs)
 
 
 def _figures(task: FitTask, job: FitJob, result: Any) -> dict[str, bytes]:

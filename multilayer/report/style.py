@@ -9,7 +9,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -39,12 +42,31 @@ def figure_style(*, compact: bool = False) -> Iterator[None]:
         yield
 
 
-def blank(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
-    """Return a figure of a size in inches, and its axes in an array of rows and columns."""
+def blank(
+    rows: int, columns: int, size: tuple[float, float], *, laid_out: bool = True, **options: Any
+) -> tuple[Figure, Any]:
+    """Return a figure of a size in inches, and its axes in an array of rows and columns; if wanted, placed by hand."""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
 
-    figure = NewFigure(figsize=size)
+    with rc_context({} if laid_out else {"figure.constrained_layout.use": False}):
+        figure = NewFigure(figsize=size)
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def legend_below(figure: Figure, axis: Axes, most: int = 12) -> None:
+    """Put what an axis labels below the figure, in two columns, where there are at least two labels."""
+    handles, labels = axis.get_legend_handles_labels()
+    if len(labels) > 1:
+        figure.legend(handles[:most], labels[:most], loc="outside lower center", ncols=2, fontsize=7)
+
+
+def readable_decades(axis: Axes) -> None:
+    """Write plain numbers along a logarithmic axis of ordinates, between the powers of ten too where there are few."""
+    from matplotlib.ticker import LogFormatter
+
+    for setter in (axis.yaxis.set_major_formatter, axis.yaxis.set_minor_formatter):
+        setter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.2, 0.5)))
 
 
 def png(figure: Figure) -> bytes:

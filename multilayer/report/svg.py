@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BLACK = re.compile(r"#000000|#000\b")
+_WHITE = re.compile(r"#ffffff|#fff\b")
 _FONT = re.compile(r"font: (?:(?P<weight>\w+) )?(?P<size>[\d.]+px) [^;]*")  # as some versions of matplotlib write it
 _FAMILY = re.compile(r"font-family:[^;]*;? ?")
 _LONG = re.compile(r"\d+\.\d{3,}")
@@ -73,6 +74,7 @@ def _rewritten(key: str, value: str, name: str) -> str:
     value = _REFERENCE.sub(lambda found: f"url(#{name}-{found[1]})", value)
     if key in ("style", "fill", "stroke"):
         value = _BLACK.sub("currentColor", value)
+        value = _WHITE.sub("var(--paper, #fff)", value)
         value = _FAMILY.sub("", value)
         value = _FONT.sub(lambda font: f"font-size: {font['size']}; font-weight: {font['weight'] or 'normal'}", value)
     return value
