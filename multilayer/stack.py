@@ -24,6 +24,7 @@ from multilayer.arrays import Numeric
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
+from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
 from multilayer.materials.expand import expand_materials
@@ -142,6 +143,21 @@ class Stack(Model):
                 self._place(contact)
             except InputError as error:
                 yield ("contacts", i, "between"), str(error), contact.between
+
+    def __repr__(self) -> str:
+        layers = [f"  {i}: {layer!r}" for i, layer in enumerate(self.layers)]
+        return "\n".join([self._headline, *layers, f"  behind: {self.termination}"])
+
+    @property
+    def _headline(self) -> str:
+        n = len(self.layers)
+        return f"{type(self).__name__} of {n} layer{'s' if n > 1 else ''}, in {self.ambient!r}"
+
+    def _repr_html_(self) -> str:
+        said = [", ".join(f"{k} {v}" for k, v in layer.__repr_args__() if k != "name") for layer in self.layers]
+        rows = [(str(i), layer.name or "", layer.type, said[i]) for i, layer in enumerate(self.layers)]
+        table = [*rows, ("", "", "behind", str(self.termination))]
+        return html_table(("", "name", "type", "fields"), table, self._headline)
 
     def index(self, key: str | int) -> int:
         """Return the position of a layer from its name or index.

@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -171,6 +172,16 @@ class Unit(UnitLabel):
         if not math.isfinite(number):
             raise PydanticCustomError("quantity", "{reason}", {"reason": f"{show(value)} is not finite"})
         return number
+
+
+def field_unit(info: FieldInfo) -> str | None:
+    """Return the unit that a field of a model is annotated with, also inside ``T | None``; None for no quantity."""
+    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
+    return next((item.symbol for item in (*info.metadata, *inner) if isinstance(item, UnitLabel)), None)
+
+
+def _metadata(annotation: Any) -> tuple[Any, ...]:
+    return tuple(getattr(annotation, "__metadata__", ()))
 
 
 Positive = Field(gt=0)

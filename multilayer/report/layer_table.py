@@ -11,7 +11,7 @@ from rich.text import Text
 from multilayer.layers.base import LAYERS
 from multilayer.registry import RegistryError
 from multilayer.report.console import console
-from multilayer.units import UnitLabel
+from multilayer.units import field_unit
 
 _PLAIN_FIELDS = {"type", "name"}
 
@@ -36,16 +36,11 @@ def describe_layers() -> list[dict[str, Any]]:
 def _describe_field(name: str, info: FieldInfo) -> dict[str, Any]:
     return {
         "name": name,
-        "unit": _unit(info),
+        "unit": field_unit(info) or "",
         "required": info.is_required(),
         "default": None if info.is_required() else info.default,
         "allowed": ", ".join(_bounds(info)),
     }
-
-
-def _unit(info: FieldInfo) -> str:
-    labels = [item for item in _annotations(info) if isinstance(item, UnitLabel)]
-    return labels[0].symbol if labels else ""
 
 
 def _bounds(info: FieldInfo) -> list[str]:
