@@ -221,10 +221,10 @@ def draw_gross_check(result: FitResult, *, upright: bool = False) -> Figure:
         check = result.gross_check(configuration)
         if check is None:
             continue
-        error = f"mean relative error {100 * check.mean_relative_error:.0f} %"
+        error = "" if upright else f", mean relative error {100 * check.mean_relative_error:.0f} %"
         axis.plot(check.frequency, check.measured / size, "o", color=colour(i), label=f"{plain(configuration)}: found")
         positive = np.where(check.predicted > 0, check.predicted, np.nan)
-        axis.plot(check.frequency, positive / size, "--", color=colour(i), label=f"eq. (12), {error}")
+        axis.plot(check.frequency, positive / size, "--", color=colour(i), label=f"eq. (12){error}")
     if not axis.lines:
         axis.text(0.5, 0.5, "fewer than three accepted bursts: no slope", ha="center", transform=axis.transAxes)
     else:
@@ -234,7 +234,7 @@ def draw_gross_check(result: FitResult, *, upright: bool = False) -> Figure:
             axis.legend(fontsize=7, ncols=2)
     axis.set(xlabel="frequency / Hz", ylabel=f"E2 / {unit}")
     if upright:
-        legend_below(figure, axis, 6)
+        legend_below(figure, axis)
     else:
         figure.suptitle(f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)")
     return figure

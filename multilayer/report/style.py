@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LONGEST_LABEL = 60  # of a legend over the whole width of a figure
+_LONGEST_LABEL = 28  # of a legend in two columns below a figure
 WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
@@ -55,13 +55,12 @@ def blank(
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def legend_below(figure: Figure, axis: Axes, most: int = 12) -> None:
-    """Put what an axis labels below the figure where there are at least two labels, in two columns if they fit."""
-    handles, labels = axis.get_legend_handles_labels()
-    if len(labels) > 1:
-        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in labels[:most]]
-        columns = 2 if max(map(len, cut)) <= _LONGEST_LABEL // 2 else 1
-        figure.legend(handles[:most], cut, loc="outside lower center", ncols=columns, fontsize=7)
+def legend_below(figure: Figure, axis: Axes, most: int = 10) -> None:
+    """Put what an axis labels below the figure, each label once, where there are at least two of them."""
+    found = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    if len(found) > 1:
+        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in found][:most]
+        figure.legend([*found.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
 
 
 def readable_decades(axis: Axes) -> None:
