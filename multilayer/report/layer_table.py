@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic.fields import FieldInfo
@@ -16,10 +17,10 @@ from multilayer.units import field_unit
 _PLAIN_FIELDS = {"type", "name"}
 
 
-def describe_layers() -> list[dict[str, Any]]:
-    """Return every layer type: its name, origin, summary and fields; a plugin that fails is listed with its error."""
+def describe_layers(types: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Return layer types, all or some: name, origin, summary and fields; of a plugin that fails, its error."""
     described = []
-    for name in LAYERS:
+    for name in LAYERS.chosen(types):
         entry: dict[str, Any] = {"type": name, "origin": LAYERS.origins(name)}
         try:
             layer = LAYERS[name]
