@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from pydantic import BaseModel, GetJsonSchemaHandler
+from pydantic import BaseModel, GetJsonSchemaHandler, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
@@ -87,9 +87,9 @@ def having(key: str, value: str, *, default: bool = False) -> Schema:
     return said if default else {**said, "required": [key]}
 
 
-def schema_of(model: type[BaseModel]) -> Schema:
-    """Return the JSON Schema of the inputs of a model; parts with a title stand once, in its ``$defs``."""
-    found = model.model_json_schema(schema_generator=Draft7)
+def schema_of(model: Any) -> Schema:
+    """Return the JSON Schema of the inputs of a model or a union; parts with a title stand once, in its ``$defs``."""
+    found = TypeAdapter(model).json_schema(schema_generator=Draft7)
     shared: Schema = {}
     whole = _hoisted(found, shared, inside=False)
     whole["$defs"] = {

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from multilayer.errors import InputError, Problem, suggest
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from multilayer.models import Model
 
 _CLOSE = 0.75  # of a misspelt key to the one that is meant
-_FILES = ("fit.yaml", "campaign.yaml")  # by which a folder is taken, the first that is there
+_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")  # by which a folder is taken, the first that is there
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Kind:
         As the command line has it.
     title : str
     home : str
-        Where its model is, as ``module:Model``.
+        Where its model is, as ``module:Model``, or a union of several.
     read : callable
         Reads a file or folder with everything it names, and says what it found in a few words.
     """
@@ -42,11 +42,17 @@ class Kind:
     read: Callable[[Path], str]
 
     @property
-    def model(self) -> type[Model]:
-        """The model of the file."""
+    def model(self) -> Any:
+        """The model of the file, or a union of several."""
         module, _, name = self.home.partition(":")
-        found: type[Model] = getattr(import_module(module), name)
-        return found
+        return getattr(import_module(module), name)
+
+    @property
+    def fields(self) -> set[str]:
+        """Names of what may stand at the top of the file."""
+        union, *_ = get_args(self.model) or (self.model,)
+        models: tuple[type[Model], ...] = get_args(union) or (union,)
+        return {info.alias or name for model in models for name, info in model.model_fields.items()}
 
     def schema(self) -> dict[str, Any]:
         """Return the JSON Schema of the file, layer types, laws and effects of plugins included."""
@@ -103,6 +109,12 @@ def _read_rig(source: Path) -> str:
     return f"virtual rig of {len(load_rig(source).mountings)} configurations"
 
 
+def _read_tube(source: Path) -> str:
+    from multilayer.tube.evaluate import evaluate
+
+    return f"tube measurement at {len(evaluate(source).frequency)} frequencies"
+
+
 def _read_library(source: Path) -> str:
     from multilayer.materials import load_library
 
@@ -121,6 +133,7 @@ _ALL = (
     Kind("stack-fit", "fit of stacks", "multilayer.inverse.stack_file:StackFitFile", _read_stack_fit),
     Kind("diagnose", "diagnosis of tube measurements", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
     Kind("rig", "campaign of the virtual rig", "multilayer.rig.file:RigFile", _read_rig),
+    Kind("tube", "raw data of an impedance tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
     Kind("library", "library of materials", "multilayer.materials:Library", _read_library),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}
@@ -157,7 +170,7 @@ def kind_of(source: Path) -> Kind:
     if source.is_dir():
         file = next((source / name for name in _FILES if (source / name).is_file()), source / _FILES[-1])
         if not file.is_file():
-            raise InputError(Problem(f"holds neither {' nor '.join(_FILES)}; name a file in it", file=source))
+            raise InputError(Problem(f"holds none of {', '.join(_FILES)}; name a file in it", file=source))
     elif file.suffix not in (".yaml", ".yml") and file.exists():
         raise InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
     data = read_yaml(file, keep_problems=True).data
@@ -184,14 +197,15 @@ def _told_by_its_keys(data: Mapping[str, Any]) -> str:
         return "stack-fit" if OF_A_DIAGNOSIS.isdisjoint(keys) else "diagnose"
     if "materials" in keys:
         return "library"
-    fields = KINDS["fit"].model.model_fields
-    return "fit" if not fields.keys().isdisjoint(keys - {"ambient"}) else _nearest(keys)
+    if "tube" in keys:
+        return "tube"
+    return "fit" if not KINDS["fit"].fields.isdisjoint(keys - {"ambient"}) else _nearest(keys)
 
 
 def _nearest(keys: Any) -> str:
     """Return the kind that most keys are near to."""
     near = {
-        name: sum(bool(get_close_matches(str(key), [*kind.model.model_fields], 1, _CLOSE)) for key in keys)
+        name: sum(bool(get_close_matches(str(key), kind.fields, 1, _CLOSE)) for key in keys)
         for name, kind in KINDS.items()
     }
     best = max(near, key=lambda name: near[name])

@@ -10,9 +10,11 @@ from multilayer.cli import app, completion
 from multilayer.kinds import KINDS
 from multilayer.media.laws import LAWS
 from multilayer.simulation.quantities import QUANTITIES
-from tests.cli.campaigns import FILE, write_calibration
+from tests.cli.campaigns import FILE, RATE, write_calibration
 from tests.cli.command import run
+from tests.cli.test_import import IN_V, IN_VOLTS, VOLTS
 from tests.examples.test_examples import EXAMPLES
+from tests.recorders import write_csv
 
 STACK = EXAMPLES / "three_layers.yaml"
 LIBRARY = "version: 1\nmaterials:\n  ours: {source: a book, type: fluid}\n"
@@ -50,6 +52,7 @@ class TestCheck:
             "stack-fit": tube,
             "diagnose": tube / "why.yaml",
             "rig": EXAMPLES / "virtual_rig.yaml",
+            "tube": EXAMPLES / "raw_tube",
             "library": tmp_path / "library.yaml",
         }
 
@@ -88,7 +91,7 @@ class TestCheck:
         assert (done.status, done.out) == (2, "")
         first, second, third = done.err.splitlines()
         assert "this is no YAML file" in first
-        assert "holds neither fit.yaml nor campaign.yaml" in second
+        assert "holds none of tube.yaml, fit.yaml, campaign.yaml" in second
         assert "nothing in this file tells what it is" in third
 
 
@@ -136,6 +139,8 @@ KEYS = {
     "fit several": {"version", "campaigns"},
     "fit stacks": {"version", "name", "settings"},
     "methods": {"version", "campaign"},
+    "tube": {"version", "name", "working_range_hz", "frequency_hz", "in_range", "coherence", "spectra"},
+    "import": {"version", "campaign", "bursts", "left_out", "to_fill_in"},
     "rig": {"version", "campaign", "configurations", "bursts", "truth", "effect"},
     "effects": {"name", "kind", "law", "parameters", "separated_by", "source"},
     "layers": {"type", "origin", "summary", "fields"},
@@ -157,6 +162,7 @@ class TestJson:
         second = shutil.copytree(sound_campaign, tmp_path / "second")
         file = tmp_path / "rig.yaml"
         file.write_text((EXAMPLES / "virtual_rig.yaml").read_text().replace("1000 Hz, step", "400 Hz, step"))
+        recording = write_csv(tmp_path / "run.csv", IN_V, RATE, VOLTS)
         out = ("--out", tmp_path / "out")
         drawn = (*out, "--no-figures")
         arguments = {
@@ -167,6 +173,8 @@ class TestJson:
             "fit several": ("fit", sound_campaign, second, *drawn),
             "fit stacks": ("fit", EXAMPLES / "foam_tube", *drawn),
             "methods": ("methods", sound_campaign, *drawn),
+            "tube": ("tube", EXAMPLES / "raw_tube", *drawn),
+            "import": ("import", recording, *IN_VOLTS, "--like", sound_campaign, *out),
             "rig": ("rig", file, *out),
             "effects": ("effects",),
             "layers": ("layers",),
@@ -176,7 +184,7 @@ class TestJson:
         }
         done = run(*arguments[name], "--json")
         assert done.status in (0, 1)
-        assert all(line.startswith("warning: ") for line in done.err.splitlines())
+        assert all(line.startswith(("warning: ", "remark: ")) for line in done.err.splitlines())
         found = parsed(done)
         for entry in found if isinstance(found, list) else [found]:
             assert KEYS[name] <= set(entry)

@@ -112,6 +112,7 @@ STACK = {"version": 1, "layers": [FOAM, PLATE], "termination": "rigid"}
 CAMPAIGN = read_yaml(ROOT / "examples" / "foam_b" / "campaign.yaml").data
 FIT = {"version": 1, "campaign": "."}
 TUBE = read_yaml(ROOT / "examples" / "foam_tube" / "fit.yaml").data
+RAW = read_yaml(ROOT / "examples" / "raw_tube" / "tube.yaml").data
 RIG = read_yaml(ROOT / "examples" / "virtual_rig.yaml").data
 
 
@@ -149,6 +150,7 @@ RIGHT = [
     ("stack-fit", unknown({"paths": "layers.foam.porosity", "uniform": [0.9, 1]})),
     ("diagnose", {**TUBE, "effects": ["facing", "temperature"], "tube": {}}),
     ("diagnose", {**TUBE, "effects": "facing"}),
+    ("tube", {**RAW, "tube": {"width": "4 cm", "height": 0.03}, "from": "200 Hz"}),
     ("rig", RIG),
     ("library", {"version": 1, "materials": {"ours": {"type": "fluid", "source": "a book"}}}),
 ]
@@ -202,6 +204,8 @@ WRONG = {
     "no prior": ("stack-fit", unknown({"nuisance": True})),
     "no stack": ("stack-fit", {key: TUBE[key] for key in TUBE if key != "nominal"}),
     "no such effect": ("diagnose", {**TUBE, "effects": ["facings"]}),
+    "a tube's method unknown": ("tube", {**RAW, "method": "one_microphone"}),
+    "a field of the other method": ("tube", {**RAW, "positions": [-0.2, -0.1, 0.1, 0.2]}),
     "no such effect of the rig": ("rig", {**RIG, "effects": [{"effect": "sensor_masses"}]}),
     "a field that the effect has not": ("rig", {**RIG, "effects": [{"effect": "sensor_mass", "weight": 1}]}),
     "no number of repeats": ("rig", {**RIG, "repeats": 0}),
