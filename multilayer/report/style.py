@@ -71,12 +71,18 @@ def readable_decades(axis: Axes) -> None:
         setter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.2, 0.5)))
 
 
+@contextmanager
+def any_script() -> Iterator[None]:
+    """Save figures whatever script their names are in: what the font lacks shows as boxes."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
+        yield
+
+
 def png(figure: Figure) -> bytes:
     """Return a figure as a PNG file."""
     buffer = io.BytesIO()
-    with warnings.catch_warnings():
-        # a name in a script that the font lacks shows as boxes
-        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
+    with any_script():
         figure.savefig(buffer, format="png", pil_kwargs={"compress_level": 3})  # half the time, hardly more bytes
     return buffer.getvalue()
 

@@ -28,7 +28,7 @@ from tests.report.diagnoses import diagnosis
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BURSTS = tuple(float(f) for f in range(100, 1600, 100))
-HOSTILE = ('<script>alert("1")</script>', "a & b <b>", "$E_1$", "_100 %", 'x" onload="y', "H" * 60, "h25mm")
+HOSTILE = ('<script>alert("1")</script>', "a & b <b>", "$E_1$", "_100 %", 'x" onload="y', "H" * 60, "泡沫 %s")
 WHY_NOT = "level and time of flight cannot be met at once: 0.71 dB, 21 us at the optimum"
 
 
