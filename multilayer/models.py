@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any, LiteralString, Self
+from collections.abc import Iterable, Iterator
+from typing import Any, Literal, LiteralString, Self, get_origin
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import show, suggest
+from multilayer.units import field_unit
 
 
 class Model(BaseModel):
@@ -25,6 +26,31 @@ class Model(BaseModel):
             errors = [details for details in error.errors(include_url=False) if not _is_long_enough(details)]
             problems = [_reworded(details, cls) for details in errors]
             raise ValidationError.from_exception_data(cls.__name__, problems) from None
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """Give what a reader sees of the model: fields that say something, quantities with their units."""
+        for name, info in type(self).model_fields.items():
+            value = getattr(self, name, None)
+            if value is not None and get_origin(info.annotation) is not Literal:
+                yield name, _Shown(shown_value(value, field_unit(info)))
+
+
+class _Shown(str):
+    """A text that is its own representation."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def shown_value(value: Any, unit: str | None) -> str:
+    """Return a field's value as text, a quantity with its unit; of an array only how large it is."""
+    if getattr(value, "shape", ()):
+        return f"array{value.shape} {unit or ''}".rstrip()
+    if isinstance(value, float | int | complex) and not isinstance(value, bool):
+        return f"{value:.6g} {unit or ''}".rstrip()
+    return repr(value)
 
 
 # pydantic's kind of error -> what the user reads; `value` is what was written, the rest pydantic's context

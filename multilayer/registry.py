@@ -5,7 +5,7 @@ Nothing is imported until its name is asked for, so a plugin that fails on impor
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
@@ -75,6 +75,19 @@ class Registry(Generic[T]):
     def names(self) -> list[str]:
         """Return all names, sorted."""
         return sorted({*self._entries, *self._local})
+
+    def chosen(self, names: Sequence[str] | None = None) -> list[str]:
+        """Return some names as given, or all of them.
+
+        Raises
+        ------
+        RegistryError
+            For one that nobody knows, with the nearest.
+        """
+        for name in names or ():
+            if name not in self:
+                raise RegistryError(f"no {self.kind} is called '{name}'; {suggest(name, self.names())}")
+        return list(names) if names else self.names()
 
     def __contains__(self, name: object) -> bool:
         # an input may hold anything here, unhashable lists too

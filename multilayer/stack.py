@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     Field,
+    GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     PlainSerializer,
     PlainValidator,
@@ -16,14 +17,18 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
+from multilayer.frames import html_table
+from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
 from multilayer.materials.expand import expand_materials
+from multilayer.materials.written import with_materials_written
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
@@ -45,7 +50,7 @@ class Ambient(Model):
     sound_speed: Speed | None = None
     viscosity: Viscosity | None = None
     prandtl: PositiveRatio | None = None
-    heat_capacity_ratio: Annotated[PositiveRatio, Field(gt=1)] | None = None
+    heat_capacity_ratio: Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)] | None = None
 
     @property
     def gas(self) -> Gas:
@@ -84,6 +89,7 @@ Termination = Annotated[
     Literal["rigid", "ambient", "free"] | FluidHalfSpace,
     PlainValidator(_parse_termination),
     PlainSerializer(lambda t: t if isinstance(t, str) else t.model_dump(exclude_none=True)),
+    any_of({"enum": ["rigid", "ambient", "free"]}, FluidHalfSpace),
 ]
 
 
@@ -98,6 +104,12 @@ class Stack(Model):
     layers: Annotated[tuple[LayerField, ...], Field(min_length=1)]
     contacts: tuple[LayerContact, ...] = ()
     termination: Termination = "rigid"
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(core)
+        with_materials_written(handler.resolve_ref_schema(found)["properties"], handler)
+        return found
 
     @model_validator(mode="wrap")
     @classmethod
@@ -131,6 +143,21 @@ class Stack(Model):
                 self._place(contact)
             except InputError as error:
                 yield ("contacts", i, "between"), str(error), contact.between
+
+    def __repr__(self) -> str:
+        layers = [f"  {i}: {layer!r}" for i, layer in enumerate(self.layers)]
+        return "\n".join([self._headline, *layers, f"  behind: {self.termination}"])
+
+    @property
+    def _headline(self) -> str:
+        n = len(self.layers)
+        return f"{type(self).__name__} of {n} layer{'s' if n > 1 else ''}, in {self.ambient!r}"
+
+    def _repr_html_(self) -> str:
+        said = [", ".join(f"{k} {v}" for k, v in layer.__repr_args__() if k != "name") for layer in self.layers]
+        rows = [(str(i), layer.name or "", layer.type, said[i]) for i, layer in enumerate(self.layers)]
+        table = [*rows, ("", "", "behind", str(self.termination))]
+        return html_table(("", "name", "type", "fields"), table, self._headline)
 
     def index(self, key: str | int) -> int:
         """Return the position of a layer from its name or index.

@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from multilayer.errors import show
+from multilayer.json_schema import QUANTITY_TEXT, UNSIGNED_TEXT
 
 if TYPE_CHECKING:
     import pint
@@ -150,6 +153,17 @@ class Unit(UnitLabel):
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self._parse, handler(source))
 
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        number = handler(core)  # its bounds hold for numbers and are no matter to text, but for the sign
+        least = max(number.get("minimum", -1), number.get("exclusiveMinimum", -1))
+        pattern = UNSIGNED_TEXT if least >= 0 and self.symbol != "K" else QUANTITY_TEXT  # -5 degC is above 0 K
+        return {**number, "type": ["number", "string"], "pattern": pattern, "description": self.described}
+
+    @property
+    def described(self) -> str:
+        """What a reader of the field is told: its unit and how it is written."""
+        return f"In {self.symbol}: {_example(self.symbol)}." if self.symbol else f"A pure number: {_example('')}."
+
     def _parse(self, value: object) -> object:
         try:
             number = parse_quantity(value, self.symbol)
@@ -158,6 +172,16 @@ class Unit(UnitLabel):
         if not math.isfinite(number):
             raise PydanticCustomError("quantity", "{reason}", {"reason": f"{show(value)} is not finite"})
         return number
+
+
+def field_unit(info: FieldInfo) -> str | None:
+    """Return the unit that a field of a model is annotated with, also inside ``T | None``; None for no quantity."""
+    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
+    return next((item.symbol for item in (*info.metadata, *inner) if isinstance(item, UnitLabel)), None)
+
+
+def _metadata(annotation: Any) -> tuple[Any, ...]:
+    return tuple(getattr(annotation, "__metadata__", ()))
 
 
 Positive = Field(gt=0)

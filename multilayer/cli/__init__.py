@@ -20,6 +20,7 @@ from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
 from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
+from multilayer.cli.schema import schema
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
 from multilayer.cli.tube import tube
@@ -58,6 +59,7 @@ app.command("import")(import_campaign)
 app.command()(tube)
 app.command()(layers)
 app.command()(check)
+app.command()(schema)
 
 
 def main() -> None:

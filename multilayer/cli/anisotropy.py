@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from multilayer.cli import completion
 
 if TYPE_CHECKING:
     from multilayer.inverse.anisotropy import AnisotropyResult
@@ -25,7 +26,10 @@ def anisotropy(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     model: Annotated[
         str | None,
-        typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
+        typer.Option(
+            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
+            autocompletion=completion.models,
+        ),
     ] = None,
     scatter: Annotated[
         float,
@@ -47,6 +51,7 @@ def anisotropy(
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.anisotropy import compare_axes, of_all_axes
     from multilayer.inverse.several import common_errors, fit_several, read_several, steps_of_several
+    from multilayer.json_text import json_text
     from multilayer.report.anisotropy import anisotropy_table
     from multilayer.report.files import refuse_unusable, write_files
 
@@ -61,7 +66,7 @@ def anisotropy(
     folder = out or Path("results") / "anisotropy"
     written = write_files(folder, _files(result, figures))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         anisotropy_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
@@ -82,9 +87,11 @@ def _frequencies(campaign: Campaign) -> set[float]:
 
 
 def _files(result: AnisotropyResult, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "anisotropy.csv": result.to_csv(),
-        "anisotropy.json": json.dumps(result.to_dict(), indent=1) + "\n",
+        "anisotropy.json": json_text(result.to_dict()),
     }
     if figures:
         from multilayer.report.anisotropy import anisotropy_figure

@@ -2,78 +2,69 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from multilayer.errors import Problem
 
 
 def check(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Stack, campaign, fit, rig or tube files, or folders.")
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Any of the project's YAML files, or folders with a campaign or a fit."),
     ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found of every file as JSON.")] = False,
 ) -> None:
-    """Read files without running anything, and report every mistake with its line and column.
+    """Read files without running anything: say what kind each is, and every mistake with its line and column.
 
-    Signals of campaigns are read and checked as well. Exit status 2 when anything is wrong.
+    Stacks, simulations, campaigns, calibrations, fits, diagnoses, virtual rigs and libraries of materials; the signals,
+    tables and stacks that they name are read and checked as well. Exit status 2 when anything is wrong.
 
     Example: multilayer check examples/three_layers.yaml examples/foam_b
     """
-    from multilayer.errors import InputError, Problem
+    from multilayer.errors import InputError
+    from multilayer.json_text import json_text
 
-    problems: list[str | Problem] = []
-    for file in files:
-        try:
-            kind = _read(file)
-        except InputError as error:
-            problems += error.problems
-        else:
-            typer.echo(f"{file}: a {kind} without mistakes")
-    if problems:
+    checked = [_checked(file) for file in files]
+    if as_json:
+        typer.echo(json_text([one.to_dict() for one in checked]), nl=False)
+        if any(one.problems for one in checked):
+            raise typer.Exit(2)
+        return
+    for one in checked:
+        if not one.problems:
+            typer.echo(f"{one.file}: a {one.summary} without mistakes")
+    if problems := [problem for one in checked for problem in one.problems]:
         raise InputError(problems)
 
 
-def _read(source: Path) -> str:
-    """Read any input file or folder and say what it is."""
-    from multilayer.config.yaml12 import read_yaml
-    from multilayer.inverse.sources import is_stack_fit, read_fit
-    from multilayer.measurements.campaign import load_calibration
-    from multilayer.simulation.file import load_simulation
-    from multilayer.stack import SIMULATION_KEYS, load_stack
-    from multilayer.tube.file import is_tube
+@dataclass(frozen=True)
+class _Checked:
+    """What was found of one file: its kind and what it holds, where it can be told, or its mistakes."""
 
-    if is_tube(source) or is_stack_fit(source):
-        return _tube(source) if is_tube(source) else _stacks(source)
-    data = read_yaml(source, keep_problems=True).data if source.is_file() else None
-    if isinstance(data, dict) and "layers" in data:
-        if SIMULATION_KEYS.isdisjoint(data):
-            load_stack(source)
-            return "stack"
-        cases = len(load_simulation(source).cases)
-        return "simulation of one case" if cases == 1 else f"simulation of {cases} cases"
-    rig = data.get("rig") if isinstance(data, dict) else None
-    if rig == "calibration":
-        load_calibration(source)
-        return "calibration"
-    if rig == "two-plate":
-        from multilayer.rig.file import load_rig  # heavy: finite elements
+    file: Path
+    kind: str | None = None
+    summary: str = ""
+    problems: list[Problem] = field(default_factory=list)
 
-        return f"virtual rig of {len(load_rig(source).mountings)} configurations"
-    return f"campaign of {len(read_fit(source).recordings)} bursts"
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        problems = [{**asdict(one), "file": one.file and str(one.file)} for one in self.problems]
+        said = {"kind": self.kind, "sound": not self.problems, "summary": self.summary, "problems": problems}
+        return {"file": str(self.file), **said}
 
 
-def _tube(source: Path) -> str:
-    """Read a tube file and its data."""
-    from multilayer.tube.evaluate import evaluate
+def _checked(file: Path) -> _Checked:
+    from multilayer.errors import InputError
+    from multilayer.kinds import kind_of
 
-    return f"tube measurement at {len(evaluate(source).frequency)} frequencies"
-
-
-def _stacks(source: Path) -> str:
-    """Read a file about stacks and what was measured of them."""
-    from multilayer.diagnosis.tube.file import is_diagnosis, load_diagnosis
-    from multilayer.inverse.stack_file import load_stack_fit
-
-    kind, load = ("diagnosis", load_diagnosis) if is_diagnosis(source) else ("stack fit", load_stack_fit)
-    n = len(load(source).measurements)
-    return f"{kind} of one measurement" if n == 1 else f"{kind} of {n} measurements"
+    kind = None
+    try:
+        kind = kind_of(file)
+        return _Checked(file, kind.name, kind.read(file))
+    except InputError as error:
+        return _Checked(file, kind.name if kind else None, problems=error.problems)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from multilayer.cli import completion
+
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
@@ -30,10 +32,20 @@ def diagnose(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print diagnosis.json in place of the tables.")] = False,
     without: Annotated[
-        list[str] | None, typer.Option("--without", metavar="EFFECT", help="Leave an effect out; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            "--without",
+            metavar="EFFECT",
+            help="Leave an effect out; may be repeated.",
+            autocompletion=completion.effects,
+        ),
     ] = None,
     law: Annotated[
-        str | None, typer.Option(help="The modulus law of a campaign's nominal model; fractional_zener by default.")
+        str | None,
+        typer.Option(
+            help="The modulus law of a campaign's nominal model; fractional_zener by default.",
+            autocompletion=completion.laws,
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the search's starting points.")] = 0,
     jobs: Annotated[

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multilayer.cli import completion
+
 if TYPE_CHECKING:
     from multilayer.report.fit_outcome import FitTask
 
@@ -23,20 +25,29 @@ def fit(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     method: Annotated[
         str | None,
-        typer.Option(help="least-squares (default) or nelder-mead (the 2015 paper to the letter)."),
+        typer.Option(
+            help="least-squares (default) or nelder-mead (the 2015 paper to the letter).",
+            autocompletion=completion.methods,
+        ),
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
+        typer.Option(
+            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
+            autocompletion=completion.models,
+        ),
     ] = None,
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
-    law: Annotated[str, typer.Option(help="The law of a joint fit.")] = "fractional_zener",
+    law: Annotated[
+        str, typer.Option(help="The law of a joint fit.", autocompletion=completion.laws)
+    ] = "fractional_zener",
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
     posterior: Annotated[
         str | None,
         typer.Option(
             metavar="METHOD",
             help="Of joint and stack fits: laplace (default), profile, or nested (slow, needs dynesty).",
+            autocompletion=completion.posteriors,
         ),
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
@@ -44,15 +55,16 @@ def fit(
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out what was done with the same input.")] = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
     Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data (docs/stack-fit.md).
 
-    Writes moduli.csv, fit.json (joint.json) and figures; of several campaigns each into a folder of its own, as soon as
-    it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything is written all
-    the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done stays).
+    Writes moduli.csv, fit.json (joint.json), report.html and figures; of several campaigns each into a folder of its
+    own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything
+    is written all the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done
+    stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 
@@ -79,7 +91,9 @@ def fit(
     else:
         from multilayer.cli.fit_many import fit_many
 
-        accepted = fit_many(task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume)
+        accepted = fit_many(
+            task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume, as_json=as_json
+        )
     if not accepted:
         raise typer.Exit(1)
     return None
@@ -97,7 +111,9 @@ def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bo
     folder = out or Path("results") / (f"{name}-joint" if task.joint else name)
     if resume and done_before(task, job, folder):
         row = summary_of(task, folder)
-        typer.echo(f"{folder} holds the result of the same input: nothing to do")
+        if as_json:
+            typer.echo((folder / task.record).read_text(encoding="utf-8"), nl=False)
+        typer.echo(f"{folder} holds the result of the same input: nothing to do", err=as_json)
         return bool(row["accepted"] == row["of"] and not row["remark"])
     with progress_bar("fit", number_of_steps(task, job)) as advance:
         result = run_fit(task, job, advance)

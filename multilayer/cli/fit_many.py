@@ -16,12 +16,20 @@ if TYPE_CHECKING:
 
 
 def fit_many(
-    task: FitTask, sources: Sequence[Path], out: Path, *, jobs: int, cluster: str | None, resume: bool
+    task: FitTask,
+    sources: Sequence[Path],
+    out: Path,
+    *,
+    jobs: int,
+    cluster: str | None,
+    resume: bool,
+    as_json: bool = False,
 ) -> bool:
     """Fit several campaigns, write each as soon as it is done, then a summary; tell whether all are accepted."""
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.fit_outcome import done_before, fit_elsewhere, summary_of
     from multilayer.report.fit_summary import fit_summary
@@ -51,8 +59,11 @@ def fit_many(
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
     write_files(out, {"summary.csv": _csv(in_order)})
-    fit_summary(in_order)
-    typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
+    if as_json:
+        typer.echo(json_text({"version": 1, "campaigns": in_order}), nl=False)
+    else:
+        fit_summary(in_order)
+        typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
     return all(row["accepted"] == row["of"] and not row["remark"] for row in in_order)
 
 

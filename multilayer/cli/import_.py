@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -53,6 +53,9 @@ def import_campaign(
     after: Annotated[
         str | None, typer.Option(metavar="TIME", help="Behind a burst; until the top is at rest by default.")
     ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print what was found as JSON in place of the table.")
+    ] = False,
 ) -> None:
     """Make a campaign of long recordings: find the tone bursts, group repeats, cut them out aligned.
 
@@ -75,7 +78,7 @@ def import_campaign(
     pairs = read_pairs(files, _with_names(choice, files, base, top))
     made = _make(pairs, known, window, wanted)
     write_imported(made, out)
-    _tell(made, out)
+    _tell(made, out, as_json)
     for text in remarks(made, window.cycles):
         typer.echo(f"remark: {text}", err=True)
 
@@ -161,7 +164,12 @@ def _make(pairs: list[Pair], known: Knowledge, window: Window, wanted: tuple[flo
         return make_campaign(pairs, known, window, wanted, advance)
 
 
-def _tell(made: ImportedCampaign, out: Path) -> None:
+def _tell(made: ImportedCampaign, out: Path, as_json: bool) -> None:
+    if as_json:
+        from multilayer.json_text import json_text
+
+        typer.echo(json_text(_said(made, out)), nl=False)
+        return
     left_out = made.result.left_out
     for text in left_out[:_MOST_TOLD]:
         typer.echo(f"left out: {text}", err=True)
@@ -174,3 +182,18 @@ def _tell(made: ImportedCampaign, out: Path) -> None:
     typer.echo(f"written to {out}: {len(made.result.bursts)} bursts")
     if not made.complete:
         typer.echo(f"fill in what {out / 'campaign.yaml'} marks as FILL_IN, then: multilayer fit {out}")
+
+
+def _said(made: ImportedCampaign, out: Path) -> dict[str, Any]:
+    """Return what was found as plain data."""
+    bursts = [
+        {
+            "frequency_hz": burst.frequency,
+            "found_hz": burst.found,
+            "repeats": burst.recording.n_repeats,
+            "samples": burst.recording.n_samples,
+        }
+        for burst in made.result.bursts
+    ]
+    said = {"left_out": list(made.result.left_out), "to_fill_in": not made.complete}
+    return {"version": 1, "campaign": str(out), "bursts": bursts, **said}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from multilayer.cli import completion
 
 if TYPE_CHECKING:
     from multilayer.inverse.comparison import MethodComparison
@@ -32,6 +33,7 @@ def methods(
             metavar="KIND",
             help="What the rod of the transfer function is: bonded (glued disc, static shape factor), slender, or held "
             "(cannot widen).",
+            autocompletion=completion.laterals,
         ),
     ] = "bonded",
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
@@ -48,6 +50,7 @@ def methods(
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.compare_methods import compare_methods, number_of_steps_of_all
     from multilayer.inverse.sources import read_fit
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.methods_table import methods_table
 
@@ -62,7 +65,7 @@ def methods(
     folder = out or Path("results") / comparison.campaign
     written = write_files(folder, _files(comparison, figures))
     if as_json:
-        typer.echo(json.dumps(comparison.to_dict(), indent=1))
+        typer.echo(json_text(comparison.to_dict()), nl=False)
     else:
         methods_table(comparison)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
@@ -80,9 +83,11 @@ def _lateral(name: str) -> Lateral:
 
 
 def _files(comparison: MethodComparison, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "methods.csv": comparison.to_csv(),
-        "methods.json": json.dumps(comparison.to_dict(), indent=1) + "\n",
+        "methods.json": json_text(comparison.to_dict()),
     }
     if figures:
         from multilayer.report.methods_figure import methods_figure

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from multilayer.cli import completion
 
 if TYPE_CHECKING:
     from multilayer.inverse.preload_result import PreloadResult
@@ -27,7 +28,10 @@ def preload(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     model: Annotated[
         str | None,
-        typer.Option(help="plane_wave (default), or finite: finite elements of the disc with its free rim."),
+        typer.Option(
+            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
+            autocompletion=completion.models,
+        ),
     ] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
 ) -> None:
@@ -43,6 +47,7 @@ def preload(
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.preload import fit_preload, refuse_one_stress
     from multilayer.inverse.several import fit_several, read_several, refuse_other_material, steps_of_several
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.preload import preload_table
 
@@ -56,16 +61,18 @@ def preload(
     folder = out or Path("results") / f"{fitted.names[0]}-preload"
     written = write_files(folder, _files(result, figures))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         preload_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
 def _files(result: PreloadResult, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "preload.csv": result.to_csv(),
-        "preload.json": json.dumps(result.to_dict(), indent=1) + "\n",
+        "preload.json": json_text(result.to_dict()),
     }
     if figures:
         from multilayer.report.preload import preload_figure

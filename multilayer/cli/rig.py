@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -27,6 +27,7 @@ def rig(
         int | None, typer.Option("--seed", metavar="N", min=0, help="In place of the seed in the file.")
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes of this machine to compute with.")] = 1,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
 ) -> None:
     """Measure a campaign on the virtual two-plate rig, with the effects and the noise that FILE lists.
 
@@ -35,6 +36,7 @@ def rig(
 
     Example: multilayer rig examples/virtual_rig.yaml --out results/virtual
     """
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable
     from multilayer.rig.file import load_rig
     from multilayer.rig.writer import refuse_foreign, write_campaign
@@ -45,10 +47,25 @@ def rig(
     refuse_foreign(folder)
     made = _make(file, settings, seed, jobs)
     truth = write_campaign(made, folder, quiet=quiet_truth)
+    if as_json:
+        typer.echo(json_text(_said(made, folder, None if quiet_truth else truth)), nl=False)
+        return
     configurations = len(made.campaign.configurations)
     typer.echo(f"written to {folder}: {len(made.recordings)} bursts of {configurations} configurations")
     if not quiet_truth:
         typer.echo(f"truth ({made.truth['effect']}): {truth}")
+
+
+def _said(made: SyntheticCampaign, folder: Path, truth: Path | None) -> dict[str, Any]:
+    """Return what was written as plain data; of the truth nothing where it is to be hidden."""
+    return {
+        "version": 1,
+        "campaign": str(folder),
+        "configurations": [one.name for one in made.campaign.configurations],
+        "bursts": len(made.recordings),
+        "truth": None if truth is None else str(truth),
+        "effect": None if truth is None else made.truth["effect"],
+    }
 
 
 def _make(file: Path, settings: RigFile, seed: int | None, jobs: int) -> SyntheticCampaign:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
@@ -40,6 +39,7 @@ def shape_factor(
     Example: multilayer shape-factor --poisson-ratio 0.3 --radius "22.5 mm" --thickness "25 mm"
     --frequency "100 Hz,500 Hz,1 kHz" --density "80 kg/m^3" --young-modulus "200 kPa"
     """
+    from multilayer.json_text import json_text
     from multilayer.report.shape_table import ShapeFactors, shape_table
     from multilayer.rig.shape_factor import dynamic_shape_factor, static_shape_factor
     from multilayer.rig.two_plate import TwoPlateRig
@@ -57,7 +57,7 @@ def shape_factor(
         rows = {nu: list(dynamic_shape_factor(rig, f, modulus * (1 + 1j * loss_factor))) for nu, rig in rigs.items()}
         result = ShapeFactors("frequency_hz", f, rows)
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         shape_table(result)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,15 +31,16 @@ def simulate(
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     jobs: Jobs = 1,
     cluster: Cluster = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figures.")] = True,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
 ) -> None:
     """Compute absorption, impedance and transmission loss of a stack, for every case of its sweep.
 
-    Writes simulation.csv, simulation.json and figures. Exit status: 0 done, 2 the input cannot be used (nothing is
-    written).
+    Writes simulation.csv, simulation.json, report.html and figures. Exit status: 0 done, 2 the input cannot be used
+    (nothing is written).
 
     Example: multilayer simulate examples/foam_absorption.yaml --out results/foam_absorption
     """
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.simulation_table import simulation_table
     from multilayer.simulation.file import load_simulation
@@ -52,20 +52,24 @@ def simulate(
     result = run_plan(planned, jobs, cluster)
     written = write_files(folder, _files(result, figures))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         simulation_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
 def _files(result: SimulationResult, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
+
     files: dict[str, bytes | str] = {
         "simulation.csv": result.to_csv(),
-        "simulation.json": json.dumps(result.to_dict(), indent=1) + "\n",
+        "simulation.json": json_text(result.to_dict()),
     }
     if figures:
         from multilayer.report.simulation_figures import simulation_figures
+        from multilayer.report.simulation_html import simulation_html
 
+        files["report.html"] = simulation_html(result)
         files.update(simulation_figures(result))
     return files
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,6 +43,7 @@ def fit_stack_file(
     from multilayer.inverse.knowledge import refuse_unusable as refuse_method
     from multilayer.inverse.stack_file import load_stack_fit, name_of
     from multilayer.inverse.stack_fit import fit_stacks
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.stack_fit import stack_fit_table
 
@@ -62,7 +62,7 @@ def fit_stack_file(
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
     written = write_files(folder, _files(result, figures))
     if as_json:
-        typer.echo(json.dumps(result.to_dict(), indent=1))
+        typer.echo(json_text(result.to_dict()), nl=False)
     else:
         stack_fit_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
@@ -71,17 +71,20 @@ def fit_stack_file(
 
 
 def _files(result: StackFitResult, figures: bool) -> dict[str, bytes | str]:
+    from multilayer.json_text import json_text
     from multilayer.report.files import file_names
 
     files: dict[str, bytes | str] = {
         "parameters.csv": result.parameters_csv(),
         "curves.csv": result.curves_csv(),
-        "fit.json": json.dumps(result.to_dict(), indent=1) + "\n",
+        "fit.json": json_text(result.to_dict()),
     }
     texts = result.stack_files()
     files |= {f"fitted-{name}.yaml": text for name, text in zip(file_names(list(texts)), texts.values(), strict=True)}
     if figures:
         from multilayer.report.stack_fit import stack_fit_figures
+        from multilayer.report.stack_fit_html import stack_fit_html
 
+        files["report.html"] = stack_fit_html(result)
         files |= stack_fit_figures(result)
     return files

@@ -13,6 +13,7 @@ def tube(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out.")
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of a summary.")] = False,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
 ) -> None:
     """Evaluate raw data of an impedance tube: R, Z and absorption (ISO 10534-2), transmission loss (ASTM E2611).
@@ -22,6 +23,7 @@ def tube(
 
     Example: multilayer tube examples/raw_tube --out results/raw_tube
     """
+    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.tube.evaluate import evaluate, name_of
 
@@ -34,6 +36,9 @@ def tube(
 
         files.update(tube_figures(result))
     written = write_files(folder, files)
+    if as_json:
+        typer.echo(json_text(result.to_dict()), nl=False)
+        return
     low, high = result.working_range
     typer.echo(f"working range: {low:.4g} to {high:.4g} Hz (spacing of the microphones, plane waves)")
     if result.n_outside:

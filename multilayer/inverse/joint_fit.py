@@ -12,6 +12,7 @@ from scipy.stats import chi2
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import MultilayerError
+from multilayer.frames import Frame, Tabular
 from multilayer.inverse.acceptance import Criteria
 from multilayer.inverse.burst import BurstProblem
 from multilayer.inverse.finite import REACH, FiniteRig, ModulusRange, finite_rigs
@@ -27,7 +28,7 @@ from multilayer.inverse.joint import (
 )
 from multilayer.inverse.knowledge import Knowledge
 from multilayer.inverse.problem import Minimum
-from multilayer.inverse.result import CSV_COLUMNS
+from multilayer.inverse.result import CSV_COLUMNS, modulus_frame
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
@@ -42,8 +43,8 @@ _SIGNIFICANT = 0.01
 _MOST_REMADE = 4
 
 
-@dataclass(frozen=True)
-class JointFit:
+@dataclass(frozen=True, repr=False)
+class JointFit(Tabular):
     """One law for all bursts of a campaign.
 
     Attributes
@@ -68,6 +69,12 @@ class JointFit:
     minima: list[Minimum] = field(repr=False)
     criteria: Criteria
     knowledge: Knowledge | None = field(default=None, repr=False)
+
+    @property
+    def frame(self) -> Frame:
+        """The columns of ``moduli.csv`` at the frequencies of the bursts."""
+        facts = {"campaign": self.campaign, "law": self.law.law, "p_value": self.p_value}
+        return modulus_frame([tuple(row.values()) for row in self.rows()], facts)
 
     @property
     def best(self) -> Minimum:

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, Va
 from pydantic_core import PydanticCustomError
 
 from multilayer.errors import show
+from multilayer.json_schema import COMPLEX_TEXT, QUANTITY_TEXT, Written, any_of
 from multilayer.models import Model, refuse
 from multilayer.response.bands import Width
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, Incidence, PlaneIncidence
@@ -75,7 +76,11 @@ class Measurement(Model, populate_by_name=True):
     start: Annotated[Frequency | None, Field(alias="from")] = None
     to: Frequency | None = None
     noise: Any = None
-    model_error: Annotated[ModelError | None, BeforeValidator(_parse_model_error)] = None
+    model_error: Annotated[
+        ModelError | None,
+        BeforeValidator(_parse_model_error),
+        any_of({"type": ["number", "string", "null"], "minimum": 0, "pattern": QUANTITY_TEXT}, ModelError),
+    ] = None
 
     @model_validator(mode="after")
     def _usable(self, info: ValidationInfo) -> Self:
@@ -203,7 +208,12 @@ class _Energy(_FromFile):
     is_complex: ClassVar[bool] = False
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
-    bands: Annotated[Width | None, PlainValidator(_parse_bands), PlainSerializer(lambda bands: bands)] = None
+    bands: Annotated[
+        Width | None,
+        PlainValidator(_parse_bands),
+        PlainSerializer(lambda bands: bands),
+        Written({"enum": ["third octaves", "octaves", None]}),
+    ] = None
 
 
 class Absorption(_Energy):
@@ -270,7 +280,11 @@ class Stiffness(Measurement):
     radius: Length
     thickness: Length | None = None
     frequency: Frequency | None = None
-    stiffness: Annotated[Any, PlainValidator(_parse_stiffness)] = None
+    stiffness: Annotated[
+        Any,
+        PlainValidator(_parse_stiffness),
+        Written({"type": ["number", "string"], "exclusiveMinimum": 0, "pattern": COMPLEX_TEXT}),
+    ] = None
 
     @property
     def unit(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
+from multilayer.frames import Frame, Tabular
 from multilayer.inverse.uncertainty import ErrorParts
 from multilayer.media.kramers_kronig import gross_loss_modulus
 
@@ -16,6 +18,15 @@ CSV_COLUMNS = (
     "configuration", "frequency_hz", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "loss_factor", "loss_factor_std",
     "delta_tof_s", "delta_level_db", "accepted",
 )  # fmt: skip
+_UNITS = {"_hz": "Hz", "_pa": "Pa", "_s": "s", "_db": "dB"}  # by how the name of a column ends
+
+
+def modulus_frame(rows: Sequence[Sequence[Any]], facts: Mapping[str, Any]) -> Frame:
+    """Return rows of `CSV_COLUMNS` as arrays over bursts."""
+    columns = {name: (("burst",), np.array(values)) for name, *values in zip(CSV_COLUMNS, *rows, strict=True)}
+    coordinates = {name: columns.pop(name) for name in CSV_COLUMNS[:2]}
+    units = {name: unit for name in CSV_COLUMNS for end, unit in _UNITS.items() if name.endswith(end)}
+    return Frame(coordinates, columns, units, facts)
 
 
 @dataclass(frozen=True)
@@ -116,8 +127,8 @@ class GrossCheck:
     mean_relative_error: float
 
 
-@dataclass(frozen=True)
-class FitResult:
+@dataclass(frozen=True, repr=False)
+class FitResult(Tabular):
     """Result of a campaign.
 
     Attributes
@@ -135,6 +146,11 @@ class FitResult:
     method: str
     settings: dict[str, Any]
     bursts: list[BurstFit]
+
+    @property
+    def frame(self) -> Frame:
+        """The columns of ``moduli.csv`` over the bursts."""
+        return modulus_frame([burst.row() for burst in self.bursts], {"campaign": self.campaign, "method": self.method})
 
     @property
     def configurations(self) -> list[str]:

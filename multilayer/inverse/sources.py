@@ -19,7 +19,7 @@ from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 
 FIT_FILE = "fit.yaml"
-_OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
+OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
 _CHOICES = {"method": get_args(Method), "model": get_args(RigModel)}
 
 
@@ -83,7 +83,7 @@ def is_stack_fit(source: Path) -> bool:
 
 
 def _states_a_stack_fit(data: object) -> bool:
-    return isinstance(data, dict) and not _OF_A_STACK_FIT.isdisjoint(data) and "layers" not in data
+    return isinstance(data, dict) and not OF_A_STACK_FIT.isdisjoint(data) and "layers" not in data
 
 
 def fit_file(source: Path) -> Path:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, Self
 
 import numpy as np
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
 
 from multilayer.arrays import RealArray
 from multilayer.config.validate import read
@@ -59,6 +59,8 @@ class StackFitFile(Model):
         By path of a field, or by a name of one's own.
     search : SearchSettings
     """
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["nominal"]}, {"required": ["stacks"]}]})
 
     version: Literal[1] = 1
     nominal: Reference | None = None

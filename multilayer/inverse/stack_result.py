@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from multilayer.arrays import RealArray
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.csv_table import csv_table
+from multilayer.frames import Column, Frame, Tabular, over
 from multilayer.inverse.knowledge import Knowledge
 from multilayer.inverse.posterior import Band
 from multilayer.simulation.result import plain_list
@@ -61,8 +62,8 @@ PARAMETER_COLUMNS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class FittedCurve:
+@dataclass(frozen=True, repr=False)
+class FittedCurve(Tabular):
     """One measurement beside what the fitted stack gives.
 
     Attributes
@@ -97,6 +98,13 @@ class FittedCurve:
     def misfit(self) -> float:
         """Sum of the squared residuals: chi-square."""
         return float(self.residual @ self.residual)
+
+    @property
+    def frame(self) -> Frame:
+        """Measured and predicted values over frequency."""
+        values = {"measured": self.measured, "predicted": self.predicted}
+        units = {"frequency": "Hz", **dict.fromkeys(values, self.unit)}
+        return over({"frequency": self.frequency}, values, units, {"name": self.name, "kind": self.kind})
 
     def columns(self) -> dict[str, RealArray]:
         """Return measured and predicted values and residuals by column, real and imaginary part."""
@@ -145,8 +153,8 @@ class FoundMinimum:
     converged: bool
 
 
-@dataclass(frozen=True)
-class StackFitResult:
+@dataclass(frozen=True, repr=False)
+class StackFitResult(Tabular):
     """Result of a stack fit.
 
     Attributes
@@ -181,6 +189,16 @@ class StackFitResult:
     stacks: dict[str, Stack] = field(repr=False)
     knowledge: Knowledge = field(repr=False)
     warnings: list[str] = field(default_factory=list)
+
+    @property
+    def frame(self) -> Frame:
+        """The columns of ``parameters.csv`` over the unknowns."""
+        rows = zip(*(quantity.row() for quantity in self.quantities), strict=True)
+        columns: dict[str, Column] = {
+            name: (("name",), np.array(values)) for name, values in zip(PARAMETER_COLUMNS, rows, strict=True)
+        }
+        facts = {"fit": self.name, "misfit_per_datum": self.misfit_per_datum, "converged": self.converged}
+        return Frame({"name": columns.pop("name")}, columns, {}, facts)
 
     @property
     def converged(self) -> bool:

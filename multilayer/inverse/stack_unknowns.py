@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.inverse.field_priors import MistakeError, field_limits, is_modulus, pair, prior_of
 from multilayer.inverse.law_fit import law_template
 from multilayer.inverse.priors import Parameter, Prior
-from multilayer.media.laws import ModulusLaw, complex_modulus
+from multilayer.json_schema import Written, any_of
+from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.models import Model, refuse
 from multilayer.simulation.located import Located, locate, unit_of
@@ -45,13 +46,19 @@ class UnknownFile(Model):
         Not of interest in itself.
     """
 
-    paths: Annotated[tuple[str, ...], BeforeValidator(lambda v: (v,) if isinstance(v, str) else v)] = ()
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in (*KINDS, "law")]})
+
+    paths: Annotated[
+        tuple[str, ...],
+        BeforeValidator(lambda v: (v,) if isinstance(v, str) else v),
+        any_of({"type": "string"}, {"type": "array", "items": {"type": "string"}}),
+    ] = ()
     normal: tuple[Any, Any] | None = None
     lognormal: tuple[Any, Any] | None = None
     uniform: tuple[Any, Any] | None = None
     loguniform: tuple[Any, Any] | None = None
     bounds: Any = None
-    law: str | None = None
+    law: Annotated[str | None, Written(lambda _: {"enum": [*LAWS.names(), None]})] = None
     elements: Annotated[int, Field(ge=1)] | None = None
     fixed: dict[str, Any] = Field(default_factory=dict)
     nuisance: bool = False

@@ -12,6 +12,8 @@ from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 from multilayer.errors import suggest
+from multilayer.frames import html_table
+from multilayer.json_schema import Written, by_name
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
@@ -37,6 +39,10 @@ class Layer(Model):
     summary: ClassVar[str] = ""
     composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
     vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
+
+    def _repr_html_(self) -> str:
+        rows = [(str(name), str(text)) for name, text in self.__repr_args__()]
+        return html_table(("field", "value"), rows, f"{self.type}: {self.summary}")
 
     @classmethod
     def fields_taken(cls, data: Mapping[str, Any]) -> frozenset[str]:
@@ -139,4 +145,9 @@ def _serialise_layer(layer: Layer) -> dict[str, Any]:
     return layer.model_dump(mode="json", exclude_none=True)
 
 
-LayerField = Annotated[Layer, PlainValidator(_parse_layer), PlainSerializer(_serialise_layer)]
+LayerField = Annotated[
+    Layer,
+    PlainValidator(_parse_layer),
+    PlainSerializer(_serialise_layer),
+    Written(lambda handler: by_name(LAYERS, "type", handler)),
+]

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Self
+from typing import Any, ClassVar, Self, get_args
 
-from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import GetJsonSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
 
+from multilayer.json_schema import having
 from multilayer.layers.base import Layer
 
 
 class FieldSets(Layer):
-    """A layer that says by `field_sets` which of its optional fields go together."""
+    """A layer that says by `field_sets` which of its optional fields go together.
+
+    Attributes
+    ----------
+    chooser : str
+        The field that says which sets there are; empty where they are always the same.
+    """
+
+    chooser: ClassVar[str] = ""
 
     @classmethod
     def field_sets(cls, data: Mapping[str, Any]) -> tuple[str, tuple[tuple[str, ...], ...]]:
@@ -23,6 +33,29 @@ class FieldSets(Layer):
     def governed_fields(cls) -> frozenset[str]:
         """Return every field that stands in some set; the others are free."""
         raise NotImplementedError
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(core)
+        if not cls.__abstractmethods__:
+            handler.resolve_ref_schema(found).update(cls._sets_written())
+        return found
+
+    @classmethod
+    def _sets_written(cls) -> dict[str, Any]:
+        """Return which sets a JSON Schema allows, by the choice that they belong to."""
+        info = cls.model_fields[cls.chooser] if cls.chooser else None
+        if info is None:
+            return _one_of(cls.governed_fields(), cls.field_sets({})[1])
+        return {
+            "allOf": [
+                {
+                    "if": having(cls.chooser, name, default=name == info.default),
+                    "then": _one_of(cls.governed_fields(), cls.field_sets({cls.chooser: name})[1]),
+                }
+                for name in get_args(info.annotation)
+            ]
+        }
 
     @classmethod
     def fields_taken(cls, data: Mapping[str, Any]) -> frozenset[str]:
@@ -89,6 +122,19 @@ def as_mistakes(error: ValidationError) -> list[InitErrorDetails]:
         mistake(details["type"], details["loc"], details["msg"], details["input"])
         for details in error.errors(include_url=False)
     ]
+
+
+def _one_of(governed: frozenset[str], sets: Iterable[tuple[str, ...]]) -> dict[str, Any]:
+    """Return the JSON Schema of mappings with one of the sets, and nothing governed beside it."""
+    return {
+        "anyOf": [
+            {
+                "required": list(fields),
+                "properties": {name: {"type": "null"} for name in sorted(governed.difference(fields))},
+            }
+            for fields in sets
+        ]
+    }
 
 
 def _nearest(given: set[str], sets: Iterable[tuple[str, ...]]) -> tuple[str, ...]:

@@ -45,6 +45,7 @@ class PoreLayer(FieldSets):
     static_viscous_tortuosity: StaticTortuosity | None = None
     static_thermal_tortuosity: StaticTortuosity | None = None
 
+    chooser: ClassVar[str] = "model"
     always: ClassVar[tuple[str, ...]] = ()  # fields that the layer itself needs, whatever the model
 
     @classmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from multilayer.diagnosis.blind_score import (
     scores,
 )
 from multilayer.diagnosis.thresholds import in_force
+from multilayer.json_text import json_text
 from multilayer.report.style import COLOURS, blank, figure_style, png
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _OTHERS = ("no_gap", "unknown", "failed")
 def blind_files(outcomes: Sequence[Outcome], seed: int, *, figures: bool = True) -> dict[str, bytes | str]:
     """Return what ``multilayer blind-check`` writes besides the answers, by file name."""
     files: dict[str, bytes | str] = {
-        "blind_check.json": json.dumps(_record(outcomes, seed), indent=1, allow_nan=False) + "\n",
+        "blind_check.json": json_text(_record(outcomes, seed)),
         "blind_check.md": blind_page(outcomes, seed),
     }
     if figures:

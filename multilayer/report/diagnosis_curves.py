@@ -12,14 +12,14 @@ from multilayer.diagnosis.result import Curves, Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
 from multilayer.report.diagnosis_rows import in_words
 from multilayer.report.numbers import pressure_unit
-from multilayer.report.style import blank, colour, shortened
+from multilayer.report.style import WIDTH, blank, colour, shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-_WIDTH, _HEIGHT = 3.9, 2.5  # inches
+_HEIGHT = 2.5  # inches
 _NUMBERED = 8  # signatures up to which the cells of the matrix hold numbers
 
 
@@ -31,7 +31,7 @@ def unexplained(curves: Curves) -> float:
 
 def draw_before_after(curves: Curves) -> Figure:
     """Draw the residuals of both quantities of a configuration, of the nominal model and of the best hypothesis."""
-    figure, axes = blank(2, 1, (_WIDTH, _HEIGHT), sharex=True)
+    figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
     parts = (
         (curves.level_before, curves.level_after, curves.sigma_level, curves.labels[0]),
         (curves.phase_before, curves.phase_after, curves.sigma_phase, curves.labels[1]),
@@ -72,7 +72,7 @@ def draw_similarity(similarity: Similarity) -> Figure:
     Each name stands where its row ends and its column begins.
     """
     n, alike = len(similarity.names), np.abs(np.asarray(similarity.cosines))
-    figure, axes = blank(1, 1, (_WIDTH, 0.5 + max(0.13 * n, 1.2)))
+    figure, axes = blank(1, 1, (WIDTH, 0.5 + max(0.13 * n, 1.2)))
     axis = axes[0, 0]
     shown = np.ma.masked_where(np.triu(np.ones((n, n), dtype=bool)), alike)
     tints = _tints()
@@ -120,7 +120,7 @@ def _scale(axis: Axes, tints: Colormap) -> None:
 def draw_moduli(moduli: Mapping[str, Any]) -> Figure:
     """Draw storage and loss modulus over frequency, of the nominal model and of the best hypothesis."""
     f = np.asarray(moduli["frequency_hz"], dtype=float)
-    figure, axes = blank(2, 1, (_WIDTH, _HEIGHT), sharex=True)
+    figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
     kinds = (("nominal", "--"), ("corrected", "-"))[: 1 if moduli["corrected"] == moduli["nominal"] else 2]
     for axis, part in zip(axes[:, 0], ("E1", "E2"), strict=True):
         unit, factor = pressure_unit(max(max(moduli[name][part]) for name, _ in kinds))

@@ -16,14 +16,13 @@ from multilayer.report.diagnosis_curves import draw_before_after, draw_moduli, d
 from multilayer.report.diagnosis_rows import best_evidence, in_words, number_or_nan
 from multilayer.report.files import file_names
 from multilayer.report.numbers import percent
-from multilayer.report.style import blank, colour, figure_style, plain, png, shortened
+from multilayer.report.style import WIDTH, blank, colour, figure_style, plain, png, shortened
 from multilayer.report.svg import inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH = 3.9  # inches: fits half a printed page and a telephone
 _MOST_PLACES = 24
 _MOST_CAUSES = 10
 _MOST_EXPERIMENTS = 5

@@ -21,6 +21,7 @@ from multilayer.report.diagnosis_rows import (
     unknown_rows,
     where_rows,
 )
+from multilayer.report.html import render
 
 _LABELS = {"effect": "Cause found", "unknown": "Cause unknown", "no_gap": "No gap"}
 _FIGURES = ("where", "causes", "similarity", "next_experiment", "moduli")
@@ -30,16 +31,7 @@ _MOST_ROWS, _MOST_EXPERIMENTS = 6, 5
 
 def diagnosis_html(diagnosis: Diagnosis) -> str:
     """Return the report of a diagnosis as an HTML file."""
-    return render("report.html", _content(diagnosis))
-
-
-def render(template: str, content: Mapping[str, Any]) -> str:
-    """Return a filled template of this package; everything that is not marked as markup is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined  # heavy: only when a report is written
-
-    loader = PackageLoader("multilayer.report")
-    options: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
-    return Environment(loader=loader, autoescape=True, **options).get_template(template).render(content)
+    return render("diagnosis.html", _content(diagnosis))
 
 
 def _content(diagnosis: Diagnosis) -> dict[str, Any]:

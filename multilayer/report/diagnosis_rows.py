@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -13,40 +11,12 @@ from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
 from multilayer.errors import MultilayerError
+from multilayer.report.listing import Listing, flat_items
 from multilayer.report.numbers import percent, pressure_unit, readable_unit, significant, with_interval, with_unit
 
 Record = Mapping[str, Any]
 _ABSURD = 1e9  # in SI units: an effect that must be that large cannot be seen at all
-_HASH, _HASH_SHOWN = re.compile(r"[0-9a-f]{40,}"), 16
 _UNSEEN = "not visible at any size"
-
-
-@dataclass(frozen=True)
-class Listing:
-    """A table of texts.
-
-    Attributes
-    ----------
-    headings : tuple of str
-    rows : tuple of tuple of str
-    numeric : tuple of int
-        Columns set flush right.
-    """
-
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numeric: tuple[int, ...] = ()
-
-    def without(self, column: int) -> Listing:
-        """Return the table without a column."""
-        kept = [i for i in range(len(self.headings)) if i != column]
-        headings, *rows = (tuple(row[i] for i in kept) for row in (self.headings, *self.rows))
-        return Listing(headings, tuple(rows), tuple(kept.index(i) for i in self.numeric if i in kept))
-
-    def common(self, column: int) -> str:
-        """Return what all cells of a column say, nothing where they differ."""
-        texts = {row[column] for row in self.rows}
-        return texts.pop() if len(texts) == 1 else ""
 
 
 def in_words(effects: Sequence[str]) -> str:
@@ -229,23 +199,4 @@ def alike_rows(similarity: Similarity) -> Listing:
 
 def input_rows(record: Record) -> list[tuple[str, str]]:
     """Return what the diagnosis was made from, flat."""
-    return list(_flat(record.get("inputs", {}), ""))
-
-
-def _flat(values: Mapping[str, Any], before: str) -> list[tuple[str, str]]:
-    found = []
-    for key, value in values.items():
-        name = f"{before}{key.replace('_', ' ')}"
-        if isinstance(value, Mapping):
-            found += _flat(value, f"{name}: ")
-        else:
-            found.append((name, _input_text(value)))
-    return found
-
-
-def _input_text(value: Any) -> str:
-    """Return a number in four digits, and of a long hash its beginning: all of it is in diagnosis.json."""
-    if isinstance(value, float):
-        return significant(value, 4)
-    text = str(value)
-    return f"{text[:_HASH_SHOWN]}…" if _HASH.fullmatch(text) else text
+    return flat_items(record.get("inputs", {}))

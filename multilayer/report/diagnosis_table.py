@@ -9,7 +9,6 @@ from rich.text import Text
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.report.console import console
 from multilayer.report.diagnosis_rows import (
-    Listing,
     absorbed_names,
     cause_rows,
     gap_numbers,
@@ -18,6 +17,7 @@ from multilayer.report.diagnosis_rows import (
     unknown_rows,
     where_rows,
 )
+from multilayer.report.listing import Listing
 
 _MOST_ROWS = 5
 

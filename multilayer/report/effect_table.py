@@ -13,10 +13,10 @@ from multilayer.registry import RegistryError
 from multilayer.report.console import console
 
 
-def describe_effects() -> list[dict[str, Any]]:
-    """Return what is known of every registered effect; of one that cannot be loaded, why."""
+def describe_effects(names: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Return what is known of every registered effect, or of some; of one that cannot be loaded, why."""
     found: list[dict[str, Any]] = []
-    for name in EFFECTS.names():
+    for name in EFFECTS.chosen(names):
         try:
             effect = EFFECTS[name]
         except RegistryError as error:

@@ -13,7 +13,8 @@ from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility
 from multilayer.report.files import file_names
-from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.report.numbers import pressure_unit
+from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png, readable_decades
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,47 +45,52 @@ def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) ->
         return {name: png(figure) for name, figure in figures.items()}
 
 
-def _figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
+def draw_moduli(result: FitResult, settings: FitSettings, *, upright: bool = False) -> Figure:
+    """Draw E1, E2 and the loss factor against frequency with error bars; hollow where not accepted.
 
-    figure = NewFigure(figsize=size)
-    return figure, figure.subplots(rows, columns, squeeze=False, **options)
-
-
-def draw_moduli(result: FitResult, settings: FitSettings) -> Figure:
-    """Draw E1, E2 and the loss factor against frequency with error bars; hollow where not accepted."""
-    figure, axes = _figure(1, 3, (11, 3.6))
-    quantities = (
-        ("storage_modulus", "E1 / Pa"),
-        ("loss_modulus", "E2 / Pa"),
-        ("loss_factor", "loss factor E2/E1"),
-    )
-    for axis, (name, label) in zip(axes[0], quantities, strict=True):
+    Parameters
+    ----------
+    result : FitResult
+    settings : FitSettings
+    upright : bool
+        One below the other, untitled, as a report has it.
+    """
+    figure, grid = blank(3, 1, (WIDTH, 5.0), sharex=True) if upright else blank(1, 3, (11, 3.6))
+    axes = grid.ravel()
+    unit, size = pressure_unit(max(burst.storage_modulus for burst in result.bursts))
+    quantities = (("storage_modulus", f"E1 / {unit}"), ("loss_modulus", f"E2 / {unit}"), ("loss_factor", "E2/E1"))
+    for axis, (name, label) in zip(axes, quantities, strict=True):
+        factor = 1.0 if name == "loss_factor" else size
         for i, configuration in enumerate(result.configurations):
-            _points(axis, result.of(configuration), name, colour(i), plain(configuration))
-        axis.set(xlabel="frequency / Hz", ylabel=label)
+            _points(axis, result.of(configuration), name, factor, color=colour(i), label=plain(configuration))
+        if (given := settings.quasi_static) is not None:
+            static = given.loss_modulus / given.storage_modulus if factor == 1.0 else getattr(given, name) / factor
+            axis.axhline(static, color="0.4", linestyle="--", label=f"quasi-static, {given.frequency:g} Hz")
+        axis.set_ylabel(label)
         if name != "loss_factor":
             axis.set_yscale("log")
-    if (given := settings.quasi_static) is not None:
-        values = (given.storage_modulus, given.loss_modulus, given.loss_modulus / given.storage_modulus)
-        for axis, value in zip(axes[0], values, strict=True):
-            axis.axhline(value, color="0.4", linestyle="--", label=f"quasi-static, {given.frequency:g} Hz")
-    axes[0, 2].set_ylim(bottom=0)
-    axes[0, 0].legend(fontsize=7)
-    figure.suptitle(f"{plain(result.campaign)}: dynamic modulus ({result.method}); hollow: not accepted")
+            readable_decades(axis)
+    for axis in axes[-1:] if upright else axes:
+        axis.set_xlabel("frequency / Hz")
+    axes[2].set_ylim(bottom=0)
+    if upright:
+        legend_below(figure, axes[0])
+    else:
+        axes[0].legend(fontsize=7)
+        figure.suptitle(f"{plain(result.campaign)}: dynamic modulus ({result.method}); hollow: not accepted")
     return figure
 
 
-def _points(axis: Axes, bursts: list[BurstFit], name: str, tint: str, label: str) -> None:
+def _points(axis: Axes, bursts: list[BurstFit], name: str, factor: float, *, color: str, label: str) -> None:
     f = np.array([burst.frequency for burst in bursts])
-    value = np.array([getattr(burst, name) for burst in bursts])
-    spread = np.array([getattr(burst, f"{name}_std") for burst in bursts])
+    value = np.array([getattr(burst, name) / factor for burst in bursts])
+    spread = np.array([getattr(burst, f"{name}_std") / factor for burst in bursts])
     accepted = np.array([burst.accepted for burst in bursts])
     # a bar that would pass zero is cut: the axis may be logarithmic
     bars = np.stack([np.minimum(spread, 0.95 * np.abs(value)), spread])
-    axis.errorbar(f, value, bars, fmt="-", color=tint, capsize=2, label=label)
-    axis.plot(f[accepted], value[accepted], "o", color=tint)
-    axis.plot(f[~accepted], value[~accepted], "o", color=tint, markerfacecolor="white")
+    axis.errorbar(f, value, bars, fmt="-", color=color, capsize=2, label=label)
+    axis.plot(f[accepted], value[accepted], "o", color=color)
+    axis.plot(f[~accepted], value[~accepted], "o", color=color, markerfacecolor="white")
 
 
 def draw_envelopes(result: FitResult, configuration: str) -> Figure:
@@ -92,7 +98,7 @@ def draw_envelopes(result: FitResult, configuration: str) -> Figure:
     bursts = result.of(configuration)
     columns = min(5, len(bursts))
     rows = -(-len(bursts) // columns)
-    figure, axes = _figure(rows, columns, (2.3 * columns + 0.5, 1.8 * rows + 0.7))
+    figure, axes = _grid_of_envelopes(rows, columns)
     for axis, burst in zip(axes.flat, bursts, strict=False):
         axis.plot(1e3 * burst.time, burst.measured_envelope, color=colour(0), label="measured")
         axis.plot(1e3 * burst.time, burst.modelled_envelope, "--", color=colour(1), label="modelled")
@@ -109,6 +115,16 @@ def draw_envelopes(result: FitResult, configuration: str) -> Figure:
     return figure
 
 
+def _grid_of_envelopes(rows: int, columns: int) -> tuple[Figure, Any]:
+    """Return axes in fixed places: matplotlib takes as long to lay them out as to draw them."""
+    width, height = 2.3 * columns + 0.5, 1.8 * rows + 0.7
+    figure, axes = blank(rows, columns, (width, height), laid_out=False)
+    figure.subplots_adjust(
+        left=0.65 / width, right=1 - 0.1 / width, bottom=0.5 / height, top=1 - 0.6 / height, wspace=0.25, hspace=0.35
+    )
+    return figure, axes
+
+
 def _last_time(burst: BurstFit) -> float:
     """Return where the burst and its ring-down are over, ms."""
     loud = np.flatnonzero(burst.measured_envelope > 0.01 * burst.measured_envelope.max())
@@ -121,7 +137,7 @@ def draw_convergence(result: FitResult) -> Figure:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    figure, axes = _figure(1, 3, (11, 3.4))
+    figure, axes = blank(1, 3, (11, 3.4))
     f = [burst.frequency for burst in result.bursts]
     scale = Normalize(min(f), max(f))
     tints = colormaps["viridis"]
@@ -139,9 +155,11 @@ def draw_convergence(result: FitResult) -> Figure:
     return figure
 
 
-def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSettings) -> Figure:
+def draw_transmissibility(
+    result: FitResult, campaign: Campaign, settings: FitSettings, *, upright: bool = False
+) -> Figure:
     """Draw amplitude and phase of the transmissibility: measured, fitted, and eq. (11) (the paper's Figs. 11-12)."""
-    figure, axes = _figure(2, 1, (7.5, 5.5), sharex=True)
+    figure, axes = blank(2, 1, (WIDTH, 3.6) if upright else (7.5, 5.5), sharex=True)
     for i, configuration in enumerate(result.configurations):
         bursts = result.of(configuration)
         f = np.array([b.frequency for b in bursts])
@@ -173,8 +191,11 @@ def draw_transmissibility(result: FitResult, campaign: Campaign, settings: FitSe
             _curve(axes[:, 0], f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
     axes[0, 0].set(ylabel="amplitude", yscale="log")
     axes[1, 0].set(ylabel="phase / degrees", xlabel="frequency / Hz")
-    axes[0, 0].legend(fontsize=7, ncols=2)
-    figure.suptitle(f"{plain(result.campaign)}: transmissibility, top plate over base")
+    if upright:
+        legend_below(figure, axes[0, 0])
+    else:
+        axes[0, 0].legend(fontsize=7, ncols=2)
+        figure.suptitle(f"{plain(result.campaign)}: transmissibility, top plate over base")
     return figure
 
 
@@ -191,23 +212,29 @@ def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexA
     return rod_transmissibility(f, held, campaign.specimen.density, geometry.specimen_thickness, mass)
 
 
-def draw_gross_check(result: FitResult) -> Figure:
+def draw_gross_check(result: FitResult, *, upright: bool = False) -> Figure:
     """Draw E2 as found and as eq. (12) has it from the slope of E1 (the paper's Fig. 13)."""
-    figure, axes = _figure(1, 1, (7, 4))
+    figure, axes = blank(1, 1, (WIDTH, 2.9) if upright else (7, 4))
     axis = axes[0, 0]
+    unit, size = pressure_unit(max(burst.loss_modulus for burst in result.bursts))
     for i, configuration in enumerate(result.configurations):
         check = result.gross_check(configuration)
         if check is None:
             continue
-        error = f"mean relative error {100 * check.mean_relative_error:.0f} %"
-        axis.plot(check.frequency, check.measured, "o", color=colour(i), label=f"{plain(configuration)}: found")
+        error = "" if upright else f", mean relative error {100 * check.mean_relative_error:.0f} %"
+        axis.plot(check.frequency, check.measured / size, "o", color=colour(i), label=f"{plain(configuration)}: found")
         positive = np.where(check.predicted > 0, check.predicted, np.nan)
-        axis.plot(check.frequency, positive, "--", color=colour(i), label=f"eq. (12), {error}")
+        axis.plot(check.frequency, positive / size, "--", color=colour(i), label=f"eq. (12){error}")
     if not axis.lines:
         axis.text(0.5, 0.5, "fewer than three accepted bursts: no slope", ha="center", transform=axis.transAxes)
     else:
         axis.set_yscale("log")
-        axis.legend(fontsize=7, ncols=2)
-    axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")
-    figure.suptitle(f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)")
+        readable_decades(axis)
+        if not upright:
+            axis.legend(fontsize=7, ncols=2)
+    axis.set(xlabel="frequency / Hz", ylabel=f"E2 / {unit}")
+    if upright:
+        legend_below(figure, axis)
+    else:
+        figure.suptitle(f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)")
     return figure

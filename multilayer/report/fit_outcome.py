@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.errors import InputError, suggest
+from multilayer.json_text import json_text
 
 if TYPE_CHECKING:
     from multilayer.inverse.joint_fit import JointFit
@@ -131,9 +132,10 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
     record = {**result.to_dict(), **_moduli(task, result), "inputs": {"sha256": fingerprint(task, job)}}
     files: dict[str, bytes | str] = {
         "moduli.csv": result.to_csv(),
-        task.record: json.dumps(record, indent=1) + "\n",
+        task.record: json_text(record),
     }
     if task.figures:
+        files["report.html"] = _report(task, job, result, record["inputs"])
         files.update(_figures(task, job, result))
     return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, record))
 
@@ -150,6 +152,16 @@ def fit_elsewhere(task: FitTask) -> FitOutcome:
     """Read, fit and prepare the files of a task: what a worker does."""
     job = task.read()
     return outcome(task, job, run_fit(task, job))
+
+
+def _report(task: FitTask, job: FitJob, result: Any, inputs: dict[str, Any]) -> str:
+    if task.joint:
+        from multilayer.report.joint_html import joint_html
+
+        return joint_html(result, inputs)
+    from multilayer.report.fit_html import fit_html
+
+    return fit_html(result, job.campaign, job.settings, inputs)
 
 
 def _figures(task: FitTask, job: FitJob, result: Any) -> dict[str, bytes]:

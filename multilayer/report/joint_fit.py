@@ -13,7 +13,8 @@ from multilayer.inverse.joint_knowledge import modulus_band, motion_curves
 from multilayer.inverse.posterior import Posterior, laplace
 from multilayer.report.console import console
 from multilayer.report.determination_table import determination_table
-from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer.report.numbers import pressure_unit
+from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,28 +72,41 @@ def joint_figures(result: JointFit) -> dict[str, bytes]:
         return {name: png(figure) for name, figure in figures.items()}
 
 
-def draw_law(result: JointFit) -> Figure:
+def draw_law(result: JointFit, *, upright: bool = False) -> Figure:
     """Draw E1, E2 and loss factor with the bands that hold each point at 68 and 90 %."""
     ends = [f for data in result.problem.data for f in (data.frequency.min(), data.frequency.max())]
     f = np.geomspace(min(ends), max(ends), _CURVE)
     moduli, _ = result.moduli(f)
     posterior = _posterior(result)
     bands = [modulus_band(result.problem, posterior, f, level) for level in (_OUTER, _INNER)]
-    curves = {"E1 / Pa": moduli.real, "E2 / Pa": moduli.imag, "loss factor E2/E1": moduli.imag / moduli.real}
-    figure, axes = blank(2, 3, (11, 5.2), sharex=True, height_ratios=[1.0, 0.5])
+    unit, size = pressure_unit(float(moduli.real.max()))
+    curves = {f"E1 / {unit}": moduli.real, f"E2 / {unit}": moduli.imag, "E2/E1": moduli.imag / moduli.real}
+    figure, axes = _grid_of_law(upright)
     for k, (label, value) in enumerate(curves.items()):
+        factor = size if k < 2 else 1.0
         for band in bands:
             options: dict[str, Any] = {"color": colour(0), "alpha": 0.2, "linewidth": 0}
-            axes[0, k].fill_between(f, band.low[k], band.high[k], **options)
+            axes[0, k].fill_between(f, band.low[k] / factor, band.high[k] / factor, **options)
             if np.all(value > 0):  # a band may be narrower than the line above
                 axes[1, k].fill_between(f, *(100 * (end[k] / value - 1) for end in (band.low, band.high)), **options)
-        axes[0, k].plot(f, value, color=colour(0))
+        axes[0, k].plot(f, value / factor, color=colour(0))
         axes[1, k].axhline(0, color=colour(0), linewidth=0.8)
         axes[0, k].set(ylabel=label, xscale="log")
-        axes[1, k].set(xlabel="frequency / Hz", ylabel="band / %")
+        axes[1, k].set_ylabel("band / %")
+    for axis in axes[1, 2:] if upright else axes[1]:
+        axis.set_xlabel("frequency / Hz")
     axes[0, 2].set_ylim(bottom=0)
-    figure.suptitle(f"{plain(result.campaign)}: {result.law.law}, bands that hold each point at 68 and 90 %")
+    if not upright:
+        figure.suptitle(f"{plain(result.campaign)}: {result.law.law}, bands that hold each point at 68 and 90 %")
     return figure
+
+
+def _grid_of_law(upright: bool) -> tuple[Figure, Any]:
+    """Return axes by row (values, widths of the bands) and column (quantity), wherever they stand."""
+    if not upright:
+        return blank(2, 3, (11, 5.2), sharex=True, height_ratios=[1.0, 0.5])
+    figure, axes = blank(6, 1, (WIDTH, 5.8), sharex=True, height_ratios=[1.0, 0.5] * 3)
+    return figure, axes.reshape(3, 2).T
 
 
 def _posterior(result: JointFit) -> Posterior:
@@ -107,7 +121,7 @@ def draw_motion(result: JointFit, posterior: Posterior) -> Figure:
     figure, axes = blank(len(found), 2, (9, 2.0 * len(found) + 0.8), sharex=True)
     for row, (name, curve) in zip(axes, found.items(), strict=True):
         for k, (axis, label) in enumerate(zip(row, ("amplitude", "phase / degrees"), strict=True)):
-            axis.plot(curve.frequency, curve.measured[k], ".", color="0.25", markersize=2.5, label="measured")
+            axis.plot(curve.frequency, curve.measured[k], ".", color="black", markersize=2.5, label="measured")
             band = f"model, {100 * _OUTER:.0f} % band"
             axis.fill_between(
                 curve.frequency, curve.band.low[k], curve.band.high[k], color=colour(0), alpha=0.35, linewidth=0,
@@ -123,9 +137,9 @@ def draw_motion(result: JointFit, posterior: Posterior) -> Figure:
     return figure
 
 
-def draw_residuals(result: JointFit) -> Figure:
+def draw_residuals(result: JointFit, *, upright: bool = False) -> Figure:
     """Draw what is left of amplitude and phase, measured minus modelled, by configuration."""
-    figure, axes = blank(2, 1, (8, 5.5), sharex=True)
+    figure, axes = blank(2, 1, (WIDTH, 3.6) if upright else (8, 5.5), sharex=True)
     for i, (name, (f, delay, level)) in enumerate(result.discrepancies().items()):
         options: dict[str, Any] = {"color": colour(i), "marker": ".", "linestyle": "", "markersize": 4}
         axes[0, 0].plot(f, level, label=plain(name), **options)
@@ -134,7 +148,10 @@ def draw_residuals(result: JointFit) -> Figure:
         axis.axhline(0, color="0.4", linewidth=0.8)
         axis.set_ylabel(label)
     axes[1, 0].set_xlabel("frequency / Hz")
-    axes[0, 0].legend(fontsize=7, ncols=3)
-    title = f"measured minus modelled, chi-square {result.best.cost:.4g} for {result.n_data} data"
-    figure.suptitle(f"{plain(result.campaign)}: {title}")
+    if upright:
+        legend_below(figure, axes[0, 0])
+    else:
+        axes[0, 0].legend(fontsize=7, ncols=3)
+        title = f"measured minus modelled, chi-square {result.best.cost:.4g} for {result.n_data} data"
+        figure.suptitle(f"{plain(result.campaign)}: {title}")
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from pydantic.fields import FieldInfo
@@ -11,15 +12,15 @@ from rich.text import Text
 from multilayer.layers.base import LAYERS
 from multilayer.registry import RegistryError
 from multilayer.report.console import console
-from multilayer.units import UnitLabel
+from multilayer.units import field_unit
 
 _PLAIN_FIELDS = {"type", "name"}
 
 
-def describe_layers() -> list[dict[str, Any]]:
-    """Return every layer type: its name, origin, summary and fields; a plugin that fails is listed with its error."""
+def describe_layers(types: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Return layer types, all or some: name, origin, summary and fields; of a plugin that fails, its error."""
     described = []
-    for name in LAYERS:
+    for name in LAYERS.chosen(types):
         entry: dict[str, Any] = {"type": name, "origin": LAYERS.origins(name)}
         try:
             layer = LAYERS[name]
@@ -36,16 +37,11 @@ def describe_layers() -> list[dict[str, Any]]:
 def _describe_field(name: str, info: FieldInfo) -> dict[str, Any]:
     return {
         "name": name,
-        "unit": _unit(info),
+        "unit": field_unit(info) or "",
         "required": info.is_required(),
         "default": None if info.is_required() else info.default,
         "allowed": ", ".join(_bounds(info)),
     }
-
-
-def _unit(info: FieldInfo) -> str:
-    labels = [item for item in _annotations(info) if isinstance(item, UnitLabel)]
-    return labels[0].symbol if labels else ""
 
 
 def _bounds(info: FieldInfo) -> list[str]:

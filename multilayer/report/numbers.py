@@ -53,6 +53,7 @@ def readable_unit(value: float, unit: str) -> tuple[str, float]:
 
     A unit that takes no prefix, as 1/Pa, gets a power of ten where the value is far from 1.
     """
+    unit = unit.replace("*", " ").replace("^", "")  # as pint writes it
     if not (math.isfinite(value) and value):
         return _pretty(unit), 1.0
     found = _WITH_PREFIX.fullmatch(unit)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.report.style import COLOURS, colour, figure_style, plain, png
+from multilayer.report.style import COLOURS, WIDTH, blank, colour, figure_style, plain, png
 from multilayer.response.bands import band_centres, band_edges
 from multilayer.simulation.compare import Comparison
 from multilayer.simulation.quantities import QUANTITIES, Quantity
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DRAWN = {
+DRAWN = {
     "absorption": "absorption.png",
     "transmission_loss": "transmission_loss.png",
     "insertion_loss": "insertion_loss.png",
@@ -32,7 +32,7 @@ def simulation_figures(result: SimulationResult) -> dict[str, bytes]:
     """Return the figures of a simulation as PNG files by name, only those with a meaning."""
     there = {name for case in result.cases for name in case.quantities}
     with figure_style():
-        return {file: png(draw_quantity(result, name)) for name, file in _DRAWN.items() if name in there}
+        return {file: png(draw_quantity(result, name)) for name, file in DRAWN.items() if name in there}
 
 
 def comparison_figures(comparison: Comparison) -> dict[str, bytes]:
@@ -45,7 +45,7 @@ def comparison_figures(comparison: Comparison) -> dict[str, bytes]:
         return {f"comparison_{name}.png": png(figure) for name, figure in drawn.items()}
 
 
-def draw_quantity(result: SimulationResult, name: str, measured: Any = None) -> Figure:
+def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, upright: bool = False) -> Figure:
     """Draw a quantity of every case that has it over frequency; of a complex one both parts.
 
     Parameters
@@ -55,13 +55,14 @@ def draw_quantity(result: SimulationResult, name: str, measured: Any = None) -> 
         Of `QUANTITIES`.
     measured : array, optional
         Drawn over the cases; at the same frequencies.
+    upright : bool
+        Small and untitled, the legend below, as a report has it.
     """
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
-
     quantity = QUANTITIES[name]
     columns = quantity.columns
-    figure = NewFigure(figsize=(7.5, 4.2) if len(columns) == 1 else (7.5, 5.6))
-    axes = figure.subplots(len(columns), 1, squeeze=False, sharex=True)[:, 0]
+    width, height = (WIDTH, 3.0) if upright else (7.5, 4.2)
+    figure, grid = blank(len(columns), 1, (width, height if len(columns) == 1 else 4 / 3 * height), sharex=True)
+    axes = grid[:, 0]
     cases = [case for case in result.cases if name in case.quantities]
     points = {} if measured is None else quantity.parts(np.asarray(measured))
     for axis, column in zip(axes, columns, strict=True):
@@ -69,9 +70,12 @@ def draw_quantity(result: SimulationResult, name: str, measured: Any = None) -> 
         axis.set_ylabel(_label(quantity, column))
         axis.set_ylim(*_limits(quantity, cases, column, points))
     _frequency_axis(axes[-1], result)
-    _legend(axes[0], cases)
-    over = ", measured over predicted" if points else ""
-    figure.suptitle(f"{plain(result.name)}: {quantity.title}{over}")
+    if upright:
+        _legend(axes[0], cases, below=figure)
+    else:
+        _legend(axes[0], cases)
+        over = ", measured over predicted" if points else ""
+        figure.suptitle(f"{plain(result.name)}: {quantity.title}{over}")
     return figure
 
 
@@ -102,7 +106,7 @@ def _tints(n: int) -> list[Any]:
         return [colour(i) for i in range(n)]
     from matplotlib import colormaps
 
-    return [colormaps["viridis"](i / (n - 1) * 0.95) for i in range(n)]
+    return [colormaps["viridis"](0.15 + 0.75 * i / (n - 1)) for i in range(n)]
 
 
 def _line(axis: Axes, result: SimulationResult, values: RealArray, **options: Any) -> None:
@@ -127,7 +131,7 @@ def _case_label(case: CaseResult) -> str:
     return plain(", ".join(case.shown.values())) if case.shown else "predicted"
 
 
-def _legend(axis: Axes, cases: Sequence[CaseResult]) -> None:
+def _legend(axis: Axes, cases: Sequence[CaseResult], *, below: Figure | None = None) -> None:
     from matplotlib.patches import Patch
 
     handles, labels = axis.get_legend_handles_labels()
@@ -140,8 +144,12 @@ def _legend(axis: Axes, cases: Sequence[CaseResult]) -> None:
     if len(handles) == 1:
         return
     title = plain(", ".join(cases[0].shown)) or None
-    columns = 2 if len(handles) > 6 else 1
-    axis.legend(handles, labels, title=title, fontsize=7, title_fontsize=7, ncols=columns)
+    columns = 2 if below is not None or len(handles) > 6 else 1
+    options: dict[str, Any] = {"title": title, "fontsize": 7, "title_fontsize": 7, "ncols": columns}
+    if below is None:
+        axis.legend(handles, labels, **options)
+    else:
+        below.legend(handles, labels, loc="outside lower center", **options)
 
 
 def _frequency_axis(axis: Axes, result: SimulationResult) -> None:

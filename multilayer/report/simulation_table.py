@@ -24,7 +24,7 @@ Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
 def simulation_table(result: SimulationResult) -> None:
     """Print one table per quantity, and the single numbers of every case."""
     out = console()
-    rows = _rows(result)
+    rows = rows_of(result)
     bands = result.bands or ("third octaves" if len(rows) != len(result.frequency) else None)
     averaged = f", averages over {bands}" if bands else ""
     through = any("transmission_loss" in case.quantities for case in result.cases)
@@ -42,14 +42,15 @@ def simulation_table(result: SimulationResult) -> None:
             out.print(Text(f"{case.label}: {said}" if case.label else said))
 
 
-def _rows(result: SimulationResult) -> Rows:
+def rows_of(result: SimulationResult) -> Rows:
     """Return what a row stands for: its frequency, and the indices of the values averaged in it."""
     if result.bands or len(result.frequency) <= _MOST_POINTS:
         return [(f, np.array([i])) for i, f in enumerate(result.frequency)]
     return bands_of(result.frequency)
 
 
-def _cell(case: CaseResult, quantity: Quantity, indices: NDArray[np.intp]) -> str:
+def cell(case: CaseResult, quantity: Quantity, indices: NDArray[np.intp]) -> str:
+    """Return a value of a case, averaged over the frequencies at some indices; of one, with its percentiles."""
     values = case.quantities[quantity.name][indices]
     digits = 1 if quantity.unit == "dB" else 2
     value = f"{quantity.mean(values):.{digits}f}"
@@ -66,7 +67,7 @@ def _side_by_side(cases: list[CaseResult], quantity: Quantity, rows: Rows) -> Ta
     for case in cases:
         table.add_column(Text("\n".join([*case.shown.values(), " "])), justify="right")
     for frequency, indices in rows:
-        table.add_row(f"{frequency:.4g}", *(_cell(case, quantity, indices) for case in cases))
+        table.add_row(f"{frequency:.4g}", *(cell(case, quantity, indices) for case in cases))
     return table
 
 
@@ -78,7 +79,7 @@ def _one_below_the_other(cases: list[CaseResult], quantity: Quantity, rows: Rows
     for frequency, _ in chosen:
         table.add_column(f"{frequency:.4g} Hz", justify="right")
     for case in cases:
-        table.add_row(Text(case.label), *(_cell(case, quantity, indices) for _, indices in chosen))
+        table.add_row(Text(case.label), *(cell(case, quantity, indices) for _, indices in chosen))
     return table
 
 

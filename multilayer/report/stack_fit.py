@@ -13,18 +13,18 @@ from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuan
 from multilayer.report.console import console
 from multilayer.report.determination_table import determination_table
 from multilayer.report.files import file_names
-from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
 from multilayer.response.bands import band_centres
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_POOR = 2.0  # chi-square per datum: the model misses more than noise
+POOR = 2.0  # chi-square per datum: the model misses more than noise
 _STRONG = 0.9  # correlation that is told
 _MOST_MINIMA = 10
 _MOST_MARKERS = 150
-_KINDS = {
+KINDS = {
     "surface_impedance": "surface impedance", "reflection": "reflection coefficient",
     "absorption": "absorption coefficient", "transmission_loss": "transmission loss",
     "transmissibility": "transmissibility", "modulus": "Young's modulus", "stiffness": "stiffness",
@@ -55,7 +55,7 @@ def remarks(result: StackFitResult) -> list[str]:
     said = []
     if not result.converged:
         said.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
-    if result.misfit_per_datum > _POOR:
+    if result.misfit_per_datum > POOR:
         said.append(
             f"chi-square is {result.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
             f"intervals are {result.scale:.3g} times wider for it, and need not hold what a better model would give"
@@ -91,7 +91,7 @@ def _measurements(curves: list[FittedCurve]) -> Table:
         low, high = curve.frequency[[0, -1]]
         band = f"{len(curve.frequency)}, {low:g} to {high:g}"
         rms = f"{curve.rms:.3g} {curve.unit}".strip()
-        table.add_row(Text(curve.name), _KINDS[curve.kind], band, rms, f"{curve.misfit / curve.residual.size:.3g}")
+        table.add_row(Text(curve.name), KINDS[curve.kind], band, rms, f"{curve.misfit / curve.residual.size:.3g}")
     return table
 
 
@@ -116,23 +116,25 @@ def stack_fit_figures(result: StackFitResult) -> dict[str, bytes]:
         return {f"{name}.png": png(draw_curve(curve)) for name, curve in zip(names, result.curves, strict=True)}
 
 
-def draw_curve(curve: FittedCurve) -> Figure:
-    """Draw a measurement and its fit, part by part, and the residuals in standard deviations."""
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
-
+def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
+    """Draw a measurement and its fit, part by part, and the residuals in standard deviations; small if `upright`."""
     parts = _parts(curve)
-    figure = NewFigure(figsize=(7.5, 1.9 * len(parts) + 2.0))
     ratios = [1.0] * len(parts) + [0.6]
-    axes = figure.subplots(len(parts) + 1, 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    size = (WIDTH, 1.4 * len(parts) + 1.4) if upright else (7.5, 1.9 * len(parts) + 2.0)
+    figure, grid = blank(len(parts) + 1, 1, size, sharex=True, height_ratios=ratios)
+    axes = grid[:, 0]
     for axis, (label, measured, predicted), low, high in zip(
         axes, parts, curve.band.low, curve.band.high, strict=False
     ):
         _draw_band(axis, curve.frequency, low, high)
-        _draw_part(axis, curve.frequency, label, measured, predicted)
-    axes[0].legend(fontsize=7)
-    _draw_residuals(axes[-1], curve)
+        _draw_part(axis, curve.frequency, label, measured, predicted, small=upright)
+    _draw_residuals(axes[-1], curve, named=not upright)
     _frequency_axis(axes[-1], *curve.frequency[[0, -1]])
-    figure.suptitle(f"{plain(curve.name)}: {_KINDS[curve.kind]}")
+    if upright:
+        legend_below(figure, axes[0])
+    else:
+        axes[0].legend(fontsize=7)
+        figure.suptitle(f"{plain(curve.name)}: {KINDS[curve.kind]}")
     return figure
 
 
@@ -149,7 +151,7 @@ def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
     """Return what is drawn: label, measured, predicted."""
     unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
     if not np.iscomplexobj(curve.measured):
-        labels = [f"{_KINDS[curve.kind]}{unit}"]
+        labels = [f"{KINDS[curve.kind]}{unit}"]
     elif curve.kind == "transmissibility":
         labels = ["amplitude", "phase / degrees"]
     else:
@@ -166,23 +168,31 @@ def _draw_band(axis: Axes, f: RealArray, low: RealArray, high: RealArray) -> Non
         axis.vlines(f, low, high, color=colour(0), alpha=0.5, label="fitted, 90 % band")
 
 
-def _draw_part(axis: Axes, f: RealArray, label: str, measured: RealArray, predicted: RealArray) -> None:
-    size = 3.0 if len(f) <= _MOST_MARKERS else 1.5
-    axis.plot(f, measured, "o", color="0.25", label="measured", markersize=size)
+def _draw_part(axis: Axes, f: RealArray, label: str, measured: RealArray, predicted: RealArray, *, small: bool) -> None:
+    size = (3.0 if len(f) <= _MOST_MARKERS else 1.5) / (2.0 if small and len(f) > 20 else 1.0)
+    axis.plot(f, measured, "o", color="black", label="measured", markersize=size)
     axis.plot(f, predicted, "-" if len(f) > 1 else "x", color=colour(0), label="fitted")
     axis.set_ylabel(label)
     if label == "amplitude" and np.min(measured) > 0:
         axis.set_yscale("log")
 
 
-def _draw_residuals(axis: Axes, curve: FittedCurve) -> None:
+def _draw_residuals(axis: Axes, curve: FittedCurve, *, named: bool) -> None:
     n = len(curve.frequency)
     parts = curve.residual.reshape(-1, n)
     for i, values in enumerate(parts):
         label = (("real", "imaginary")[i] if len(parts) > 1 else None) if n > 1 else None
-        axis.plot(curve.frequency, values, ".-" if n > 1 else "o", color=colour(i + 1), linewidth=0.7, label=label)
+        axis.plot(
+            curve.frequency,
+            values,
+            ".-" if n > 1 else "o",
+            color=colour(i + 1),
+            linewidth=0.7,
+            markersize=3,
+            label=label,
+        )
     axis.axhspan(-2, 2, color="0.5", alpha=0.15, linewidth=0)
     axis.axhline(0, color="0.5", linewidth=0.7)
     axis.set(xlabel="frequency / Hz", ylabel="residual / std")
-    if len(parts) > 1 and n > 1:
+    if named and len(parts) > 1 and n > 1:
         axis.legend(fontsize=7, ncols=2)

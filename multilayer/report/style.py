@@ -9,7 +9,11 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_LONGEST_LABEL = 28  # of a legend in two columns below a figure
+WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -39,21 +43,47 @@ def figure_style(*, compact: bool = False) -> Iterator[None]:
         yield
 
 
-def blank(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
-    """Return a figure of a size in inches, and its axes in an array of rows and columns."""
+def blank(
+    rows: int, columns: int, size: tuple[float, float], *, laid_out: bool = True, **options: Any
+) -> tuple[Figure, Any]:
+    """Return a figure of a size in inches, and its axes in an array of rows and columns; if wanted, placed by hand."""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
 
-    figure = NewFigure(figsize=size)
+    with rc_context({} if laid_out else {"figure.constrained_layout.use": False}):
+        figure = NewFigure(figsize=size)
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def legend_below(figure: Figure, axis: Axes, most: int = 10) -> None:
+    """Put what an axis labels below the figure, each label once, where there are at least two of them."""
+    found = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    if len(found) > 1:
+        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in found][:most]
+        figure.legend([*found.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
+
+
+def readable_decades(axis: Axes) -> None:
+    """Write plain numbers along a logarithmic axis of ordinates, between the powers of ten too where there are few."""
+    from matplotlib.ticker import LogFormatter
+
+    for setter in (axis.yaxis.set_major_formatter, axis.yaxis.set_minor_formatter):
+        setter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.2, 0.5)))
+
+
+@contextmanager
+def any_script() -> Iterator[None]:
+    """Save figures whatever script their names are in: what the font lacks shows as boxes."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
+        yield
 
 
 def png(figure: Figure) -> bytes:
     """Return a figure as a PNG file."""
     buffer = io.BytesIO()
-    with warnings.catch_warnings():
-        # a name in a script that the font lacks shows as boxes
-        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
-        figure.savefig(buffer, format="png")
+    with any_script():
+        figure.savefig(buffer, format="png", pil_kwargs={"compress_level": 3})  # half the time, hardly more bytes
     return buffer.getvalue()
 
 

@@ -7,10 +7,13 @@ import re
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from multilayer.report.style import any_script
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BLACK = re.compile(r"#000000|#000\b")
+_WHITE = re.compile(r"#ffffff|#fff\b")
 _FONT = re.compile(r"font: (?:(?P<weight>\w+) )?(?P<size>[\d.]+px) [^;]*")  # as some versions of matplotlib write it
 _FAMILY = re.compile(r"font-family:[^;]*;? ?")
 _LONG = re.compile(r"\d+\.\d{3,}")
@@ -33,7 +36,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
 
     buffer = io.StringIO()
     # text stays text: it can be found, read aloud and takes the page's font and colour
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}), any_script():
         figure.savefig(buffer, format="svg", transparent=True, metadata=_NO_METADATA)
     root = ElementTree.fromstring(buffer.getvalue())
     _cleaned(root, name)
@@ -73,6 +76,7 @@ def _rewritten(key: str, value: str, name: str) -> str:
     value = _REFERENCE.sub(lambda found: f"url(#{name}-{found[1]})", value)
     if key in ("style", "fill", "stroke"):
         value = _BLACK.sub("currentColor", value)
+        value = _WHITE.sub("var(--paper, #fff)", value)
         value = _FAMILY.sub("", value)
         value = _FONT.sub(lambda font: f"font-size: {font['size']}; font-weight: {font['weight'] or 'normal'}", value)
     return value

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.families import Family
 from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import Wall
@@ -15,8 +16,8 @@ from multilayer.response.system import build_system, solve_or_explain
 from multilayer.stack import Stack
 
 
-@dataclass(frozen=True)
-class BaseMotion:
+@dataclass(frozen=True, repr=False)
+class BaseMotion(Tabular):
     """Response of a stack to a uniform motion of its front face along axis 3.
 
     Attributes
@@ -29,6 +30,11 @@ class BaseMotion:
 
     frequency: RealArray
     transmissibility: ComplexArray
+
+    @property
+    def frame(self) -> Frame:
+        """The response over (samples and) frequency."""
+        return over({"frequency": self.frequency}, {"transmissibility": self.transmissibility}, {"frequency": "Hz"})
 
 
 def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:

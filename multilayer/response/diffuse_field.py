@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning, suggest
+from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import has_arrays, in_chunks
@@ -48,8 +49,8 @@ GAUSS = np.zeros(15)
 GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
 
 
-@dataclass(frozen=True)
-class DiffuseField:
+@dataclass(frozen=True, repr=False)
+class DiffuseField(Tabular):
     """Response of a stack to a diffuse field; arrays of shape (*frequency.shape).
 
     Attributes
@@ -78,6 +79,15 @@ class DiffuseField:
     absorption_error: RealArray
     transmission_loss_error: RealArray | None
     angles: RealArray
+
+    @property
+    def frame(self) -> Frame:
+        """The response over frequency."""
+        values = {
+            item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("frequency", "max_angle")
+        }
+        units = {"frequency": "Hz", "transmission_loss": "dB", "transmission_loss_error": "dB"}
+        return over({"frequency": self.frequency}, values, units, {"max_angle": self.max_angle})
 
 
 def diffuse_field(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import in_chunks
@@ -15,8 +16,8 @@ from multilayer.response.system import build_system, solve_or_explain, wave_impe
 from multilayer.stack import Stack
 
 
-@dataclass(frozen=True)
-class PlaneWave:
+@dataclass(frozen=True, repr=False)
+class PlaneWave(Tabular):
     """Response of a stack to a plane wave; arrays of shape (..., *frequency.shape, *angle.shape).
 
     Attributes
@@ -43,6 +44,14 @@ class PlaneWave:
     surface_impedance: ComplexArray
     absorption: RealArray
     transmission_loss: RealArray | None
+
+    @property
+    def frame(self) -> Frame:
+        """The response over (samples,) frequency and angle."""
+        names = [item.name for item in fields(self) if item.name not in ("frequency", "angle")]
+        values = {name: getattr(self, name) for name in names}
+        units = {"frequency": "Hz", "angle": "degree", "surface_impedance": "Pa s/m", "transmission_loss": "dB"}
+        return over({"frequency": self.frequency, "angle": self.angle}, values, units)
 
 
 def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, workers: int = 1) -> PlaneWave:

@@ -9,6 +9,7 @@ from pydantic import PlainSerializer, PlainValidator, ValidationError, Validatio
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import show, suggest
+from multilayer.json_schema import Written, by_name
 from multilayer.registry import Registry, RegistryError
 from multilayer.rig.effect_base import Effect
 from multilayer.rig.effects_reading import ChannelDelay, ChannelGain, Crosstalk, HighPass, Rocking, SensorMount
@@ -58,7 +59,10 @@ def _refused(title: str, reason: str, path: tuple[str, ...]) -> ValidationError:
 
 
 EffectField = Annotated[
-    Effect, PlainValidator(_parse), PlainSerializer(lambda effect: effect.model_dump(mode="json", exclude_none=True))
+    Effect,
+    PlainValidator(_parse),
+    PlainSerializer(lambda effect: effect.model_dump(mode="json", exclude_none=True)),
+    Written(lambda handler: by_name(EFFECTS, "effect", handler)),
 ]
 
 __all__ = ["EFFECTS", "Effect", "EffectField"]

@@ -21,6 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
+from multilayer.json_schema import any_of
 from multilayer.models import refuse
 from multilayer.simulation.located import locate, unit_of
 from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
@@ -42,7 +43,9 @@ def _parse_reference(value: Any, info: ValidationInfo) -> Stack:
         raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
 
 
-Reference = Annotated[Stack, PlainValidator(_parse_reference), PlainSerializer(Stack.to_dict)]
+Reference = Annotated[
+    Stack, PlainValidator(_parse_reference), PlainSerializer(Stack.to_dict), any_of({"type": "string"}, Stack)
+]
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 from multilayer.errors import InputError, show, suggest
-from multilayer.units import UnitLabel
+from multilayer.units import field_unit
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -47,7 +46,7 @@ def locate(model: BaseModel, path: str) -> Located:
     value = _child(item, field, ".".join(parents))
     if not isinstance(item, BaseModel):
         raise InputError(f"leads to no single value; {_inside(value)}")
-    return Located(item, field, value, _unit(type(item).model_fields[field]))
+    return Located(item, field, value, field_unit(type(item).model_fields[field]))
 
 
 def unit_of(model: BaseModel, path: str) -> str | None:
@@ -91,17 +90,6 @@ def index_of(items: Sequence[Any], token: str, where: str) -> int:
 
 def _name(item: Any) -> Any:
     return item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None)
-
-
-def _unit(info: FieldInfo) -> str | None:
-    """Return the unit a field is annotated with, also inside ``T | None``; None for what is no quantity."""
-    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
-    labels = [item for item in (*info.metadata, *inner) if isinstance(item, UnitLabel)]
-    return labels[0].symbol if labels else None
-
-
-def _metadata(annotation: Any) -> tuple[Any, ...]:
-    return tuple(getattr(annotation, "__metadata__", ()))
 
 
 def with_values(model: M, values: Mapping[str, Any]) -> M:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.csv_table import csv_table
+from multilayer.frames import Column, Frame, Tabular
 from multilayer.response.bands import Width
 from multilayer.simulation.quantities import columns_of
 
@@ -87,8 +88,8 @@ class CaseResult:
         return found
 
 
-@dataclass(frozen=True)
-class SimulationResult:
+@dataclass(frozen=True, repr=False)
+class SimulationResult(Tabular):
     """All cases of a simulation.
 
     Attributes
@@ -110,9 +111,27 @@ class SimulationResult:
     cases: tuple[CaseResult, ...]
     settings: Mapping[str, Any]
 
+    @property
+    def frame(self) -> Frame:
+        """The columns of the CSV file over cases and frequency; what a case lacks is not a number."""
+        nothing = np.full(len(self.frequency), np.nan)
+        columns = {
+            name: (("case", "frequency"), np.stack([case.columns.get(name, nothing) for case in self.cases]))
+            for name in self._columns
+        }
+        labels: dict[str, Column] = {"case": (("case",), np.array([case.label for case in self.cases]))}
+        for path in self.cases[0].shown:
+            labels[path] = (("case",), np.array([case.shown.get(path, "") for case in self.cases]))
+        units = {"frequency": "Hz", **{name: "dB" for name in columns if "_db" in name}}
+        return Frame({**labels, "frequency": (("frequency",), self.frequency)}, columns, units, {"name": self.name})
+
+    @property
+    def _columns(self) -> list[str]:
+        return list(dict.fromkeys(column for case in self.cases for column in case.columns))
+
     def to_csv(self) -> str:
         """Return one row per case and frequency; columns that a case lacks stay empty there."""
-        columns = list(dict.fromkeys(column for case in self.cases for column in case.columns))
+        columns = self._columns
         nothing = [None] * len(self.frequency)
         rows = (
             [case.label, *row]

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
+    ConfigDict,
     Discriminator,
     Field,
     PlainSerializer,
@@ -20,6 +21,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multilayer.arrays import RealArray
 from multilayer.errors import show, suggest
+from multilayer.json_schema import NUMBER_TEXT, any_of
 from multilayer.models import Model, refuse
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
@@ -67,6 +69,8 @@ class FrequencyRange(Model, populate_by_name=True):
 
 class Bands(Model):
     """The bands from the one that holds the first frequency to the one that holds the second, of either width."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["third_octaves"]}, {"required": ["octaves"]}]})
 
     third_octaves: tuple[Frequency, Frequency] | None = None
     octaves: tuple[Frequency, Frequency] | None = None
@@ -157,7 +161,14 @@ def _plain_incidence(incidence: PlaneIncidence | DiffuseIncidence) -> Any:
 
 
 Incidence = Annotated[
-    PlaneIncidence | DiffuseIncidence, PlainValidator(_parse_incidence), PlainSerializer(_plain_incidence)
+    PlaneIncidence | DiffuseIncidence,
+    PlainValidator(_parse_incidence),
+    PlainSerializer(_plain_incidence),
+    any_of(
+        {"enum": ["normal", "diffuse"]},
+        {"type": ["number", "string"], "minimum": 0, "exclusiveMaximum": 90, "pattern": NUMBER_TEXT},
+        DiffuseIncidence,
+    ),
 ]
 
 

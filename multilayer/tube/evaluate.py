@@ -81,6 +81,22 @@ class TubeResult:
             found["transfer_matrix.csv"] = _csv({**head, **parts})
         return found
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON: what the tables hold, column by column."""
+        return {
+            "version": 1,
+            "name": self.name,
+            "working_range_hz": list(self.working_range),
+            "frequencies_outside": self.n_outside,
+            "frequency_hz": self.frequency.tolist(),
+            "in_range": self.in_range.tolist(),
+            "coherence": None if self.coherence is None else self.coherence.tolist(),
+            "spectra": {
+                name: {column: values.tolist() for column, values in columns_of(dict(spectra)).items()}
+                for name, spectra in self.spectra.items()
+            },
+        }
+
 
 _PARTS = {"re": "real", "im": "imag"}
 

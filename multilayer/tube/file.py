@@ -180,6 +180,7 @@ class FourMicrophones(TubeFile):
         return self
 
 
+TubeMeasurement = Annotated[TwoMicrophones | FourMicrophones, Field(discriminator="method")]
 _MODELS: dict[Any, type[TwoMicrophones] | type[FourMicrophones]] = {
     "two_microphones": TwoMicrophones,
     "four_microphones": FourMicrophones,

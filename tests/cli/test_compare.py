@@ -60,7 +60,7 @@ class TestAbsorption:
         lines = done.out.splitlines()
         assert lines[0] == "tube over foam: 4 frequencies, 200 to 2000 Hz"
         assert lines[2].split() == ["absorption", "-", "0.0187", "0.03", "1000"]
-        names = "comparison.csv, comparison.json, comparison_absorption.png"
+        names = "comparison.csv, comparison.json, comparison.html, comparison_absorption.png"
         assert lines[-1] == f"written to {folder}: {names}"
 
     def test_files(self, compared, wave):

@@ -18,6 +18,7 @@ COLUMNS = (
     "delta_tof_s,delta_level_db,accepted"
 )
 FIGURES = {"moduli.png", "transmissibility.png", "gross_check.png", "convergence.png", f"envelopes-{NAME}.png"}
+DRAWN = FIGURES | {"report.html"}
 TABLES = {"moduli.csv", "fit.json"}
 
 ODD_NAMES = ["_a [/b] [red]", "_A_[/B]_[RED]", "50 $ or $ 60_{", "/:warning: {} %s \\ 泡沫", 90 * "x"]
@@ -58,7 +59,7 @@ class TestDefaults:
         assert fitted.outcome.err == ""
 
     def test_writes_the_files_and_no_other(self, fitted):
-        assert names(fitted.folder) == TABLES | FIGURES
+        assert names(fitted.folder) == TABLES | DRAWN
 
     def test_table_on_disk(self, fitted):
         text = (fitted.folder / "moduli.csv").read_text()
@@ -211,7 +212,7 @@ class TestFitFile:
         assert settings["bounds"] == {"storage_modulus": [1e4, 1e7], "loss_factor": [0.01, 1.0]}
         assert settings["acceptance"] == {"time_of_flight": pytest.approx(2e-5), "level_db": 0.2}
         assert settings["quasi_static"] == {"storage_modulus": 1.5e5, "loss_modulus": 4e4, "frequency": 5.0}
-        assert names(tmp_path / "out") == TABLES | FIGURES
+        assert names(tmp_path / "out") == TABLES | DRAWN
 
     def test_folder_with_a_fit_file(self, campaign, tmp_path):
         keep_bursts(campaign, 200)
@@ -266,7 +267,7 @@ class TestNotAccepted:
         done = self.fit(campaign, tmp_path, "acceptance: {level_db: 1.0e-9}")
         assert done.status == 1
         assert done.err == ""
-        assert names(tmp_path / "out") == TABLES | FIGURES
+        assert names(tmp_path / "out") == TABLES | DRAWN
         assert {row["accepted"] for row in rows(tmp_path / "out")} == {"false"}
         result = strict_json((tmp_path / "out" / "fit.json").read_text())
         assert result["all_accepted"] is False

@@ -57,7 +57,7 @@ class TestSweep:
     def test_ends_well(self, simulated):
         done, folder = simulated
         assert (done.status, done.err) == (0, "")
-        assert names(folder) == TABLES | {"absorption.png", "impedance.png"}
+        assert names(folder) == TABLES | {"report.html", "absorption.png", "impedance.png"}
 
     def test_csv(self, simulated):
         _, folder = simulated
@@ -104,7 +104,10 @@ class TestSweep:
         assert lines[1].split() == ["foam.thickness", "20", "mm", "40", "mm"]
         bands = [int(line.split()[0]) for line in lines[3:] if line.lstrip()[0].isdecimal()]
         assert bands == [200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000]
-        assert lines[-1] == f"written to {folder}: simulation.csv, simulation.json, absorption.png, impedance.png"
+        assert (
+            lines[-1]
+            == f"written to {folder}: simulation.csv, simulation.json, report.html, absorption.png, impedance.png"
+        )
 
 
 class TestOptions:
@@ -140,7 +143,7 @@ class TestOptions:
         text = f"{PANEL}frequency: {{third_octaves: [100, 5000]}}\nincidence: diffuse\nreference: bare.yaml\n"
         done = run("simulate", written(text, "panel.yaml"), "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
-        figures = {"absorption.png", "transmission_loss.png", "insertion_loss.png"}
+        figures = {"report.html", "absorption.png", "transmission_loss.png", "insertion_loss.png"}
         assert names(tmp_path / "out") == TABLES | figures
         assert "panel: transmission loss / dB, averages over third octaves" in done.out
         assert "Rw (C; Ctr) " in done.out
@@ -155,7 +158,7 @@ class TestOptions:
         assert [line.split()[0] for line in lines[2:-2]] == ["125", "250", "500", "1000", "2000", "4000"]
         assert lines[-2].startswith("alpha_w ")
         assert "NRC" not in done.out
-        assert names(tmp_path / "out") == TABLES | {"absorption.png"}
+        assert names(tmp_path / "out") == TABLES | {"report.html", "absorption.png"}
         result = strict_json((tmp_path / "out" / "simulation.json").read_text())
         assert (result["bands"], result["frequency_hz"]) == ("octaves", [125, 250, 500, 1000, 2000, 4000])
         assert result["settings"]["frequency"] == {"octaves": [125, 4000]}

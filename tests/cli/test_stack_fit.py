@@ -46,7 +46,8 @@ class TestResults:
         assert "N*s/m^4" in row
         assert (
             lines[-1]
-            == f"written to {folder}: parameters.csv, curves.csv, fit.json, fitted-nominal.yaml, reflection_tube.png"
+            == f"written to {folder}: parameters.csv, curves.csv, fit.json, fitted-nominal.yaml, report.html, "
+            "reflection_tube.png"
         )
 
     def test_parameters(self, fitted):

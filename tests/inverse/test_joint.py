@@ -186,6 +186,7 @@ def test_as_a_user_types_it(tmp_path: Path):
         "moduli.png",
         "residuals.png",
         "transmissibility.png",
+        "report.html",
     }
     assert "something acts that this model lacks" in done.out
     found = run("fit", "examples/foam_b", "--joint", "--law", "fractional_zene", "--out", tmp_path / "no")

@@ -20,12 +20,13 @@ from multilayer.inverse.measurement_file import NOISE_ESTIMATED, Measurement, Re
 from multilayer.inverse.observations import scale_of
 from multilayer.inverse.sources import fit_file
 from multilayer.inverse.stack_file import Mistake, StackFitFile
+from multilayer.json_schema import Schema, Written
 from multilayer.models import refuse
 from multilayer.registry import RegistryError
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
 
-_OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
+OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
 
 
 def _as_list(value: Any) -> Any:
@@ -46,7 +47,9 @@ class DiagnosisFile(StackFitFile):
         known from the start.
     """
 
-    effects: Annotated[Literal["all"] | tuple[str, ...], BeforeValidator(_as_list)] = "all"
+    effects: Annotated[
+        Literal["all"] | tuple[str, ...], BeforeValidator(_as_list), Written(lambda _: _effects_written())
+    ] = "all"
     tube: Tube = Tube()
     reference: Path | None = None
 
@@ -145,6 +148,11 @@ def tube_names() -> list[str]:
     return [name for name in EFFECTS.names() if _is_of_tubes(name)]
 
 
+def _effects_written() -> Schema:
+    one = {"enum": tube_names()}
+    return {"anyOf": [{"enum": ["all", *tube_names()]}, {"type": "array", "items": one}]}
+
+
 def _is_of_tubes(name: str) -> bool:
     try:
         return issubclass(EFFECTS[name], TubeEffect)
@@ -155,7 +163,7 @@ def _is_of_tubes(name: str) -> bool:
 def is_diagnosis(source: Path) -> bool:
     """Tell whether a stack-fit file holds what only a diagnosis takes."""
     data = read_yaml(fit_file(source), keep_problems=True).data
-    return isinstance(data, dict) and not _OF_A_DIAGNOSIS.isdisjoint(data)
+    return isinstance(data, dict) and not OF_A_DIAGNOSIS.isdisjoint(data)
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisFile:

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ArrayLike, Numeric
 from multilayer.errors import suggest
+from multilayer.json_schema import COMPLEX_TEXT, Handler, Schema, Written, by_name
 from multilayer.media.laws.base import LAWS, ModulusLaw
 from multilayer.registry import RegistryError
 from multilayer.units import UnitLabel, parse_complex_quantity
@@ -51,11 +52,24 @@ def _serialise_modulus(value: Any) -> Any:
     return f"{value.real!r}{value.imag:+}j" if isinstance(value, complex) else value
 
 
+def _written(handler: Handler) -> Schema:
+    number = {"type": ["number", "string"], "exclusiveMinimum": 0, "pattern": COMPLEX_TEXT}
+    described = "In Pa: a number, text such as '120 kPa' or '1.2e5+2e4j Pa', or a law {law: NAME, ...}."
+    return {
+        "title": "modulus",
+        "description": described,
+        "if": {"type": "object"},
+        "then": by_name(LAWS, "law", handler),
+        "else": number,
+    }
+
+
 Modulus = Annotated[
     float | complex | ModulusLaw,
     PlainValidator(_parse_modulus),
     PlainSerializer(_serialise_modulus, when_used="json"),
     UnitLabel("Pa"),
+    Written(_written),
 ]
 
 

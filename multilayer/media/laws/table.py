@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
@@ -30,6 +32,15 @@ class Table(ModulusLaw):
     frequency: Annotated[tuple[Frequency, ...], Field(min_length=2)]
     storage_modulus: Annotated[tuple[Pressure, ...], Field(min_length=2)]
     loss_modulus: Annotated[tuple[LossModulus, ...], Field(min_length=2)]
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(core)
+        schema = handler.resolve_ref_schema(found)
+        columns = [name for name in schema.pop("required") if name != "law"]
+        schema["properties"]["file"] = {"type": "string", "description": "A CSV file with the three columns."}
+        schema["oneOf"] = [{"required": ["file"]}, {"required": columns}]
+        return found
 
     @model_validator(mode="before")
     @classmethod

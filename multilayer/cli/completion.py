@@ -1,0 +1,41 @@
+"""What a shell offers for the names that options take, read without loading what they name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+
+def _of_group(group: str) -> Callable[[str], list[str]]:
+    """Return the completion of names that entry points advertise: effects, laws, layer types, plugins included."""
+
+    def complete(incomplete: str) -> list[str]:
+        from multilayer.registry import Registry
+
+        names = Registry[object](group, "").names()
+        return [name for name in names if name.startswith(incomplete)]
+
+    return complete
+
+
+def among(*names: str) -> Callable[[str], list[str]]:
+    """Return the completion of some names."""
+    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
+
+
+def kinds(incomplete: str) -> list[str]:
+    """Complete the kinds of files."""
+    from multilayer.kinds import KINDS
+
+    return among(*KINDS)(incomplete)
+
+
+effects = _of_group("multilayer.effects")
+laws = _of_group("multilayer.modulus_laws")
+layers = _of_group("multilayer.layers")
+methods = among("least-squares", "nelder-mead")
+models = among("plane_wave", "finite")
+posteriors = among("laplace", "profile", "nested")
+laterals = among("bonded", "slender", "held")
+quantities = among(
+    "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission"
+)

@@ -1,0 +1,138 @@
+"""What a JSON Schema says of an input: annotations that stand beside validators of our own, which pydantic cannot read.
+
+Draft 7, which every YAML language server knows: so no ``prefixItems``, and nothing that counts beside a ``$ref``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel, GetJsonSchemaHandler, TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from multilayer.registry import Registry, RegistryError
+
+Handler: TypeAlias = GetJsonSchemaHandler
+Schema: TypeAlias = dict[str, Any]
+
+_DIGITS = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
+_UNIT = r"\s*([^-+0-9.\s].*)?$"  # or what may be one: which are known, and fit, only reading tells
+NUMBER_TEXT = rf"^\s*[-+]?{_DIGITS}"
+QUANTITY_TEXT = rf"{NUMBER_TEXT}{_UNIT}"
+UNSIGNED_TEXT = rf"^\s*\+?{_DIGITS}{_UNIT}"
+COMPLEX_TEXT = rf"{QUANTITY_TEXT}|{NUMBER_TEXT}\s*[-+]\s*[0-9.eE]*[-+]?[0-9]*[ij]|^\s*\(|^\s*[-+]?[0-9.eE]*[ij]"
+
+
+@dataclass(frozen=True)
+class Written:
+    """Annotation: what may stand in an input, in place of what pydantic makes of a validator.
+
+    Attributes
+    ----------
+    schema : callable or dict
+        The JSON Schema, or what makes it from a handler that turns core schemas into JSON Schemas.
+    """
+
+    schema: Callable[[Handler], Schema] | Schema
+
+    def __get_pydantic_json_schema__(self, _core: CoreSchema, handler: Handler) -> JsonSchemaValue:
+        return self.schema(handler) if callable(self.schema) else dict(self.schema)
+
+    def __hash__(self) -> int:
+        return id(self)
+
+
+def any_of(*options: Schema | type[BaseModel]) -> Written:
+    """Return the annotation of a field that takes one of several things, each a schema or a model."""
+    return Written(lambda handler: {"anyOf": [_schema_of(option, handler) for option in options]})
+
+
+def _schema_of(option: Schema | type[BaseModel], handler: Handler) -> Schema:
+    return option if isinstance(option, dict) else model_schema(option, handler)
+
+
+def model_schema(model: type[BaseModel], handler: Handler) -> Schema:
+    """Return the schema of another model, what the model itself adds to it included."""
+    # called with the model alone, an annotation's handler passes over `__get_pydantic_json_schema__`
+    return handler(core_schema.union_schema([model.__pydantic_core_schema__]))
+
+
+def loaded(registry: Registry[Any]) -> Iterator[tuple[str, type[BaseModel]]]:
+    """Yield names and models of a registry; a plugin that does not load is left out."""
+    for name in registry:
+        try:
+            yield name, registry[name]
+        except RegistryError:
+            continue
+
+
+def by_name(registry: Registry[Any], key: str, handler: Handler) -> Schema:
+    """Return the schema of a mapping whose `key` names one of the models of a registry, plugins included."""
+    found = dict(loaded(registry))
+    return {
+        "title": f"{registry.kind} by name",
+        "type": "object",
+        "properties": {key: {"enum": list(found)}},
+        "required": [key],
+        "allOf": [{"if": having(key, name), "then": model_schema(model, handler)} for name, model in found.items()],
+    }
+
+
+def having(key: str, value: str, *, default: bool = False) -> Schema:
+    """Return the schema of a mapping that has a value; or, where it is the `default`, has no other."""
+    said: Schema = {"properties": {key: {"const": value}}}
+    return said if default else {**said, "required": [key]}
+
+
+def schema_of(model: Any) -> Schema:
+    """Return the JSON Schema of the inputs of a model or a union; parts with a title stand once, in its ``$defs``."""
+    found = TypeAdapter(model).json_schema(schema_generator=Draft7)
+    shared: Schema = {}
+    whole = _hoisted(found, shared, inside=False)
+    whole["$defs"] = {
+        name: whole.get("$defs", {}).get(name, shared.get(name)) for name in sorted({*whole.get("$defs", {}), *shared})
+    }
+    return {"$schema": Draft7.schema_dialect, **whole}
+
+
+def _hoisted(value: Any, shared: Schema, *, inside: bool = True) -> Any:
+    """Return a schema with references in place of its titled parts, which go to `shared`."""
+    if isinstance(value, list):
+        return [_hoisted(one, shared) for one in value]
+    if not isinstance(value, dict):
+        return value
+    plain = {
+        key: {name: _hoisted(one, shared, inside=False) for name, one in part.items()}
+        if key == "$defs"
+        else _hoisted(part, shared)
+        for key, part in value.items()
+    }
+    if not inside or not isinstance(value.get("title"), str):
+        return plain
+    shared[value["title"]] = plain
+    return {"$ref": f"#/$defs/{value['title'].replace(' ', '%20')}"}
+
+
+class Draft7(GenerateJsonSchema):
+    """Pydantic's generator, without the titles that it makes of every name, and in draft 7."""
+
+    schema_dialect = "http://json-schema.org/draft-07/schema#"
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        """Tell that no field is titled by its own name."""
+        return False
+
+    def handle_invalid_for_json_schema(self, schema: Any, error_info: str) -> JsonSchemaValue:
+        """Return the schema of anything, for a validator of a plugin that says nothing of what it takes."""
+        return {}
+
+    def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
+        """Return the schema of a tuple: all entries alike, as those of our models are."""
+        found = super().tuple_schema(schema)
+        entries = found.pop("prefixItems", None)
+        if entries:
+            found["items"] = entries[0] if all(entry == entries[0] for entry in entries) else entries
+        return found

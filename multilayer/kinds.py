@@ -1,0 +1,212 @@
+"""Every kind of YAML file that the project reads: how to tell it, read it with all that it names, and its schema.
+
+Models and readers load on use: naming the kinds costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+from multilayer.errors import InputError, Problem, suggest
+
+if TYPE_CHECKING:
+    from multilayer.models import Model
+
+_CLOSE = 0.75  # of a misspelt key to the one that is meant
+_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")  # by which a folder is taken, the first that is there
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes
+    ----------
+    name : str
+        As the command line has it.
+    title : str
+    home : str
+        Where its model is, as ``module:Model``, or a union of several.
+    read : callable
+        Reads a file or folder with everything it names, and says what it found in a few words.
+    """
+
+    name: str
+    title: str
+    home: str
+    read: Callable[[Path], str]
+
+    @property
+    def model(self) -> Any:
+        """The model of the file, or a union of several."""
+        module, _, name = self.home.partition(":")
+        return getattr(import_module(module), name)
+
+    @property
+    def fields(self) -> set[str]:
+        """Names of what may stand at the top of the file."""
+        union, *_ = get_args(self.model) or (self.model,)
+        models: tuple[type[Model], ...] = get_args(union) or (union,)
+        return {info.alias or name for model in models for name, info in model.model_fields.items()}
+
+    def schema(self) -> dict[str, Any]:
+        """Return the JSON Schema of the file, layer types, laws and effects of plugins included."""
+        from multilayer.json_schema import schema_of
+
+        return {**schema_of(self.model), "title": f"multilayer: {self.title}"}
+
+
+def _counted(n: int, one: str, what: str) -> str:
+    return f"{what} of one {one}" if n == 1 else f"{what} of {n} {one}s"
+
+
+def _read_stack(source: Path) -> str:
+    from multilayer.stack import load_stack
+
+    load_stack(source)
+    return "stack"
+
+
+def _read_simulation(source: Path) -> str:
+    from multilayer.simulation.file import load_simulation
+
+    return _counted(len(load_simulation(source).cases), "case", "simulation")
+
+
+def _read_campaign(source: Path) -> str:
+    from multilayer.inverse.sources import read_fit
+
+    return f"campaign of {len(read_fit(source).recordings)} bursts"
+
+
+def _read_calibration(source: Path) -> str:
+    from multilayer.measurements.campaign import load_calibration
+
+    load_calibration(source)
+    return "calibration"
+
+
+def _read_stack_fit(source: Path) -> str:
+    from multilayer.inverse.stack_file import load_stack_fit
+
+    return _counted(len(load_stack_fit(source).measurements), "measurement", "stack fit")
+
+
+def _read_diagnosis(source: Path) -> str:
+    from multilayer.diagnosis.tube.file import load_diagnosis
+
+    return _counted(len(load_diagnosis(source).measurements), "measurement", "diagnosis")
+
+
+def _read_rig(source: Path) -> str:
+    from multilayer.rig.file import load_rig  # heavy: finite elements
+
+    return f"virtual rig of {len(load_rig(source).mountings)} configurations"
+
+
+def _read_tube(source: Path) -> str:
+    from multilayer.tube.evaluate import evaluate
+
+    return f"tube measurement at {len(evaluate(source).frequency)} frequencies"
+
+
+def _read_library(source: Path) -> str:
+    from multilayer.materials import load_library
+
+    return _counted(len(load_library(source)), "material", "library")
+
+
+_ALL = (
+    Kind("stack", "stack file", "multilayer.stack:Stack", _read_stack),
+    Kind("simulation", "simulation file", "multilayer.simulation.file:SimulationFile", _read_simulation),
+    Kind("campaign", "campaign on the two-plate rig", "multilayer.measurements.description:Campaign", _read_campaign),
+    Kind(
+        "calibration", "calibration of two accelerometers", "multilayer.measurements.description:CalibrationCampaign",
+        _read_calibration,
+    ),
+    Kind("fit", "fit of a campaign", "multilayer.inverse.settings:FitSettings", _read_campaign),
+    Kind("stack-fit", "fit of stacks", "multilayer.inverse.stack_file:StackFitFile", _read_stack_fit),
+    Kind("diagnose", "diagnosis of tube measurements", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
+    Kind("rig", "campaign of the virtual rig", "multilayer.rig.file:RigFile", _read_rig),
+    Kind("tube", "raw data of an impedance tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
+    Kind("library", "library of materials", "multilayer.materials:Library", _read_library),
+)  # fmt: skip
+KINDS = {kind.name: kind for kind in _ALL}
+
+
+def kind_named(name: str) -> Kind:
+    """Return a kind by its name.
+
+    Raises
+    ------
+    InputError
+        When there is none, with the nearest.
+    """
+    if name not in KINDS:
+        raise InputError(f"there is no kind of file '{name}'; {suggest(name, KINDS)}")
+    return KINDS[name]
+
+
+def kind_of(source: Path) -> Kind:
+    """Return what kind a file is, or the file by which a folder is taken.
+
+    Parameters
+    ----------
+    source : Path
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, or nothing in it tells.
+    """
+    from multilayer.config.yaml12 import read_yaml
+
+    file = source
+    if source.is_dir():
+        file = next((source / name for name in _FILES if (source / name).is_file()), source / _FILES[-1])
+        if not file.is_file():
+            raise InputError(Problem(f"holds none of {', '.join(_FILES)}; name a file in it", file=source))
+    elif file.suffix not in (".yaml", ".yml") and file.exists():
+        raise InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
+    data = read_yaml(file, keep_problems=True).data
+    name = _told_by_its_keys(data) if isinstance(data, Mapping) else ""
+    if not name:
+        told = "a stack has 'layers', a campaign 'rig', a fit 'campaign' or 'unknowns', a library 'materials'"
+        raise InputError(Problem(f"nothing in this file tells what it is: {told}", "", file, 1, 1))
+    return KINDS[name]
+
+
+def _told_by_its_keys(data: Mapping[str, Any]) -> str:
+    """Return the name of a kind, from keys that only it has; from misspelt ones where there are none; or nothing."""
+    from multilayer.diagnosis.tube.file import OF_A_DIAGNOSIS
+    from multilayer.inverse.sources import OF_A_STACK_FIT
+    from multilayer.stack import SIMULATION_KEYS
+
+    rigs = {"calibration": "calibration", "two-plate": "rig"}
+    keys = data.keys()
+    if "layers" in keys:
+        return "stack" if SIMULATION_KEYS.isdisjoint(keys) else "simulation"
+    if "rig" in keys:
+        return rigs.get(str(data["rig"]), "campaign")
+    if not OF_A_STACK_FIT.isdisjoint(keys):
+        return "stack-fit" if OF_A_DIAGNOSIS.isdisjoint(keys) else "diagnose"
+    if "materials" in keys:
+        return "library"
+    if "tube" in keys:
+        return "tube"
+    return "fit" if not KINDS["fit"].fields.isdisjoint(keys - {"ambient"}) else _nearest(keys)
+
+
+def _nearest(keys: Any) -> str:
+    """Return the kind that most keys are near to."""
+    near = {
+        name: sum(bool(get_close_matches(str(key), kind.fields, 1, _CLOSE)) for key in keys)
+        for name, kind in KINDS.items()
+    }
+    best = max(near, key=lambda name: near[name])
+    return best if near[best] else ""
