@@ -17,6 +17,6 @@ def effects(as_json: Annotated[bool, typer.Option("--json", help="Print the list
 
     described = describe_effects()
     if as_json:
-        typer.echo(json.dumps(described, indent=1))
+        typer.echo(json.dumps(described, indent=1, default=str))
     else:
         effect_table(described)

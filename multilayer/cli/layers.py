@@ -19,6 +19,6 @@ def layers(
 
     described = describe_layers()
     if as_json:
-        typer.echo(json.dumps(described, indent=1))
+        typer.echo(json.dumps(described, indent=1, default=str))
     else:
         layer_table(described)

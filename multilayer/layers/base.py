@@ -17,7 +17,7 @@ from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.models import Model
-from multilayer.registry import Registry, RegistryError
+from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio
 
 
@@ -111,7 +111,7 @@ class ElasticLayer(Layer):
         return complex_modulus(self.young_modulus, self.loss_factor, wave.frequency)
 
 
-LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer")
+LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer", subclass_fault(Layer, "type"))
 
 
 def _parse_layer(value: Any, info: ValidationInfo) -> Layer:

@@ -12,7 +12,7 @@ from pydantic import model_validator
 from multilayer.arrays import ArrayLike, ComplexArray
 from multilayer.errors import InputError
 from multilayer.models import Model
-from multilayer.registry import Registry
+from multilayer.registry import Registry, subclass_fault
 from multilayer.units import NonNegative, Unit
 
 LossModulus = Annotated[float, NonNegative, Unit("Pa")]
@@ -86,4 +86,6 @@ class ModulusLaw(Model):
         raise NotImplementedError
 
 
-LAWS: Registry[type[ModulusLaw]] = Registry("multilayer.modulus_laws", "modulus law")
+LAWS: Registry[type[ModulusLaw]] = Registry(
+    "multilayer.modulus_laws", "modulus law", subclass_fault(ModulusLaw, "law")
+)
