@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 from multilayer.errors import suggest
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
@@ -60,6 +61,39 @@ class Layer(Model):
             Frequency, trace wavenumber and ambient gas.
         """
         raise NotImplementedError
+
+    def field_equations(self, wave: Wave) -> FieldEquations | None:
+        """Return the field equations of the layer's medium, for layers that are built from it; None where it has none.
+
+        Parameters
+        ----------
+        wave : Wave
+        """
+        del wave
+        return None
+
+    def under(self, above: Sequence[Layer]) -> Layer:
+        """Return the layer as it is under the layers that lie on it; itself unless its properties depend on them.
+
+        Parameters
+        ----------
+        above : sequence of Layer
+            The nearest first.
+        """
+        del above
+        return self
+
+    def sliced(self, n: int) -> tuple[Layer, ...]:
+        """Return `n` slices that are the layer when bonded; the layer alone where it has no inside to look at.
+
+        Parameters
+        ----------
+        n : int
+        """
+        thickness = getattr(self, "thickness", None)
+        if not self.composes or thickness is None:
+            return (self,)
+        return (self.model_copy(update={"thickness": thickness / n}),) * n
 
     def transfer_matrix(self, frequency: ArrayLike, angle: ArrayLike = 0.0, gas: Gas | None = None) -> ComplexArray:
         """Return the transfer matrix T of Allard & Atalla, V(front) = T V(back).
