@@ -92,6 +92,14 @@ class Scattering:
         r = -t_back @ q21
         return cls(r, q11 + q12 @ r, q12 @ t_back, t_back)
 
+    def __getitem__(self, index: int | slice) -> Scattering:
+        """Return some of many slices along the first axis."""
+        return Scattering(*(matrix[index] for matrix in self._all()))
+
+    def followed_by(self, others: Scattering) -> Scattering:
+        """Return these slices and others along the first axis; nothing is joined."""
+        return Scattering(*(np.concatenate(both) for both in zip(self._all(), others._all(), strict=True)))
+
     def where(self, chosen: RealArray, other: Scattering) -> Scattering:
         """Return this where `chosen`, the other elsewhere."""
         mask = np.asarray(chosen, dtype=bool)[..., None, None]
