@@ -175,8 +175,9 @@ def subclass_fault(base: type, field: str) -> Callable[[str, Any], str]:
     def fault(name: str, item: Any) -> str:
         if not (isinstance(item, type) and issubclass(item, base)):
             return f"it is {item!r}, not a subclass of {base.__module__}.{base.__name__}"
-        if getattr(item, "__abstractmethods__", None):
-            return f"it defines no {', '.join(sorted(item.__abstractmethods__))}"
+        missing: frozenset[str] = getattr(item, "__abstractmethods__", frozenset())
+        if missing:
+            return f"it defines no {', '.join(sorted(missing))}"
         fields: dict[str, Any] = getattr(item, "model_fields", {})
         stated = fields[field].default if field in fields else getattr(item, field, None)
         return "" if stated == name else f"its '{field}' is {stated!r}; it must be {name!r}, the name it is found under"

@@ -36,6 +36,7 @@ class Layer(Model):
     name: str | None = None
 
     summary: ClassVar[str] = ""
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical ones, on which a plugin's type is tried
     composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
     vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
 

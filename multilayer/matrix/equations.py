@@ -8,7 +8,6 @@ reference impedance: nothing grows exponentially, and no eigenvectors merge.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,16 +77,7 @@ def slab_faces(wave: Wave, thickness: Numeric, equations: FieldEquations) -> Fac
         return _halved(split(flat), h, np.asarray(kx))
 
     arguments = (thickness, wave.kx, *entries)
-    return Faces(family, *_chosen(turn < THIN, series, halved, arguments), equations.porosity)
-
-
-_Make = Callable[..., tuple[ComplexArray, ComplexArray]]
-
-
-def _chosen(
-    thin: RealArray, series: _Make, halved: _Make, arguments: tuple[Numeric, ...]
-) -> tuple[ComplexArray, ComplexArray]:
-    return choose(np.asarray(thin, dtype=bool), series, halved, arguments)
+    return Faces(family, *choose(np.asarray(turn < THIN), series, halved, arguments), equations.porosity)
 
 
 def _halved(equations: FieldEquations, thickness: Numeric, kx: RealArray) -> tuple[ComplexArray, ComplexArray]:

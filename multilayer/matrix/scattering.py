@@ -88,7 +88,7 @@ class Scattering:
         a, b, c, d = p[..., :m, :m], p[..., :m, m:], p[..., m:, :m], p[..., m:, m:]
         q11, q12 = (a + b + c + d) / 2, (a - b + c - d) / 2
         q21, q22 = (a + b - c - d) / 2, (a - b - c + d) / 2
-        t_back = np.linalg.inv(q22)
+        t_back = np.asarray(np.linalg.inv(q22), dtype=np.complex128)
         r = -t_back @ q21
         return cls(r, q11 + q12 @ r, q12 @ t_back, t_back)
 
@@ -125,7 +125,9 @@ def joined(front: Scattering, back: Scattering) -> Scattering:
     eye = np.eye(front.r.shape[-1])
     inward = np.linalg.solve(eye - back.r @ front.r_back, np.concatenate([back.r @ front.t, back.t_back], axis=-1))
     m = front.r.shape[-1]
-    onward = np.linalg.solve(eye - front.r_back @ back.r, np.concatenate([front.t, front.r_back @ back.t_back], axis=-1))
+    onward = np.linalg.solve(
+        eye - front.r_back @ back.r, np.concatenate([front.t, front.r_back @ back.t_back], axis=-1)
+    )
     return Scattering(
         r=front.r + front.t_back @ inward[..., :m],
         t=back.t @ onward[..., :m],

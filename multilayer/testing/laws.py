@@ -80,7 +80,7 @@ def _real_in_time(law: ModulusLaw) -> Iterator[str]:
 
 
 def _causal(law: ModulusLaw) -> Iterator[str]:
-    """The dispersion of E1 demands E2, but for a dashpot, which is what is left at the far end."""
+    """Compare E2 with what the dispersion of E1 demands, but for a dashpot, which is what is left at the far end."""
     if isinstance(law, Table):
         return
     f, modulus = _ALL_TIME, law(_ALL_TIME)

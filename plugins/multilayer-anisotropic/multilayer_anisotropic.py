@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -36,6 +36,14 @@ from multilayer.units import (
 AnyPoissonRatio = Annotated[float, Field(gt=-10, lt=10), Unit(DIMENSIONLESS)]
 InPlanePoissonRatio = Annotated[float, Field(gt=-1, lt=1), Unit(DIMENSIONLESS)]
 _ROUNDING = 1e-12
+_FOAM = {
+    "young_modulus": 1.6e5, "young_modulus_inplane": 8e4, "shear_modulus": 5e4, "poisson_ratio": 0.5,
+    "poisson_ratio_inplane": 0.2, "loss_factor": 0.1,
+}  # fmt: skip
+_PORES = {
+    "porosity": 0.98, "flow_resistivity": 2e4, "tortuosity": 1.02, "viscous_length": 8e-5, "thermal_length": 2e-4,
+    "flow_resistivity_inplane": 9e3,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -53,13 +61,13 @@ class Stiffness:
     @property
     def is_passive(self) -> bool:
         """Whether no strain sets energy free."""
-        longitudinal, coupling, across = (np.imag(c) for c in (self.C11, self.C13, self.C33))
-        slack = _ROUNDING * np.abs(self.C11 * self.C33)
+        c11, c13, c33, c44 = (np.asarray(c, dtype=complex) for c in (self.C11, self.C13, self.C33, self.C44))
+        slack = _ROUNDING * np.abs(c11 * c33)
         return bool(
-            np.all(longitudinal >= -_ROUNDING * np.abs(self.C11))
-            and np.all(across >= -_ROUNDING * np.abs(self.C33))
-            and np.all(longitudinal * across - coupling**2 >= -slack)
-            and np.all(np.imag(self.C44) >= 0)
+            np.all(c11.imag >= -_ROUNDING * np.abs(c11))
+            and np.all(c33.imag >= -_ROUNDING * np.abs(c33))
+            and np.all(c11.imag * c33.imag - c13.imag**2 >= -slack)
+            and np.all(c44.imag >= 0)
         )
 
 
@@ -88,7 +96,8 @@ class TransverselyIsotropic(Layer):
     @model_validator(mode="after")
     def _strains_store_energy(self) -> Self:
         along, across = (
-            np.real(complex_modulus(modulus, 0.0, 1.0)) for modulus in (self.young_modulus, self.young_modulus_inplane)
+            np.asarray(complex_modulus(modulus, 0.0, 1.0)).real
+            for modulus in (self.young_modulus, self.young_modulus_inplane)
         )
         if not np.all(1 - self.poisson_ratio_inplane - 2 * self.poisson_ratio**2 * across / along > 0):
             raise ValueError(
@@ -132,6 +141,7 @@ class AnisotropicSolid(TransverselyIsotropic):
     density: Density
 
     summary: ClassVar[str] = "transversely isotropic solid, its axis along the thickness (4x4)"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"thickness": 0.02, "density": 60.0, **_FOAM},)
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices, from the field equations."""
@@ -173,6 +183,7 @@ class AnisotropicPoroelastic(TransverselyIsotropic, PoreLayer):
     viscous_length_inplane: Length | None = None
 
     summary: ClassVar[str] = "porous material with a transversely isotropic frame and pores (Biot 6x6)"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"thickness": 0.04, "frame_density": 40.0, **_FOAM, **_PORES},)
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices, from the field equations."""

@@ -8,18 +8,19 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, PlainSerializer, TypeAdapter, ValidationInfo, model_validator
+from pydantic import BeforeValidator, PlainSerializer, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
-from multilayer.layers import Layer, LayerField
+from multilayer.layers import LAYERS, Layer, LayerField
 from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces, from_propagator
 from multilayer.matrix.families import Family
 from multilayer.matrix.scattering import Reference, Scattering, joined
-from multilayer.matrix.small import multiply
+from multilayer.matrix.small import aligned, multiply
 from multilayer.matrix.wave import Wave
 from multilayer.models import Model, refuse
+from multilayer.registry import RegistryError
 from multilayer.units import Length
 
 Profile = Literal["linear", "exponential"]
@@ -34,11 +35,24 @@ _AT_ONCE = 20_000  # nodes times frequencies and angles, to bound the memory
 
 def _face(value: Any) -> Any:
     """Let a homogeneous layer's fields stand without a thickness, which is the graded layer's."""
-    if not isinstance(value, Mapping):
-        return value
+    if not isinstance(value, Mapping) or not _is_known(value.get("type")):
+        return value  # others say what is wrong with it
+    if LAYERS[value["type"]].field_equations is Layer.field_equations:
+        raise _refused(f"a layer of type {value['type']} cannot be graded: it says no field equations")
     if "thickness" in value:
-        raise PydanticCustomError("layer", "has a thickness of its own; leave it out, the graded layer has it")
+        raise _refused("has a thickness of its own; leave it out, the graded layer has it")
     return {**value, "thickness": 1.0}
+
+
+def _is_known(kind: Any) -> bool:
+    try:
+        return kind in LAYERS and LAYERS[kind] is not None
+    except RegistryError:
+        return False
+
+
+def _refused(reason: str) -> PydanticCustomError:
+    return PydanticCustomError("layer", "{reason}", {"reason": reason})
 
 
 def _without_thickness(layer: Layer) -> dict[str, Any]:
@@ -59,7 +73,7 @@ class Graded(Layer):
 
     The field equations are integrated over panels by Gauss's quadrature of order 16, no panel thicker than a quarter of
     the shortest wavelength, no property changing by more than a factor of 1.5 within one: relative error below 1e-10.
-    The porosity at the faces is that of each face's material where both are alike, and otherwise must be.
+    Poroelastic materials have one porosity throughout.
     """
 
     type: Literal["graded"] = "graded"
@@ -69,6 +83,14 @@ class Graded(Layer):
     profile: Profile = "linear"
 
     summary: ClassVar[str] = "properties that vary through the thickness, between two layers of one type"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {
+            "thickness": 0.05,
+            "front": {"type": "fluid", "density": 1.2, "sound_speed": 340.0},
+            "back": {"type": "fluid", "density": 6.0, "sound_speed": 250.0},
+            "profile": "exponential",
+        },
+    )
     composes: ClassVar[bool] = False
 
     @model_validator(mode="after")
@@ -77,10 +99,6 @@ class Graded(Layer):
         return self
 
     def _mistakes(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
-        for field in ("front", "back"):
-            kind = type(getattr(self, field))
-            if kind.field_equations is Layer.field_equations:
-                yield (field, "type"), f"a layer of type {kind.model_fields['type'].default} cannot be graded", None
         if type(self.front) is not type(self.back):
             yield ("back", "type"), f"is {self.back.type}, the front is {self.front.type}; both must be alike", None
             return
@@ -147,7 +165,7 @@ class Graded(Layer):
             width = np.diff(starts).reshape(-1, 1, *(1,) * axes)
             depth = starts[:-1].reshape(width.shape) + width * nodes.reshape(-1, *(1,) * axes)
             equations = self._equations(wave, depth)
-            scaled = [m * (self.thickness * width) for m in equations.matrices]
+            scaled = [m * (self.thickness * width) for m in aligned(*equations.matrices, ndim=width.ndim + 2)]
             shape = np.broadcast_shapes(depth.shape, *(m.shape[2:] for m in scaled))
             x, y = (np.broadcast_to(m, (*m.shape[:2], *shape)) for m in scaled)
             yield _picard(equations.family, x, y)
@@ -206,7 +224,7 @@ def _gauss() -> tuple[RealArray, ComplexArray, ComplexArray]:
     # of each Legendre polynomial, from -1 to the node
     sums = [np.polynomial.legendre.Legendre.basis(n).integ(lbnd=-1)(points) for n in range(_NODES)]
     integrals = np.transpose(sums) @ np.linalg.inv(powers)
-    return (points + 1) / 2, weights / 2 + 0j, integrals / 2 + 0j
+    return np.asarray((points + 1) / 2), np.asarray(weights / 2 + 0j), np.asarray(integrals / 2 + 0j)
 
 
 def _fields(front: Model, back: Model) -> Iterator[tuple[str, Any, Any]]:
@@ -239,9 +257,9 @@ def _between(front: Any, back: Any, depth: Numeric, profile: str) -> Any:
 def _differences(front: Any, back: Any, profile: str) -> Iterator[tuple[tuple[str, ...], str]]:
     """Give path and reason of everything between which nothing lies."""
     for name, first, second in _fields(front, back):
-        if name == "porosity" and any(one.porosity is not None for one in (front, back)):
-            pass
-        if isinstance(first, Model) and type(first) is type(second):
+        if name == "porosity" and "young_modulus" in dict(front):
+            yield (name,), "differs from the front's: Biot's equations as they are used here hold for one porosity"
+        elif isinstance(first, Model) and type(first) is type(second):
             yield from (((name, *place), reason) for place, reason in _differences(first, second, profile))
         elif not (_is_number(first) and _is_number(second)):
             yield (name,), f"differs from the front's ({second!r}, {first!r}); only numbers may vary through the layer"
@@ -280,4 +298,4 @@ def _cuts(front: Layer, back: Layer, profile: str) -> RealArray:
         linear = profile == "linear" and abs(log) > _CHANGE
         found |= {float(depth) for depth in (np.expm1(steps * log) / np.expm1(log) if linear else steps)}
     depths = np.array(sorted(found))
-    return depths[np.append(np.diff(depths) > 1e-6, True)]
+    return np.asarray(depths[np.append(np.diff(depths) > 1e-6, True)])

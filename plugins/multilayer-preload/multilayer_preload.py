@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -41,6 +41,9 @@ class PreloadedSolid(ElasticSolid):
     static_stress: StaticStress | None = None
 
     summary: ClassVar[str] = "elastic or viscoelastic solid that stiffens under the weight of what lies on it"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"thickness": 0.025, "density": 60.0, "young_modulus": 2e5 + 6e4j, "poisson_ratio": 0.1, "stiffening": 5e-4},
+    )
     composes: ClassVar[bool] = False  # its upper part lies on its lower one
 
     def under(self, above: Sequence[Layer]) -> Layer:
@@ -69,21 +72,22 @@ def static_stress(above: Sequence[Layer]) -> Numeric:
 
     Warns (`ValidityWarning`) of a layer whose mass its fields do not tell; it counts as weightless.
     """
-    mass: Numeric = 0.0
+    mass: Any = 0.0
     for layer in above:
         if isinstance(layer, Fluid | ViscothermalFluid):
             break
         mass = mass + _mass_per_area(layer)
-    return np.asarray(GRAVITY * mass) if np.ndim(mass) else GRAVITY * float(mass)
+    weight: Numeric = GRAVITY * mass
+    return weight
 
 
-def _mass_per_area(layer: Layer) -> Numeric:
+def _mass_per_area(layer: Layer) -> Any:
     fields: dict[str, Any] = dict(layer)
     density = fields.get("density", fields.get("frame_density"))
     if fields.get("surface_density") is not None:
-        return np.asarray(fields["surface_density"])
+        return fields["surface_density"]
     if density is None or fields.get("thickness") is None:
         text = f"the mass of layer {layer.name or layer.type} is not known: its weight is left out of the static stress"
         warnings.warn(text, ValidityWarning, stacklevel=2)
         return 0.0
-    return np.asarray(density * fields["thickness"])
+    return density * fields["thickness"]

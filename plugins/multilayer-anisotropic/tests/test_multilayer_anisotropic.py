@@ -1,4 +1,4 @@
-"""Transversely isotropic layers: the isotropic limit, closed forms, Christoffel's wave speeds, and the laws of layers."""
+"""Transversely isotropic layers: isotropic limit, closed forms, Christoffel's wave speeds, and the laws of layers."""
 
 import numpy as np
 import pytest
