@@ -1,10 +1,14 @@
 """Transversely isotropic layers: isotropic limit, closed forms, Christoffel's wave speeds, and the laws of layers."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from multilayer_anisotropic import AnisotropicPoroelastic, AnisotropicSolid
 
 from multilayer import Stack, plane_wave
+from multilayer.config import parse_yaml
 from multilayer.errors import ValidityWarning
 from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.layers.poroelastic import Poroelastic
@@ -153,3 +157,11 @@ def test_stiffness_that_sets_energy_free_is_told():
 def test_what_no_solid_is_like_is_refused(changed, words):
     with pytest.raises(ValueError, match=words):
         solid(**{**FOAM, **changed})
+
+
+def test_the_example_of_the_readme():
+    text = Path(__file__).parents[1].joinpath("README.md").read_text()
+    (example,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    stack = Stack.model_validate(parse_yaml(example, Path("stack.yaml")).data)
+    absorption = plane_wave(stack, FREQUENCIES).absorption
+    assert np.all((absorption > 0) & (absorption <= 1))

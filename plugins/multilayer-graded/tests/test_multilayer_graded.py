@@ -1,11 +1,15 @@
 """Graded layers against closed forms, an independent integrator, many thin layers, and the laws of layers."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from multilayer_graded import Graded
 from scipy.integrate import solve_ivp
 
-from multilayer import Stack, plane_wave
+from multilayer import Stack, load_stack, plane_wave
+from multilayer.config import dump_yaml, parse_yaml
 from multilayer.errors import InputError
 from multilayer.layers import Layer
 from multilayer.matrix.wave import Wave
@@ -191,8 +195,6 @@ def test_properties_of_the_faces_are_fields_of_the_stack():
     ],
 )
 def test_what_cannot_be_graded_is_refused(tmp_path, given, words):
-    from multilayer import load_stack
-    from multilayer.config import dump_yaml
 
     given = {"type": "graded", "thickness": 0.05, **given}
     file = tmp_path / "stack.yaml"
@@ -205,3 +207,11 @@ def test_what_cannot_be_graded_is_refused(tmp_path, given, words):
 
 def test_a_graded_layer_is_a_layer():
     assert issubclass(Graded, Layer)
+
+
+def test_the_example_of_the_readme():
+    text = Path(__file__).parents[1].joinpath("README.md").read_text()
+    (example,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    stack = Stack.model_validate(parse_yaml(example, Path("stack.yaml")).data)
+    absorption = plane_wave(stack, FREQUENCIES).absorption
+    assert np.all((absorption > 0) & (absorption <= 1))

@@ -1,10 +1,14 @@
 """The preloaded solid against solids of the modulus that the law says, and the laws of layers."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from multilayer_preload import GRAVITY, PreloadedSolid
 
 from multilayer import Stack, base_motion, plane_wave
+from multilayer.config import parse_yaml
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.response.fields import fields
 from multilayer.testing import check_layer
@@ -98,3 +102,11 @@ def test_a_mass_that_is_not_known_is_told():
 def test_a_line_extrapolated_too_far_is_refused():
     with pytest.raises(InputError, match="layer foam: no modulus is left at 1000 Pa"):
         plane_wave(stack(loaded(stiffening=-2e-3, static_stress=1000.0)), FREQUENCIES)
+
+
+def test_the_example_of_the_readme():
+    text = Path(__file__).parents[1].joinpath("README.md").read_text()
+    (example,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    stack = Stack.model_validate(parse_yaml(example, Path("stack.yaml")).data)
+    absorption = plane_wave(stack, FREQUENCIES).absorption
+    assert np.all((absorption > 0) & (absorption <= 1))
