@@ -1,7 +1,7 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
 Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
-(`type`), laws (`law`), effects (`name`), and functions ``read_SUFFIX`` that return `Waveforms`.
+(`type`), laws (`law`), effects (`name`), and functions ``read_SUFFIX`` that return `Waveforms` or `Channels`.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from multilayer.registry import Registry, RegistryError
 
 _STATED_IN = {"layer": "type", "law": "law", "effect": "name", "rig effect": "effect"}
 _REGISTERS_NOTHING = (
-    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name' and no "
-    "function read_SUFFIX that returns Waveforms; see docs/plugins.md, or start from 'multilayer plugins new'"
+    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name', no "
+    "function read_SUFFIX returning Waveforms or Channels; see docs/plugins.md, or begin with 'multilayer plugins new'"
 )
 
 
@@ -120,15 +120,17 @@ def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
     for name, item in vars(module).copy().items():
         if getattr(item, "__module__", None) != module.__name__ or name.startswith("_"):
             continue
-        if isinstance(item, FunctionType) and name.startswith("read_") and _returns_waveforms(item):
+        if isinstance(item, FunctionType) and name.startswith("read_") and _reads(item):
             yield registry("reader"), name.removeprefix("read_"), item
         elif isinstance(item, type):
             yield from ((registry(kind), key, item) for kind in KINDS if (key := _stated(kind, item)))
 
 
-def _returns_waveforms(function: FunctionType) -> bool:
-    returned = function.__annotations__.get("return", "")
-    return getattr(returned, "__name__", returned) == "Waveforms"
+def _reads(function: FunctionType) -> bool:
+    """Tell whether a function is annotated to return what readers return, as text or not."""
+    returned = str(getattr(function, "__annotations__", {}).get("return", ""))
+    names = [name.rpartition(".")[2].strip("'> ") for name in returned.split("|")]
+    return set(names) <= {"Waveforms", "Channels"}
 
 
 def _stated(kind: str, item: type) -> str:

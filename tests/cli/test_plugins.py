@@ -56,7 +56,7 @@ def broken(tmp_path):
         "number = house_good:NUMBER\nmisnamed = house_good:Water\nmembrane = house_good:Water\n"
         "[multilayer.effects]\ndamp = house_raising:Damp\nmute = house_good:Water\n"
         "[multilayer.modulus_laws]\nspring = house_good:Water\n"
-        "[multilayer.readers]\ntxt = house_good:NUMBER\n"
+        "[multilayer.readers]\nxyz = house_good:NUMBER\n"
     )
     (root / "house_good.py").write_text(f"{LAYER}\nNUMBER = 5\n")
     (root / "house_raising.py").write_text("raise RuntimeError('no\\nlicence')\n")
@@ -73,7 +73,7 @@ BROKEN = {
     ("effect", "damp"): "does not load: RuntimeError",
     ("effect", "mute"): "not a subclass of multilayer.diagnosis.effects.base.BaseEffect",
     ("law", "spring"): "not a subclass of multilayer.media.laws.base.ModulusLaw",
-    ("reader", "txt"): "it is 5, not a function",
+    ("reader", "xyz"): "it is 5, not a function",
 }
 
 
