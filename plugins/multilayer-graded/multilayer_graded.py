@@ -107,8 +107,7 @@ class Graded(Layer):
 
     def at(self, depth: Numeric) -> Layer:
         """Return the homogeneous material at a depth, as a share of the thickness, from 0 to 1."""
-        found: Layer = _between(self.front, self.back, depth, self.profile)
-        return found
+        return _between(self.front, self.back, depth, self.profile)  # type: ignore[no-any-return]
 
     def sliced(self, n: int) -> tuple[Layer, ...]:
         """Return slices, each between its own two faces."""
