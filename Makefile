@@ -1,6 +1,7 @@
 # `make fit` runs the main job on the embedded example, `make test` the tests; each sets up what it needs in .venv.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
+PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 
 .PHONY: fit test lint bench clean
 fit: .venv/core
@@ -26,8 +27,8 @@ bench: .venv/dev
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
-.venv/dev: .venv/core
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+.venv/dev: .venv/core $(PLUGINS:=/pyproject.toml)
+	$(BIN)/python -m pip install --quiet --editable '.[dev]' $(addprefix --editable ./,$(PLUGINS))
 	touch $@
 
 clean:

@@ -18,6 +18,10 @@ class ValidityWarning(UserWarning):
     """A formula is used outside the range it was made for; the result may be wrong, the computation goes on."""
 
 
+class PluginWarning(UserWarning):
+    """A plugin is broken and was left out; everything else goes on."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One mistake in one input.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
@@ -86,7 +87,7 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
     try:
         for index, task in enumerate(tasks):
             try:
-                running[executor.submit(function, task)] = index
+                running[_submit(executor, function, task)] = index
             except Exception as error:  # a pool that has broken takes no more
                 yield index, error
         for future in as_completed(running):
@@ -99,6 +100,43 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
     finally:
         for future in running:
             future.cancel()
+
+
+_preparations: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
+
+
+@contextmanager
+def prepared(function: Callable[..., object], *arguments: Any) -> Iterator[None]:
+    """Let whatever process computes a task inside call `function` first, before the task is unpickled.
+
+    Parameters
+    ----------
+    function : callable
+        Of an installed module; called with every task, so that also workers that join late are prepared: a second
+        call in the same process must cost nothing.
+    arguments
+        Pickled with every task.
+    """
+    preparation = (function, arguments)
+    _preparations.append(preparation)
+    try:
+        yield
+    finally:
+        _preparations.remove(preparation)
+
+
+def _submit(executor: Executor, function: Callable[[T], R], task: T) -> Future[R]:
+    if not _preparations:
+        return executor.submit(function, task)
+    # as bytes: neither a worker nor a scheduler can unpickle the task before it is prepared
+    return executor.submit(_run_prepared, list(_preparations), pickle.dumps((function, task)))
+
+
+def _run_prepared(preparations: list[tuple[Callable[..., object], tuple[Any, ...]]], shipped: bytes) -> Any:
+    for prepare, arguments in preparations:
+        prepare(*arguments)
+    function, task = pickle.loads(shipped)  # made by `_submit`
+    return function(task)
 
 
 @contextmanager

@@ -1,16 +1,20 @@
-"""Registries fed by entry points: how layers, modulus laws and readers are found, the built-in ones included.
+"""Registries fed by entry points: how layers, modulus laws, effects and readers are found, the built-in ones included.
 
-Nothing is imported until its name is asked for, so a plugin that fails on import cannot stop the rest.
+Nothing is imported until its name is asked for, so a plugin that fails on import cannot stop the rest. Who asks for a
+name gets its object or a `RegistryError`; who goes through all names takes `Registry.working`, which leaves broken
+plugins out and warns of each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from multilayer.errors import MultilayerError, suggest
+from multilayer.errors import MultilayerError, PluginWarning, suggest
 
 T = TypeVar("T")
 
@@ -19,9 +23,29 @@ class RegistryError(MultilayerError):
     """A name taken twice, a name nobody knows, or a plugin that does not load."""
 
 
-def _origin(entry: EntryPoint) -> str:
+@dataclass(frozen=True)
+class Origin:
+    """Where an object of a registry comes from.
+
+    Attributes
+    ----------
+    value : str
+        ``module:name``, or a file.
+    package, version : str
+        Of the distribution that brings it; empty for what was registered by hand.
+    """
+
+    value: str
+    package: str = ""
+    version: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.value} (package {self.package} {self.version})" if self.package else self.value
+
+
+def _origin(entry: EntryPoint) -> Origin:
     dist = entry.dist
-    return f"{entry.value} (package {dist.name} {dist.version})" if dist is not None else entry.value
+    return Origin(entry.value, dist.name, dist.version) if dist is not None else Origin(entry.value)
 
 
 class Registry(Generic[T]):
@@ -33,11 +57,15 @@ class Registry(Generic[T]):
         Entry-point group, as ``multilayer.layers``.
     kind : str
         What is in it, for messages.
+    fault : callable, optional
+        Called with a name and what a plugin gives under it; returns what is wrong with that, or nothing.
     """
 
-    def __init__(self, group: str, kind: str) -> None:
+    def __init__(self, group: str, kind: str, fault: Callable[[str, Any], str] | None = None) -> None:
         self.group, self.kind = group, kind
-        self._local: dict[str, tuple[T, str]] = {}
+        self._fault = fault
+        self._local: dict[str, tuple[T, Origin]] = {}
+        self._failed: dict[str, RegistryError] = {}
 
     @cached_property
     def _entries(self) -> dict[str, list[EntryPoint]]:
@@ -54,23 +82,28 @@ class Registry(Generic[T]):
         Raises
         ------
         RegistryError
-            When the name is taken, naming both owners.
+            When the name is taken, naming both owners, or the object is of the wrong kind.
         """
-        origin = origin or f"{getattr(item, '__module__', '?')}:{getattr(item, '__qualname__', item)}"
+        place = Origin(origin or f"{getattr(item, '__module__', '?')}:{getattr(item, '__qualname__', item)}")
         owners = self.origins(name)
         if owners:
-            raise RegistryError(self._taken(name, [*owners, origin]))
-        self._local[name] = (item, origin)
+            raise RegistryError(self._taken(name, [*owners, str(place)]))
+        self._refuse_faulty(name, item, place)
+        self._local[name] = (item, place)
         return item
 
     def unregister(self, name: str) -> None:
         """Remove what `register` added."""
         self._local.pop(name, None)
 
-    def origins(self, name: str) -> list[str]:
+    def owners(self, name: str) -> list[Origin]:
         """Return where a name comes from: empty when unknown, more than one when it is taken twice."""
         local = [self._local[name][1]] if name in self._local else []
         return [_origin(entry) for entry in self._entries.get(name, [])] + local
+
+    def origins(self, name: str) -> list[str]:
+        """Return the same in words."""
+        return [str(owner) for owner in self.owners(name)]
 
     def names(self) -> list[str]:
         """Return all names, sorted."""
@@ -89,6 +122,16 @@ class Registry(Generic[T]):
                 raise RegistryError(f"no {self.kind} is called '{name}'; {suggest(name, self.names())}")
         return list(names) if names else self.names()
 
+    def working(self) -> Iterator[tuple[str, T]]:
+        """Give all names with their objects; a broken plugin is left out with a `PluginWarning`."""
+        for name in self.names():
+            try:
+                item = self[name]
+            except RegistryError as error:
+                warnings.warn(f"left out: {error}", PluginWarning, stacklevel=2)
+            else:
+                yield name, item
+
     def __contains__(self, name: object) -> bool:
         # an input may hold anything here, unhashable lists too
         return isinstance(name, str) and (name in self._entries or name in self._local)
@@ -104,17 +147,52 @@ class Registry(Generic[T]):
             return self._local[name][0]
         if name not in self._entries:
             raise RegistryError(f"no {self.kind} is called '{name}'; {suggest(name, self.names())}")
-        return self._load(self._entries[name][0])
+        if name in self._failed:  # once is enough: a plugin may take its time to fail
+            raise self._failed[name]
+        try:
+            return self._load(self._entries[name][0])
+        except RegistryError as error:
+            self._failed[name] = error
+            raise
 
     def _load(self, entry: EntryPoint) -> T:
         try:
             loaded: Any = entry.load()
-        except Exception as error:  # a plugin may fail in any way; it is named and the rest goes on
+        except (Exception, SystemExit) as error:  # a plugin may fail in any way; it is named and the rest goes on
             what = f"{self.kind} '{entry.name}' of {_origin(entry)}"
             raise RegistryError(f"{what} does not load: {type(error).__name__}: {error}") from error
+        self._refuse_faulty(entry.name, loaded, _origin(entry))
         item: T = loaded
         return item
+
+    def _refuse_faulty(self, name: str, item: Any, origin: Origin) -> None:
+        fault = self._fault(name, item) if self._fault is not None else ""
+        if fault:
+            raise RegistryError(f"{self.kind} '{name}' of {origin} cannot be used: {fault}")
 
     def _taken(self, name: str, owners: list[str]) -> str:
         by = " and by ".join(owners)
         return f"{self.kind} '{name}' is defined twice, by {by}; rename or remove one of them"
+
+
+def subclass_fault(base: type, field: str) -> Callable[[str, Any], str]:
+    """Return a check that a plugin is a subclass of `base` which states its own name in `field`.
+
+    Parameters
+    ----------
+    base : type
+        A pydantic model, whose field has the name as its default, or a class with an attribute.
+    field : str
+    """
+
+    def fault(name: str, item: Any) -> str:
+        if not (isinstance(item, type) and issubclass(item, base)):
+            return f"it is {item!r}, not a subclass of {base.__module__}.{base.__name__}"
+        missing: frozenset[str] = getattr(item, "__abstractmethods__", frozenset())
+        if missing:
+            return f"it defines no {', '.join(sorted(missing))}"
+        fields: dict[str, Any] = getattr(item, "model_fields", {})
+        stated = fields[field].default if field in fields else getattr(item, field, None)
+        return "" if stated == name else f"its '{field}' is {stated!r}; it must be {name!r}, the name it is found under"
+
+    return fault

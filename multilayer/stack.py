@@ -189,6 +189,18 @@ class Stack(Model):
             kinds[self._place(contact)] = contact.kind
         return tuple(kinds)
 
+    def at_rest(self, *, on_base: bool = False) -> tuple[Layer, ...]:
+        """Return the layers as they are under the weight of those that lie on them.
+
+        Parameters
+        ----------
+        on_base : bool
+            Whether the stack stands on its front face, on a shaken base, rather than on its termination.
+        """
+        n = len(self.layers)
+        above = [self.layers[i + 1 :] if on_base else self.layers[:i][::-1] for i in range(n)]
+        return tuple(layer.under(others) for layer, others in zip(self.layers, above, strict=True))
+
     def replaced(self, values: Mapping[str, Numeric | Any]) -> Stack:
         """Return a copy with some fields changed.
 

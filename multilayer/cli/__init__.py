@@ -5,6 +5,10 @@ from __future__ import annotations
 import io
 import os
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
 import typer
 
@@ -18,6 +22,8 @@ from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
+from multilayer.cli.plugin_option import PluginFiles, takes_plugins
+from multilayer.cli.plugins import plugins
 from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.schema import schema
@@ -36,7 +42,15 @@ app = typer.Typer(
 
 
 @app.callback(invoke_without_command=True)
-def _options(version: bool = typer.Option(False, "--version", help="Print the version and stop.")) -> None:
+def _options(
+    context: typer.Context,
+    version: bool = typer.Option(False, "--version", help="Print the version and stop."),
+    plugin: PluginFiles = None,
+) -> None:
+    if plugin:
+        from multilayer.plugins.files import plugin_files
+
+        context.with_resource(plugin_files(plugin))
     if version:
         from importlib.metadata import version as version_of
 
@@ -44,22 +58,23 @@ def _options(version: bool = typer.Option(False, "--version", help="Print the ve
         raise typer.Exit
 
 
-app.command()(simulate)
-app.command()(compare)
-app.command()(fit)
-app.command()(methods)
-app.command()(preload)
-app.command()(anisotropy)
-app.command()(diagnose)
-app.command()(effects)
-app.command("blind-check")(blind_check)
-app.command("shape-factor")(shape_factor)
-app.command()(rig)
-app.command("import")(import_campaign)
-app.command()(tube)
-app.command()(layers)
-app.command()(check)
-app.command()(schema)
+app.command()(takes_plugins(simulate))
+app.command()(takes_plugins(compare))
+app.command()(takes_plugins(fit))
+app.command()(takes_plugins(methods))
+app.command()(takes_plugins(preload))
+app.command()(takes_plugins(anisotropy))
+app.command()(takes_plugins(diagnose))
+app.command()(takes_plugins(effects))
+app.command("blind-check")(takes_plugins(blind_check))
+app.command("shape-factor")(takes_plugins(shape_factor))
+app.command()(takes_plugins(rig))
+app.command("import")(takes_plugins(import_campaign))
+app.command()(takes_plugins(tube))
+app.command()(takes_plugins(layers))
+app.command()(takes_plugins(check))
+app.command()(takes_plugins(schema))
+app.add_typer(plugins)
 
 
 def main() -> None:
@@ -70,7 +85,8 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a pipe may lack the Greek letters of a table
     try:
-        app(prog_name="multilayer")
+        with _plugin_warnings_as_lines():
+            app(prog_name="multilayer")
     except MultilayerError as error:
         typer.echo(str(error), err=True)
         sys.exit(2)
@@ -84,3 +100,22 @@ def main() -> None:
             err=True,
         )
         sys.exit(70)
+
+
+@contextmanager
+def _plugin_warnings_as_lines() -> Iterator[None]:
+    """Tell each broken plugin once, in a line on standard error; other warnings stay as they are."""
+    from multilayer.errors import PluginWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", PluginWarning)
+        show = warnings.showwarning
+
+        def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
+            if issubclass(category, PluginWarning):
+                typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+            else:
+                show(message, category, *place, **options)
+
+        warnings.showwarning = show_line
+        yield

@@ -40,12 +40,14 @@ def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] =
     ------
     InputError
         For names that are not registered.
+    RegistryError
+        For a plugin that is wanted and broken; of all, it is left out with a `PluginWarning`.
     """
-    names = list(EFFECTS.names() if wanted is None else wanted)
-    for name in (*names, *without):
+    for name in (*(wanted or ()), *without):
         if name not in EFFECTS:
             raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
-    return {name: EFFECTS[name]() for name in names if name not in without}
+    found = dict(EFFECTS.working()) if wanted is None else {name: EFFECTS[name] for name in wanted}
+    return {name: kind() for name, kind in found.items() if name not in without}
 
 
 def diagnose_campaign(

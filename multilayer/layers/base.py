@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -14,12 +14,13 @@ from multilayer.arrays import ArrayLike, ComplexArray, Numeric
 from multilayer.errors import suggest
 from multilayer.frames import html_table
 from multilayer.json_schema import Written, by_name
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.models import Model
-from multilayer.registry import Registry, RegistryError
+from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio
 
 
@@ -37,6 +38,7 @@ class Layer(Model):
     name: str | None = None
 
     summary: ClassVar[str] = ""
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical ones, on which a plugin's type is tried
     composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
     vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
 
@@ -66,6 +68,39 @@ class Layer(Model):
             Frequency, trace wavenumber and ambient gas.
         """
         raise NotImplementedError
+
+    def field_equations(self, wave: Wave) -> FieldEquations | None:
+        """Return the field equations of the layer's medium, for layers that are built from it; None where it has none.
+
+        Parameters
+        ----------
+        wave : Wave
+        """
+        del wave
+        return None
+
+    def under(self, above: Sequence[Layer]) -> Layer:
+        """Return the layer as it is under the layers that lie on it; itself unless its properties depend on them.
+
+        Parameters
+        ----------
+        above : sequence of Layer
+            The nearest first.
+        """
+        del above
+        return self
+
+    def sliced(self, n: int) -> tuple[Layer, ...]:
+        """Return `n` slices that are the layer when bonded; the layer alone where it has no inside to look at.
+
+        Parameters
+        ----------
+        n : int
+        """
+        thickness = getattr(self, "thickness", None)
+        if not self.composes or thickness is None:
+            return (self,)
+        return (self.model_copy(update={"thickness": thickness / n}),) * n
 
     def transfer_matrix(self, frequency: ArrayLike, angle: ArrayLike = 0.0, gas: Gas | None = None) -> ComplexArray:
         """Return the transfer matrix T of Allard & Atalla, V(front) = T V(back).
@@ -117,7 +152,7 @@ class ElasticLayer(Layer):
         return complex_modulus(self.young_modulus, self.loss_factor, wave.frequency)
 
 
-LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer")
+LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer", subclass_fault(Layer, "type"))
 
 
 def _parse_layer(value: Any, info: ValidationInfo) -> Layer:

@@ -8,8 +8,10 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import SOLID
+from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root, lame
 from multilayer.units import Density, Length
@@ -33,6 +35,11 @@ class ElasticSolid(ElasticLayer):
         modulus = self.complex_modulus(wave)
         lam, mu = lame(modulus, self.poisson_ratio)
         return solid_faces(wave, self.thickness, self.density, lam, mu)
+
+    def field_equations(self, wave: Wave) -> FieldEquations:
+        """Return the field equations of plane strain."""
+        lam, mu = lame(self.complex_modulus(wave), self.poisson_ratio)
+        return FieldEquations(SOLID, *_equations(wave.omega, wave.kx, self.density, lam, mu))
 
 
 def solid_faces(wave: Wave, thickness: Numeric, density: Numeric, lam: Numeric, mu: Numeric) -> Faces:
@@ -64,10 +71,15 @@ def _series(
     _k13: Numeric, _k33: Numeric, impedance: float,
 ) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
     """Return the face matrices from the field equations of plane strain."""
+    x, y = _equations(omega, kx, density, lam, mu)
+    return from_propagator(SOLID, propagator_series(SOLID, x, y, thickness), impedance)
+
+
+def _equations(omega: Numeric, kx: Numeric, density: Numeric, lam: Numeric, mu: Numeric) -> tuple[Entries, Entries]:
     plane, ratio = 4 * mu * (lam + mu) / (lam + 2 * mu), lam / (lam + 2 * mu)
-    x = [[1j * kx, 1j * omega / mu], [1j * omega * density, 1j * kx]]
-    y = [
+    x: Entries = [[1j * kx, 1j * omega / mu], [1j * omega * density, 1j * kx]]
+    y: Entries = [
         [1j * kx * ratio, 1j * omega / (lam + 2 * mu)],
         [1j * (omega * density - kx**2 * plane / omega), 1j * kx * ratio],
     ]
-    return from_propagator(SOLID, propagator_series(SOLID, x, y, thickness), impedance)
+    return x, y

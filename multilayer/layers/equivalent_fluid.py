@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from multilayer.layers.fluid import fluid_faces
+from multilayer.layers.fluid import fluid_equations, fluid_faces
 from multilayer.layers.pores import AnyPoreLayer
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.pore_models import PoreModelName
@@ -36,3 +37,7 @@ class EquivalentFluid(AnyPoreLayer):
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, sections 5.4, 5.5 and 11.3.1."""
         return fluid_faces(wave, self.thickness, *self.pore_fluid(wave))
+
+    def field_equations(self, wave: Wave) -> FieldEquations:
+        """Return the field equations."""
+        return fluid_equations(wave, *self.pore_fluid(wave))

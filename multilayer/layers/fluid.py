@@ -6,8 +6,10 @@ from typing import ClassVar, Literal
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import Layer
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import FLUID
+from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
 from multilayer.units import Density, Length, Speed
@@ -28,9 +30,23 @@ class Fluid(Layer):
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, section 11.3.1."""
+        return fluid_faces(wave, self.thickness, *self._medium(wave))
+
+    def field_equations(self, wave: Wave) -> FieldEquations:
+        """Return the field equations."""
+        return fluid_equations(wave, *self._medium(wave))
+
+    def _medium(self, wave: Wave) -> tuple[Numeric, Numeric]:
+        """Return density and bulk modulus."""
         density = wave.ambient.density if self.density is None else self.density
         speed = wave.ambient.sound_speed if self.sound_speed is None else self.sound_speed
-        return fluid_faces(wave, self.thickness, density, density * speed**2)
+        return density, density * speed**2
+
+
+def fluid_equations(wave: Wave, density: Numeric, bulk_modulus: Numeric) -> FieldEquations:
+    """Return the field equations of any fluid by density, kg/m3, and bulk modulus, Pa."""
+    square = wave.omega**2 * density / bulk_modulus - wave.kx**2
+    return FieldEquations(FLUID, *_equations(wave.omega, density, square))
 
 
 def fluid_faces(
@@ -65,5 +81,9 @@ def _waves(
 def _series(
     omega: Numeric, density: Numeric, square: Numeric, _k3: Numeric, thickness: Numeric, impedance: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    x, y = [[-1j * omega * density]], [[-1j * square / (omega * density)]]
+    x, y = _equations(omega, density, square)
     return from_propagator(FLUID, propagator_series(FLUID, x, y, thickness), impedance)
+
+
+def _equations(omega: Numeric, density: Numeric, square: Numeric) -> tuple[Entries, Entries]:
+    return [[-1j * omega * density]], [[-1j * square / (omega * density)]]

@@ -10,8 +10,10 @@ import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
 from multilayer.layers.pores import PoreLayer
+from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import POROELASTIC
+from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.biot import BiotMedium, biot_medium, compressional_waves, shear_wave
 from multilayer.media.elastic import decaying_root
@@ -56,6 +58,10 @@ class Poroelastic(PoreLayer, ElasticLayer):
         a, b = poroelastic_faces(wave, self.thickness, self.medium(wave))
         return Faces(POROELASTIC, a, b, self.porosity)
 
+    def field_equations(self, wave: Wave) -> FieldEquations:
+        """Return Biot's equations of plane strain."""
+        return FieldEquations(POROELASTIC, *_equations(wave.omega, wave.kx, self.medium(wave)), self.porosity)
+
 
 def poroelastic_faces(wave: Wave, thickness: Numeric, medium: BiotMedium) -> tuple[ComplexArray, ComplexArray]:
     """Return the face matrices (A, B) of a Biot medium."""
@@ -94,12 +100,17 @@ def _waves(
 def _series(
     omega: Numeric, kx: Numeric, thickness: Numeric, impedance: float, *rest: Numeric
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices from Biot's equations, the tangential fluid velocity eliminated.
+    """Return the face matrices from Biot's equations."""
+    x, y = _equations(omega, kx, BiotMedium(*rest[:8]))
+    return from_propagator(POROELASTIC, propagator_series(POROELASTIC, x, y, thickness), impedance)
+
+
+def _equations(w: Numeric, kx: Numeric, m: BiotMedium) -> tuple[Entries, Entries]:
+    """Return Biot's equations, the tangential fluid velocity eliminated.
 
     ``d(v1s, s33s, s33f)/dx3 = X (v3s, v3f, s13s)`` and ``d(v3s, v3f, s13s)/dx3 = Y (v1s, s33s, s33f)``.
     """
-    m, w = BiotMedium(*rest[:8]), omega
-    x: list[list[Numeric]] = [
+    x: Entries = [
         [1j * kx, 0, 1j * w / m.N],
         [1j * w * m.rho11, 1j * w * m.rho12, 1j * kx],
         [1j * w * m.rho12, 1j * w * m.rho22, 0],
@@ -110,7 +121,7 @@ def _series(
     coupling = m.Q / m.R
     fluid = [-coupling * entry for entry in dilatation]
     tension = 2 * m.N * kx / w  # from the tangential normal stress
-    y: list[list[Numeric]] = [
+    y: Entries = [
         [dilatation[0] + 1j * kx, dilatation[1], dilatation[2]],
         [fluid[0] - 1j * kx * slip, fluid[1], fluid[2] + 1j * w / m.R - 1j * kx**2 / (w * m.rho22)],
         [
@@ -119,4 +130,4 @@ def _series(
             -1j * kx * slip - tension * dilatation[2],
         ],
     ]
-    return from_propagator(POROELASTIC, propagator_series(POROELASTIC, x, y, thickness), impedance)
+    return x, y

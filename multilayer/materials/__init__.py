@@ -24,7 +24,6 @@ from multilayer.errors import InputError, suggest
 from multilayer.layers.base import LAYERS
 from multilayer.layers.field_sets import mistake
 from multilayer.models import Model
-from multilayer.registry import RegistryError
 
 BUILT_IN = Path(__file__).with_name("library.yaml")
 TEXTS = ("source", "note")  # for the reader; no fields of a layer
@@ -33,13 +32,7 @@ _OTHER = {*TEXTS, "type"}
 
 def _known_fields() -> set[str]:
     """Return the fields of all layer types, a plugin that does not load left out."""
-    fields: set[str] = set()
-    for name in LAYERS:
-        try:
-            fields |= set(LAYERS[name].model_fields)
-        except RegistryError:
-            continue
-    return fields - {"name"}
+    return {field for _, kind in LAYERS.working() for field in kind.model_fields} - {"name"}
 
 
 def _check_names(material: dict[str, Any]) -> dict[str, Any]:

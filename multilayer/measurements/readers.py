@@ -14,9 +14,16 @@ from multilayer.measurements.channels import Channel, Channels
 from multilayer.measurements.recording import Reader, Waveforms
 from multilayer.registry import Registry
 
-READERS: Registry[Reader] = Registry("multilayer.readers", "reader")
 _BURST = re.compile(r"(base|top)(_\d+)?")
 _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', 'top_2', ..."
+
+
+def _reader_fault(name: str, item: object) -> str:
+    del name  # the suffix it reads; a function needs not know
+    return "" if callable(item) else f"it is {item!r}, not a function from a path to Waveforms"
+
+
+READERS: Registry[Reader] = Registry("multilayer.readers", "reader", _reader_fault)
 
 
 def _read(path: Path | str) -> Waveforms | Channels:

@@ -74,6 +74,41 @@ def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:
     return [folder / name for name in files]
 
 
+def write_folder(folder: Path, files: Mapping[str, str]) -> list[str]:
+    """Write a new folder with all its files, or nothing.
+
+    Parameters
+    ----------
+    folder : Path
+        Must not exist; its parents are made.
+    files : mapping
+        Texts by path inside the folder.
+
+    Returns
+    -------
+    list of str
+        The paths, in the order of `files`.
+
+    Raises
+    ------
+    InputError
+        When the folder exists or cannot be written to.
+    """
+    if folder.exists() or folder.is_symlink():
+        raise InputError(f"{folder}: there is such a file or folder already; choose another place, or remove it first")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".partial-") as partial:
+            whole = Path(partial) / folder.name
+            for name, text in files.items():
+                (whole / name).parent.mkdir(parents=True, exist_ok=True)
+                (whole / name).write_text(text, encoding="utf-8")
+            whole.rename(folder)
+    except OSError as error:
+        raise _unusable(folder, error.strerror or str(error)) from None
+    return list(files)
+
+
 def file_names(names: Sequence[str]) -> list[str]:
     """Return a file name for each name, different ones also where a file system does not tell case apart."""
     found: dict[str, str] = {}

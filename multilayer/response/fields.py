@@ -87,22 +87,21 @@ def fields(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, points: i
     Each layer is solved as ``points - 1`` bonded slices: no exponential grows, however thick the layer.
     """
     wave = Wave.incident(frequency, angle, stack.ambient.gas)
-    slices = [_slices(layer, max(points, 2)) for layer in stack.layers]
-    faces = [[cut.faces(wave)] * n for cut, n in slices]
+    slices = [layer.sliced(max(points, 2) - 1) for layer in stack.at_rest()]
+    faces = [_faces(cuts, wave) for cuts in slices]
     contacts: list[Contact] = []
-    for contact, (_, n) in zip(stack.interfaces, slices, strict=False):
-        contacts += [contact, *(["bonded"] * (n - 1))]  # type: ignore[list-item]
+    for contact, cuts in zip(stack.interfaces, slices, strict=False):
+        contacts += [contact, *(["bonded"] * (len(cuts) - 1))]  # type: ignore[list-item]
     contacts.append(stack.interfaces[-1])
     system = build_system(stack, wave, _incident(wave))
     solution = solve(replace(system, layers=[face for group in faces for face in group], contacts=contacts))
     return _collect(stack, slices, faces, solution)
 
 
-def _slices(layer: Layer, points: int) -> tuple[Layer, int]:
-    thickness = getattr(layer, "thickness", None)
-    if not layer.composes or thickness is None:
-        return layer, 1
-    return layer.model_copy(update={"thickness": thickness / (points - 1)}), points - 1
+def _faces(slices: tuple[Layer, ...], wave: Wave) -> list[Faces]:
+    """Return the face matrices of all slices, computed once for those that are one and the same."""
+    found = {id(cut): cut.faces(wave) for cut in {id(cut): cut for cut in slices}.values()}
+    return [found[id(cut)] for cut in slices]
 
 
 def _incident(wave: Wave) -> HalfSpace:
@@ -110,19 +109,20 @@ def _incident(wave: Wave) -> HalfSpace:
 
 
 def _collect(
-    stack: Stack, slices: list[tuple[Layer, int]], faces: list[list[Faces]], solution: Solution
+    stack: Stack, slices: list[tuple[Layer, ...]], faces: list[list[Faces]], solution: Solution
 ) -> list[LayerState]:
     coefficients = iter(solution.layers)
     start, found = 0.0, []
-    for i, ((cut, n), group) in enumerate(zip(slices, faces, strict=True)):
+    for i, (cuts, group) in enumerate(zip(slices, faces, strict=True)):
         states, back = [], None
         for face in group:
             front, back = _face_states(face, next(coefficients))
             states.append(front)
         assert back is not None
-        depth = 0.0 if not cut.composes else float(np.max(getattr(cut, "thickness", 0.0))) * n
+        inside = len(cuts) > 1 or cuts[0].composes
+        depth = float(sum(np.max(getattr(cut, "thickness", 0.0)) for cut in cuts)) if inside else 0.0
         values = np.stack(np.broadcast_arrays(*states, back), axis=1)
-        position = start + np.linspace(0, depth, n + 1)
+        position = start + np.linspace(0, depth, len(cuts) + 1)
         found.append(LayerState(stack.layers[i].name or str(i), group[0].family.components, position, values))
         start += depth
     return found

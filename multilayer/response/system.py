@@ -23,7 +23,7 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
     CouplingError
         When two neighbours cannot touch as the stack says, naming both.
     """
-    layers = [layer.faces(wave) for layer in stack.layers]
+    layers = [layer.faces(wave) for layer in stack.at_rest(on_base=isinstance(head, Wall))]
     for i, (front, back) in enumerate(pairwise(layers), start=1):
         try:
             couple(front.family, back.family, stack.interfaces[i])

@@ -10,7 +10,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import show, suggest
 from multilayer.json_schema import Written, by_name
-from multilayer.registry import Registry, RegistryError
+from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.rig.effect_base import Effect
 from multilayer.rig.effects_reading import ChannelDelay, ChannelGain, Crosstalk, HighPass, Rocking, SensorMount
 from multilayer.rig.effects_rig import Adhesive, Delamination, Flanking, PlateFlexure, SensorMass
@@ -25,7 +25,7 @@ from multilayer.rig.effects_sample import (
 )
 from multilayer.rig.effects_unlisted import Anisotropy, BaseTilt, CableResonance, ClockSkew, Creep, Grading
 
-EFFECTS: Registry[type[Effect]] = Registry("multilayer.rig_effects", "effect")
+EFFECTS: Registry[type[Effect]] = Registry("multilayer.rig_effects", "rig effect", subclass_fault(Effect, "effect"))
 
 for _kind in (
     FiniteSize, SensorMass, Adhesive, ChannelGain, ChannelDelay, HighPass, Crosstalk, Preload, SaturatingAir,

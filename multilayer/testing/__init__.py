@@ -1,6 +1,8 @@
-"""The laws that layers and effects keep, to be run by whoever writes one; nothing here needs a test framework."""
+"""The laws that layers, modulus laws and effects keep, to be run by whoever writes one; no test framework is needed."""
 
 from multilayer.testing.effects import check_effect
+from multilayer.testing.laws import check_law
 from multilayer.testing.layers import check_layer
+from multilayer.testing.modules import use_module
 
-__all__ = ["check_effect", "check_layer"]
+__all__ = ["check_effect", "check_law", "check_layer", "use_module"]

@@ -4,18 +4,19 @@ import pytest
 
 from multilayer.layers import LAYERS
 from multilayer.testing import check_layer
-from tests.contract.samples import LAYER_SAMPLES, samples_of
+from tests.contract.samples import layer_samples
 
 VARIANTS = [
     pytest.param(name, fields, lossless, id=f"{name}-{what}")
     for name in LAYERS.names()
-    for what, fields, lossless in LAYER_SAMPLES.get(name, [])
+    for what, fields, lossless in layer_samples(name)
 ]
 
 
 @pytest.mark.parametrize("name", LAYERS.names())
 def test_every_registered_layer_has_samples(name):
-    assert samples_of("layer", name, LAYER_SAMPLES)
+    assert LAYERS[name]
+    assert layer_samples(name), f"'{name}' has none: add some to tests/contract/samples.py, a plugin to its `examples`"
 
 
 @pytest.mark.parametrize(("name", "fields", "lossless"), VARIANTS)

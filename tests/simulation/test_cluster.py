@@ -79,6 +79,21 @@ def test_from_the_command_line(file, tmp_path):
     assert (here.status, here.err) == (0, "")
 
 
+def test_a_plugin_file_reaches_the_workers(file, tmp_path):
+    plugin = tmp_path / "plugin.py"
+    plugin.write_text(
+        "from typing import Literal\nfrom multilayer.layers.poroelastic import Poroelastic\n"
+        "class OurFoam(Poroelastic):\n    type: Literal['our_foam'] = 'our_foam'\n"
+    )
+    file.write_text(file.read_text().replace("type: poroelastic", "type: our_foam"))
+    command = ("simulate", file, "--plugin", plugin, "--no-figures", "--json")
+    with dask_cluster(tmp_path, workers=1) as dask:
+        there = run(*command, "--cluster", dask.address, "--out", tmp_path / "there")
+    here = run(*command, "--out", tmp_path / "here")
+    assert there == here
+    assert (here.status, here.err) == (0, "")  # no worker was lost, whose work would have been done here
+
+
 def test_a_cluster_without_workers(tmp_path, monkeypatch):
     monkeypatch.setattr(executors, "CONNECT_SECONDS", 2)
     refused = pytest.raises(InputError, match=r"no worker of the scheduler at .* answers")

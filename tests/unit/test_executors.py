@@ -10,7 +10,7 @@ import pytest
 
 from multilayer import executors
 from multilayer.errors import InputError
-from multilayer.executors import LostWorkerWarning, cluster, local_pool, run_all
+from multilayer.executors import LostWorkerWarning, cluster, local_pool, prepared, run_all
 
 
 def square(x):
@@ -106,6 +106,38 @@ def test_a_local_worker_computes_with_one_thread(monkeypatch):
 def test_one_job_is_this_process():
     with local_pool(1) as pool:
         assert pool is None
+
+
+def note(name):
+    """Prepare a process."""
+    os.environ["MULTILAYER_TEST_PREPARED"] = os.environ.get("MULTILAYER_TEST_PREPARED", "") + name
+
+
+def preparations(x):
+    return os.environ.get("MULTILAYER_TEST_PREPARED", ""), x
+
+
+class Unpicklable:
+    """Can be unpickled in a process that was prepared only."""
+
+    def __reduce__(self):
+        return _unpickled, ()
+
+
+def _unpickled():
+    assert os.environ["MULTILAYER_TEST_PREPARED"].startswith("ab")
+    return "unpickled"
+
+
+def test_workers_are_prepared_before_they_unpickle_a_task():
+    with local_pool(2) as pool:
+        with prepared(note, "a"), prepared(note, "b"):
+            done = run_all(preparations, [Unpicklable(), Unpicklable()], pool, lambda index: None)
+        assert {value for _, value in done} == {"unpickled"}
+        assert all(set(names) == {"a", "b"} for names, _ in done)
+        later = run_all(square, [1, 2, 3], pool, lambda index: None)
+    assert later == [1, 4, 9]
+    assert "MULTILAYER_TEST_PREPARED" not in os.environ
 
 
 @pytest.mark.parametrize("jobs", [0, -2])

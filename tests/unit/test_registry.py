@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from multilayer.errors import suggest
-from multilayer.registry import Registry, RegistryError
+from multilayer.errors import PluginWarning, suggest
+from multilayer.registry import Registry, RegistryError, subclass_fault
 
 GROUP = "multilayer.test_things"
 
@@ -132,3 +132,40 @@ def test_suggestions():
     assert suggest("thicknes", ["thickness", "porosity"]) == "did you mean 'thickness'?"
     assert suggest("x", ["b", "a"]) == "allowed: a, b"
     assert suggest("x", []) == "allowed: none"
+
+
+def test_going_through_all_leaves_the_broken_out_with_a_warning(install, things):
+    install("broken", {"foam": "worse_things:Foam"}, worse_things="raise SystemExit(1)\n")
+    install("good", {"felt": "better_things:Felt"}, better_things="class Felt: ...\n")
+    with pytest.warns(PluginWarning, match="left out: thing 'foam' of worse_things:Foam") as told:
+        found = dict(things.working())
+    assert (list(found), len(told)) == (["felt"], 1)
+
+
+def test_what_failed_is_not_imported_again(install, things, tmp_path):
+    source = f"with open({str(tmp_path / 'log')!r}, 'a') as f:\n    f.write('x')\nraise RuntimeError('no')\n"
+    install("slow", {"foam": "slow_things:Foam"}, slow_things=source)
+    for _ in range(3):
+        with pytest.raises(RegistryError, match="RuntimeError: no"):
+            things["foam"]
+    assert (tmp_path / "log").read_text() == "x"
+
+
+class Named:
+    title = "foam"
+
+
+@pytest.mark.parametrize(
+    ("name", "item", "words"),
+    [
+        ("foam", 5, "it is 5, not a subclass of"),
+        ("foam", Named(), "not a subclass of"),
+        ("felt", Named, "its 'title' is 'foam'; it must be 'felt', the name it is found under"),
+    ],
+)
+def test_objects_of_the_wrong_kind(name, item, words):
+    strict = Registry(GROUP, "thing", subclass_fault(Named, "title"))
+    with pytest.raises(RegistryError, match=words):
+        strict.register(name, item, origin="my script")
+    assert name not in strict
+    assert strict.register("foam", Named) is Named

@@ -9,6 +9,7 @@ from multilayer.layers.fluid import Fluid
 from multilayer.matrix.couplings import CouplingError
 from multilayer.media.gas import dry_air
 from multilayer.response import base_motion, plane_wave
+from multilayer.response.fields import fields, power_balance
 from multilayer.stack import Ambient, FluidHalfSpace, Stack, load_stack
 
 SOLID = {"type": "elastic_solid", "thickness": 0.01, "density": 100.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
@@ -243,3 +244,32 @@ def test_a_file(tmp_path):
     with pytest.raises(InputError) as caught:
         load_stack(path)
     assert [(p.line, p.path) for p in caught.value.problems] == [(3, "layers.0.thickness"), (4, "termination")]
+
+
+# layers that know of others
+
+
+class Told(Fluid):
+    """Notes what lies on it."""
+
+    above: tuple[str, ...] = ()
+
+    def under(self, above):
+        return self.model_copy(update={"above": tuple(layer.name for layer in above)})
+
+    def faces(self, wave):
+        seen.append(self.above)
+        return super().faces(wave)
+
+
+seen: list[tuple[str, ...]] = []
+
+
+@pytest.mark.parametrize("look", ["plane_wave", "base_motion", "fields", "power_balance"])
+def test_layers_know_what_lies_on_them(look):
+    layers = tuple(Told(name=name, thickness=0.1) for name in "abc")
+    seen.clear()
+    ask = {"plane_wave": plane_wave, "base_motion": base_motion, "fields": fields, "power_balance": power_balance}
+    ask[look](Stack(layers=layers, termination="ambient"), [100.0, 200.0])
+    on_a_wall, on_a_base = {(), ("a",), ("b", "a")}, {("b", "c"), ("c",), ()}
+    assert set(seen) == (on_a_base if look == "base_motion" else on_a_wall)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.inverse.joint import ConfigurationData
 from multilayer.inverse.priors import Parameter, Prior
 from multilayer.measurements.description import Campaign, Configuration
-from multilayer.registry import Registry
+from multilayer.registry import Registry, subclass_fault
 
 Values = Mapping[str, RealArray]  # parameters by name, each of shape (..., 1)
 _CREST = (16 / 3) ** 0.5  # of a Hann burst over its rms
@@ -186,7 +186,15 @@ class Effect(BaseEffect):
         return motion
 
 
-EFFECTS: Registry[type[BaseEffect]] = Registry("multilayer.effects", "effect")
+_is_effect = subclass_fault(BaseEffect, "name")
+
+
+def _effect_fault(name: str, item: Any) -> str:
+    silent = [field for field in ("kind", "law", "separated_by") if not getattr(item, field, "")]
+    return _is_effect(name, item) or (f"it says no {', '.join(silent)}" if silent else "")
+
+
+EFFECTS: Registry[type[BaseEffect]] = Registry("multilayer.effects", "effect", _effect_fault)
 
 
 def positive(name: str, median: float, spread: float, unit: str = "") -> Parameter:

@@ -90,13 +90,9 @@ class DiagnosisFile(StackFitFile):
 
     def _wrong_effects(self) -> Iterator[Mistake]:
         for i, name in enumerate(self.effects if self.effects != "all" else ()):
-            if name not in EFFECTS:
-                yield ("effects", i), f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}", name
-            elif not issubclass(EFFECTS[name], TubeEffect):
-                text = (
-                    f"'{name}' is an effect of the {EFFECTS[name].kind}; of a tube there are {', '.join(tube_names())}"
-                )
-                yield ("effects", i), text, name
+            reason = _why_no_effect_of_a_tube(name)
+            if reason:
+                yield ("effects", i), reason, name
 
     def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> TubeData:
         if not isinstance(measurement, SurfaceImpedance | Reflection):
@@ -128,7 +124,7 @@ class DiagnosisFile(StackFitFile):
         return TubeHypothesis(stacks, self.resolved, self.data, self.tube)
 
     def chosen(self, without: Sequence[str] = ()) -> dict[str, TubeEffect]:
-        """Return the effects to try, by name; a plugin that does not load is left out of 'all'.
+        """Return the effects to try, by name; a broken plugin is left out of 'all' with a `PluginWarning`.
 
         Raises
         ------
@@ -143,21 +139,26 @@ class DiagnosisFile(StackFitFile):
         return {name: found() for name, found in classes.items() if issubclass(found, TubeEffect)}
 
 
-def tube_names() -> list[str]:
-    """Return the names of all effects of tubes."""
-    return [name for name in EFFECTS.names() if _is_of_tubes(name)]
-
-
 def _effects_written() -> Schema:
     one = {"enum": tube_names()}
     return {"anyOf": [{"enum": ["all", *tube_names()]}, {"type": "array", "items": one}]}
 
 
-def _is_of_tubes(name: str) -> bool:
+def _why_no_effect_of_a_tube(name: str) -> str:
+    if name not in EFFECTS:
+        return f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}"
     try:
-        return issubclass(EFFECTS[name], TubeEffect)
-    except RegistryError:  # told by `multilayer effects`
-        return False
+        kind = EFFECTS[name]
+    except RegistryError as error:
+        return str(error)
+    if not issubclass(kind, TubeEffect):
+        return f"'{name}' is an effect of the {kind.kind}; of a tube there are {', '.join(tube_names())}"
+    return ""
+
+
+def tube_names() -> list[str]:
+    """Return the names of all effects of tubes; a broken plugin is left out with a `PluginWarning`."""
+    return [name for name, kind in EFFECTS.working() if issubclass(kind, TubeEffect)]
 
 
 def is_diagnosis(source: Path) -> bool:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import model_validator
 
 from multilayer.arrays import ArrayLike, ComplexArray
 from multilayer.errors import InputError
 from multilayer.models import Model
-from multilayer.registry import Registry
+from multilayer.registry import Registry, subclass_fault
 from multilayer.units import NonNegative, Unit
 
 LossModulus = Annotated[float, NonNegative, Unit("Pa")]
@@ -49,11 +49,14 @@ class ModulusLaw(Model):
         Bounds that tie fields together; inputs are held to them, and so are fits.
     grid : tuple of str
         Fields that lay out the law along frequency, which a fit takes as given.
+    examples : tuple of mapping
+        Fields of typical ones, on which a plugin's law is tried.
     """
 
     causal: ClassVar[bool] = True
     limits: ClassVar[tuple[Limit, ...]] = ()
     grid: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
 
     law: str
 
@@ -86,4 +89,4 @@ class ModulusLaw(Model):
         raise NotImplementedError
 
 
-LAWS: Registry[type[ModulusLaw]] = Registry("multilayer.modulus_laws", "modulus law")
+LAWS: Registry[type[ModulusLaw]] = Registry("multilayer.modulus_laws", "modulus law", subclass_fault(ModulusLaw, "law"))

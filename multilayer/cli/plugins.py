@@ -1,0 +1,73 @@
+"""``multilayer plugins`` and ``multilayer plugins new``."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from multilayer.cli.plugin_option import takes_plugins
+
+plugins = typer.Typer(name="plugins", rich_markup_mode="markdown")
+
+
+class Kind(StrEnum):
+    """What a skeleton is made for."""
+
+    layer = "layer"
+    effect = "effect"
+    law = "law"
+    reader = "reader"
+
+
+@plugins.callback(invoke_without_command=True)
+@takes_plugins
+def list_plugins(
+    context: typer.Context,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+) -> None:
+    """List all layers, laws, effects and readers with the package they come from, and what is broken and why.
+
+    Example: multilayer plugins
+
+    Example: multilayer plugins new my-foam --kind layer
+    """
+    if context.invoked_subcommand is not None:
+        return
+    from multilayer.plugins.listing import describe_plugins
+    from multilayer.report.plugin_table import plugin_table
+
+    described = describe_plugins()
+    if as_json:
+        typer.echo(json.dumps(described, indent=1))
+    else:
+        plugin_table(described)
+
+
+@plugins.command()
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the package, as my-foam.")],
+    kind: Annotated[Kind, typer.Option("--kind", help="What it brings.")],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Where the folder NAME is made, which must not exist yet.")
+    ] = Path(),
+) -> None:
+    """Write the skeleton of a plugin: an installable package with a module, its test and a README, which works at once.
+
+    Exit status: 0 done, 2 the name or the folder cannot be used (nothing is written).
+
+    Example: multilayer plugins new my-foam --kind layer
+    """
+    from multilayer.plugins.skeleton import Skeleton
+    from multilayer.report.files import write_folder
+
+    skeleton = Skeleton(name, kind.value)
+    folder = out / name
+    written = write_folder(folder, skeleton.files())
+    typer.echo(f"written to {folder}: {', '.join(written)}")
+    typer.echo(f"test it: python -m pytest {folder}")
+    typer.echo(f"try it:  multilayer --plugin {folder / skeleton.module}.py plugins")
+    typer.echo(f"install: python -m pip install --editable {folder}")

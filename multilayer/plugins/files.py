@@ -1,0 +1,162 @@
+"""Plugins in single files, without an installation: ``--plugin FILE.py``.
+
+Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
+(`type`), laws (`law`), effects (`name`), and functions ``read_SUFFIX`` that return `Waveforms` or `Channels`.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from hashlib import sha256
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+from multilayer.errors import InputError, Problem
+from multilayer.executors import prepared
+from multilayer.plugins.listing import KINDS, registry
+from multilayer.registry import Registry, RegistryError
+
+_STATED_IN = {"layer": "type", "law": "law", "effect": "name", "rig effect": "effect"}
+_REGISTERS_NOTHING = (
+    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name', no "
+    "function read_SUFFIX returning Waveforms or Channels; see docs/plugins.md, or begin with 'multilayer plugins new'"
+)
+
+
+@contextmanager
+def plugin_files(files: Sequence[Path]) -> Iterator[None]:
+    """Register what plugin files define, in this process and in those that compute for it, until the end.
+
+    Raises
+    ------
+    InputError
+        For a file that is missing, fails, registers nothing, or takes a name that is taken; nothing stays of it.
+    """
+    with ExitStack() as stack:
+        for file in dict.fromkeys(path.resolve() for path in files):
+            text = _text(file)
+            register_source(str(file), text)
+            stack.callback(_forget, str(file), text)
+            stack.enter_context(prepared(register_source, str(file), text))
+        yield
+
+
+def _text(file: Path) -> str:
+    if not file.is_file():
+        raise _error(file, "there is no such file")
+    if file.suffix != ".py":
+        raise _error(file, "is no Python file; --plugin takes a file that ends in .py")
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise _error(file, f"is no text that can be read ({error})") from None
+
+
+def _error(file: Path | str, message: str, line: int | None = None) -> InputError:
+    return InputError(Problem(message, file=Path(file), line=line))
+
+
+def register_source(file: str, text: str) -> None:
+    """Run the text of a plugin file and register what it defines; nothing where that has been done already.
+
+    Parameters
+    ----------
+    file : str
+        Its path, for messages; the file itself may lie on another machine.
+    text : str
+
+    Raises
+    ------
+    InputError
+    """
+    name = _module_name(file, text)
+    if name in sys.modules:
+        return
+    try:
+        module = _run(name, file, text)
+        found = list(definitions(module))
+        if not found:
+            raise _error(file, _REGISTERS_NOTHING)
+        for known, key, item in found:
+            known.register(key, item, origin=file)
+    except RegistryError as error:
+        _forget(file, text)
+        raise _error(file, str(error)) from None
+    except InputError:
+        _forget(file, text)
+        raise
+
+
+def _module_name(file: str, text: str) -> str:
+    digest = sha256(f"{file}\n{text}".encode()).hexdigest()
+    return f"multilayer_plugin_{digest[:12]}_{Path(file).stem}"
+
+
+def _run(name: str, file: str, text: str) -> ModuleType:
+    module = ModuleType(name)
+    module.__file__ = file
+    sys.modules[name] = module  # pickle and pydantic look their classes up there
+    try:
+        exec(compile(text, file, "exec"), module.__dict__)
+    except (Exception, SystemExit) as error:
+        raise _error(file, f"does not load: {type(error).__name__}: {error}", _line(error, file)) from error
+    return module
+
+
+def _line(error: BaseException, file: str) -> int | None:
+    """Return the last line of the file that an exception came through."""
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    return lines[-1] if lines else None
+
+
+def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
+    """Give registry, name and object of what a module defines itself; what it imports is none of its plugins."""
+    for name, item in vars(module).copy().items():
+        if getattr(item, "__module__", None) != module.__name__ or name.startswith("_"):
+            continue
+        if isinstance(item, FunctionType) and name.startswith("read_") and _reads(item):
+            yield registry("reader"), name.removeprefix("read_"), item
+        elif isinstance(item, type):
+            yield from ((registry(kind), key, item) for kind in KINDS if (key := _stated(kind, item)))
+
+
+def _reads(function: FunctionType) -> bool:
+    """Tell whether a function is annotated to return what readers return, as text or not."""
+    returned = str(getattr(function, "__annotations__", {}).get("return", ""))
+    names = [name.rpartition(".")[2].strip("'> ") for name in returned.split("|")]
+    return set(names) <= {"Waveforms", "Channels"}
+
+
+def _stated(kind: str, item: type) -> str:
+    """Return the name that a class states for itself as a plugin of a kind; empty where it is none."""
+    field = _STATED_IN.get(kind)
+    if field is None or not issubclass(item, _base(kind)):
+        return ""
+    stated_here = field in vars(item) or field in vars(item).get("__annotations__", {})
+    fields: dict[str, Any] = getattr(item, "model_fields", {})
+    name = fields[field].default if field in fields else vars(item).get(field)
+    return name if stated_here and isinstance(name, str) else ""
+
+
+def _base(kind: str) -> type:
+    from multilayer.diagnosis.effects.base import BaseEffect
+    from multilayer.layers.base import Layer
+    from multilayer.media.laws.base import ModulusLaw
+    from multilayer.rig.effect_base import Effect
+
+    return {"layer": Layer, "law": ModulusLaw, "effect": BaseEffect, "rig effect": Effect}[kind]
+
+
+def _forget(file: str, text: str) -> None:
+    name = _module_name(file, text)
+    sys.modules.pop(name, None)
+    for known in map(registry, KINDS):
+        for key in known.names():
+            if [owner.value for owner in known.owners(key)] == [file]:
+                known.unregister(key)

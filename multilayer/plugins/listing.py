@@ -1,0 +1,51 @@
+"""Every kind of plugin with its registry, and who brought what."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from importlib.metadata import version
+from typing import Any
+
+from multilayer.registry import Origin, Registry, RegistryError
+
+# what a plugin is called on the command line, and where its registry lies; imported when it is asked for
+_REGISTRIES = {
+    "layer": ("multilayer.layers.base", "LAYERS"),
+    "law": ("multilayer.media.laws.base", "LAWS"),
+    "effect": ("multilayer.diagnosis.effects.base", "EFFECTS"),
+    "reader": ("multilayer.measurements.readers", "READERS"),
+    "rig effect": ("multilayer.rig.effects", "EFFECTS"),
+}
+KINDS = tuple(_REGISTRIES)
+
+
+def registry(kind: str) -> Registry[Any]:
+    """Return the registry of a kind of plugin, one of `KINDS`."""
+    from importlib import import_module
+
+    module, name = _REGISTRIES[kind]
+    found: Registry[Any] = getattr(import_module(module), name)
+    return found
+
+
+def describe_plugins() -> list[dict[str, Any]]:
+    """Return kind, name and owners of everything registered; of what is broken, an ``error`` besides."""
+    return [_described(kind, name) for kind in KINDS for name in registry(kind).names()]
+
+
+def _described(kind: str, name: str) -> dict[str, Any]:
+    known = registry(kind)
+    origin = [asdict(_of_ours(one)) for one in known.owners(name)]
+    entry: dict[str, Any] = {"kind": kind, "name": name, "origin": origin}
+    try:
+        known[name]
+    except RegistryError as error:
+        entry["error"] = str(error)
+    return entry
+
+
+def _of_ours(origin: Origin) -> Origin:
+    """Return an origin with its package where that is this one, which may register without an entry point."""
+    if origin.package or not origin.value.startswith("multilayer."):
+        return origin
+    return replace(origin, package="multilayer", version=version("multilayer"))

@@ -1,0 +1,80 @@
+"""Skeletons of new plugins: packages of one module each, filled in from templates."""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib.util import find_spec
+from keyword import iskeyword
+
+from multilayer.errors import InputError
+from multilayer.plugins.listing import registry
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*")
+_LONGEST = 60
+_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers"}
+
+
+class Skeleton:
+    """A new package.
+
+    Parameters
+    ----------
+    name : str
+        Of the package, as ``my-foam``.
+    kind : str
+        ``layer``, ``law``, ``effect`` or ``reader``.
+
+    Raises
+    ------
+    InputError
+        When it is no name for a package, or something else has it.
+    """
+
+    def __init__(self, name: str, kind: str) -> None:
+        if not _NAME.fullmatch(name) or len(name) > _LONGEST:
+            raise InputError(
+                f"'{name}' is no name for a package: write letters and digits, parts joined by single hyphens, a "
+                f"letter first, {_LONGEST} characters at most, as my-foam"
+            )
+        self.name, self.kind = name, kind
+        self.module = re.sub("[-_]", "_", name).lower()
+        self.title = "".join(part.capitalize() for part in self.module.split("_"))
+        reason = self._taken()
+        if reason:
+            raise InputError(f"'{name}' cannot be the package's name: {reason}; choose another one")
+
+    def _taken(self) -> str:
+        if iskeyword(self.module):
+            return f"'{self.module}' is a word of Python's grammar"
+        if self.module in sys.stdlib_module_names or self.module == "tests":
+            return f"Python has a module '{self.module}' already"
+        found = find_spec(self.module)
+        if found is not None and found.origin is not None:
+            return f"a module '{self.module}' is installed already"
+        owners = registry(self.kind).origins(self.module)
+        return f"{self.kind} '{self.module}' is there already, by {owners[0]}" if owners else ""
+
+    def files(self) -> dict[str, str]:
+        """Return the texts of all files by their paths inside the package's folder."""
+        from jinja2 import Environment, PackageLoader, StrictUndefined  # heavy
+
+        environment = Environment(
+            loader=PackageLoader("multilayer.plugins"), undefined=StrictUndefined, keep_trailing_newline=True
+        )  # of program text, where nothing is to be escaped
+        values = {
+            "name": self.name,
+            "kind": self.kind,
+            "module": self.module,
+            "title": self.title,
+            "group": _GROUPS[self.kind],
+            "object": f"read_{self.module}" if self.kind == "reader" else self.title,
+        }
+        sources = {
+            "pyproject.toml": "pyproject.toml.jinja",
+            "README.md": f"{self.kind}/README.md.jinja",
+            f"{self.module}.py": f"{self.kind}/module.py.jinja",
+            "tests/conftest.py": "conftest.py.jinja",
+            f"tests/test_{self.module}.py": f"{self.kind}/test.py.jinja",
+        }
+        return {path: environment.get_template(source).render(values) for path, source in sources.items()}

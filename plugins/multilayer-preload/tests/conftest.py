@@ -1,0 +1,7 @@
+"""Lets the tests run before the package is installed, too."""
+
+import multilayer_preload
+
+from multilayer.testing import use_module
+
+use_module(multilayer_preload)

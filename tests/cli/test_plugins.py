@@ -1,0 +1,296 @@
+"""``multilayer plugins``: what is registered and by whom, what is broken and why; single files by ``--plugin``."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from multilayer.layers import LAYERS
+from multilayer.plugins.listing import KINDS, describe_plugins
+from tests.cli.command import run, run_elsewhere
+from tests.cli.test_bad_input import assert_refused
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+# what a short diagnosis of a tube leaves out
+SLOW = (
+    "edge_constraint", "facing", "frame_motion", "lateral_air_gap", "microphone_gain", "rear_air_gap", "temperature",
+    "sample_position",
+)  # fmt: skip
+
+LAYER = """\
+from typing import Literal
+from multilayer.layers.fluid import Fluid
+
+class Water(Fluid):
+    type: Literal['water'] = 'water'
+    density: float = 1000.0
+    sound_speed: float = 1480.0
+"""
+EFFECT = """\
+from multilayer.diagnosis.effects.base import positive
+from multilayer.diagnosis.effects.tube import TubeEffect
+
+class Damp(TubeEffect):
+    name = 'damp'
+    law = 'R (1 - a)'
+    separated_by = 'drying'
+    source = 'nowhere'
+    parameters = (positive('a', 0.01, 1.0),)
+
+    def reading(self, setting, reflection, values):
+        return reflection * (1 - values['a'])
+"""
+STACK = "layers:\n  - {type: water, thickness: 10 mm}\nfrequency: [100, 200, 400]\n"
+
+
+@pytest.fixture
+def broken(tmp_path):
+    """Give a path with an installed package: a sound layer, and one of each way to be broken."""
+    root = tmp_path / "site"
+    info = root / "house_plugins-1.2.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: house-plugins\nVersion: 1.2\n")
+    (info / "entry_points.txt").write_text(
+        "[multilayer.layers]\nwater = house_good:Water\nraising = house_raising:Water\nleaving = house_leaving:Water\n"
+        "number = house_good:NUMBER\nmisnamed = house_good:Water\nmembrane = house_good:Water\n"
+        "[multilayer.effects]\ndamp = house_raising:Damp\nmute = house_good:Water\n"
+        "[multilayer.modulus_laws]\nspring = house_good:Water\n"
+        "[multilayer.readers]\nxyz = house_good:NUMBER\n"
+    )
+    (root / "house_good.py").write_text(f"{LAYER}\nNUMBER = 5\n")
+    (root / "house_raising.py").write_text("raise RuntimeError('no\\nlicence')\n")
+    (root / "house_leaving.py").write_text("raise SystemExit(3)\n")
+    return str(root)
+
+
+BROKEN = {
+    ("layer", "raising"): "house_raising:Water (package house-plugins 1.2) does not load: RuntimeError: no\nlicence",
+    ("layer", "leaving"): "house_leaving:Water (package house-plugins 1.2) does not load: SystemExit: 3",
+    ("layer", "number"): "cannot be used: it is 5, not a subclass of multilayer.layers.base.Layer",
+    ("layer", "misnamed"): "its 'type' is 'water'; it must be 'misnamed'",
+    ("layer", "membrane"): "is defined twice, by",
+    ("effect", "damp"): "does not load: RuntimeError",
+    ("effect", "mute"): "not a subclass of multilayer.diagnosis.effects.base.BaseEffect",
+    ("law", "spring"): "not a subclass of multilayer.media.laws.base.ModulusLaw",
+    ("reader", "xyz"): "it is 5, not a function",
+}
+
+
+class TestList:
+    def test_everything_of_ours_works(self):
+        done = run("plugins", "--json")
+        assert (done.status, done.err) == (0, "")
+        found = json.loads(done.out)
+        assert {entry["kind"] for entry in found} == set(KINDS)
+        assert [entry for entry in found if "error" in entry] == []
+        assert all(entry["origin"][0]["package"] for entry in found)
+        ours = [entry for entry in found if entry["name"] == "elastic_solid"]
+        assert ours[0]["origin"][0]["value"] == "multilayer.layers.elastic_solid:ElasticSolid"
+
+    def test_as_a_table(self):
+        done = run("plugins")
+        assert (done.status, done.err) == (0, "")
+        for entry in describe_plugins():
+            assert re.search(rf"^{entry['kind']} +{entry['name']} +", done.out, re.MULTILINE)
+
+    def test_what_is_broken_is_told_and_stops_nothing(self, broken):
+        done = run_elsewhere("plugins", "--json", PYTHONPATH=broken)
+        assert (done.status, done.err) == (0, "")
+        found = {(entry["kind"], entry["name"]): entry for entry in json.loads(done.out)}
+        assert {key for key, entry in found.items() if "error" in entry} == set(BROKEN)
+        for key, words in BROKEN.items():
+            assert words in found[key]["error"]
+            assert any(one["package"] == "house-plugins" for one in found[key]["origin"])
+        assert len(found[("layer", "membrane")]["origin"]) == 2
+        assert {("layer", "fluid"), ("layer", "water"), ("effect", "skin"), ("reader", "csv")} <= set(found)
+
+    def test_in_the_table_it_is_red_and_explained(self, broken):
+        done = run_elsewhere("plugins", PYTHONPATH=broken)
+        assert (done.status, done.err) == (0, "")
+        assert re.search(r"^layer +raising +house-plugins 1.2 +house_raising:Water +broken", done.out, re.MULTILINE)
+        assert "broken: layer 'leaving' of house_leaving:Water (package house-plugins 1.2) does not load" in done.out
+
+    def test_in_the_lists_of_layers_and_effects(self, broken):
+        for command, key in (("layers", "type"), ("effects", "name")):
+            done = run_elsewhere(command, "--json", PYTHONPATH=broken)
+            assert done.status == 0
+            found = {entry[key]: entry.get("error", entry.get("problem")) for entry in json.loads(done.out)}
+            kind = command.removesuffix("s")
+            for (of, name), words in BROKEN.items():
+                if of == kind:
+                    assert words in found[name]
+            assert found["fluid" if kind == "layer" else "skin"] is None
+
+
+class TestUseOfBroken:
+    def test_by_name_it_is_an_error(self, broken, tmp_path):
+        file = tmp_path / "stack.yaml"
+        file.write_text("layers:\n  - {type: raising, thickness: 1 mm}\n")
+        done = run_elsewhere("simulate", file, "--out", tmp_path / "out", PYTHONPATH=broken)
+        assert_refused(done, f"{file}:2:5: layers.0: layer 'raising' of house_raising:Water", "no licence")
+        assert not (tmp_path / "out").exists()
+
+    def test_what_does_not_use_it_knows_nothing_of_it(self, broken, tmp_path):
+        file = tmp_path / "stack.yaml"
+        file.write_text(STACK)
+        done = run_elsewhere("simulate", file, "--no-figures", "--out", tmp_path / "out", PYTHONPATH=broken)
+        assert (done.status, done.err) == (0, "")
+
+    def test_what_goes_through_all_warns_of_each_once(self, broken, tmp_path):
+        """A library of materials asks all layer types for their fields."""
+        file = tmp_path / "stack.yaml"
+        file.write_text(
+            "layers:\n  - {material: melamine_foam, thickness: 1 cm}\n  - {material: steel, thickness: 1 mm}\n"
+        )
+        done = run_elsewhere("check", file, PYTHONPATH=broken)
+        lines = done.err.splitlines()
+        assert len([line for line in lines if line.startswith("warning: left out: layer")]) == 5
+        assert "warning: left out: layer 'raising' of house_raising:Water (package house-plugins 1.2)" in done.err
+
+    def test_a_diagnosis_with_all_effects_goes_on(self, broken, tmp_path):
+        done = run_elsewhere("diagnose", EXAMPLES / "foam_tube", "--no-figures", "--out", tmp_path / "out",
+                             *(f"--without={name}" for name in SLOW), PYTHONPATH=broken)  # fmt: skip
+        assert done.status in (0, 1)
+        left_out = [line for line in done.err.splitlines() if "left out" in line]
+        assert [line.partition(" of ")[0] for line in left_out] == [
+            "warning: left out: effect 'damp'", "warning: left out: effect 'mute'",
+        ]  # fmt: skip
+        assert (tmp_path / "out" / "diagnosis.json").is_file()
+
+    def test_a_diagnosis_that_names_it_is_refused(self, broken, tmp_path):
+        text = (EXAMPLES / "foam_tube" / "fit.yaml").read_text()
+        folder = tmp_path / "tube"
+        folder.mkdir()
+        for file in (EXAMPLES / "foam_tube").iterdir():
+            (folder / file.name).write_bytes(file.read_bytes())
+        effects = re.sub(r"^effects:.*\n", "", text, flags=re.MULTILINE) + "\neffects: [damp]\n"
+        (folder / "fit.yaml").write_text(effects)
+        done = run_elsewhere("diagnose", folder, "--out", tmp_path / "out", PYTHONPATH=broken)
+        assert done.status == 2
+        assert "effects.0: effect 'damp' of house_raising:Damp (package house-plugins 1.2) does not load" in done.err
+        assert "Traceback" not in done.err
+        assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def water(tmp_path):
+    """Give a plugin file and a simulation that needs it."""
+    (tmp_path / "my water.py").write_text(LAYER)
+    (tmp_path / "stack.yaml").write_text(STACK)
+    return tmp_path / "my water.py", tmp_path / "stack.yaml"
+
+
+class TestFile:
+    @pytest.mark.parametrize("before", [True, False])
+    def test_before_the_command_and_after(self, water, tmp_path, before):
+        plugin, file = water
+        command = ("simulate", file, "--no-figures", "--out", tmp_path / "out")
+        option = ("--plugin", plugin)
+        done = run(*option, *command) if before else run(*command, *option)
+        assert (done.status, done.err) == (0, "")
+        assert_refused(run(*command), "there is no layer type 'water'")  # nothing of it stays
+
+    def test_with_other_processes(self, water, tmp_path):
+        plugin, file = water
+        file.write_text(STACK.replace("water,", "water, name: sea,") + "sweep: {layers.sea.thickness: [1 cm, 2 cm]}\n")
+        here, there = (
+            run("simulate", file, "--plugin", plugin, "--no-figures", "--out", tmp_path / f"out{jobs}", "--jobs", jobs)
+            for jobs in (1, 2)
+        )
+        assert (here.status, here.err) == (there.status, there.err) == (0, "")
+        one, two = (tmp_path / f"out{jobs}" / "simulation.csv" for jobs in (1, 2))
+        assert one.read_text() == two.read_text()
+
+    def test_in_the_lists(self, water, tmp_path):
+        (tmp_path / "damp.py").write_text(EFFECT)
+        assert "\nwater  " in run("layers", "--plugin", water[0]).out
+        assert "\ndamp " in run("effects", "--plugin", tmp_path / "damp.py").out
+        done = run("--plugin", water[0], "plugins", "--plugin", tmp_path / "damp.py", "--json")
+        origins = {(one["kind"], one["name"]): one["origin"] for one in json.loads(done.out)}
+        assert origins[("layer", "water")][0]["value"] == str(water[0])
+        assert origins[("effect", "damp")][0]["value"] == str(tmp_path / "damp.py")
+
+    def test_a_reader_and_a_law(self, tmp_path):
+        (tmp_path / "both.py").write_text(
+            "from typing import Literal\nfrom multilayer.measurements.recording import Waveforms\n"
+            "from multilayer.media.laws import Constant\n"
+            "class Stiff(Constant):\n    law: Literal['stiff'] = 'stiff'\n"
+            "def read_dat(path) -> Waveforms:\n    return None\n"
+            "def read_help() -> str:\n    return ''\n"
+        )
+        found = json.loads(run("plugins", "--json", "--plugin", tmp_path / "both.py").out)
+        ours = [(one["kind"], one["name"]) for one in found if str(tmp_path) in one["origin"][0]["value"]]
+        assert ours == [("law", "stiff"), ("reader", "dat")]
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("x = 1\n", ": registers nothing: it defines no layer"),
+            ("\n1/0\n", ":2: does not load: ZeroDivisionError: division by zero"),
+            ("x = 1\ndef broken(:\n", ":2: does not load: SyntaxError"),
+            ("import no_such_thing\n", ":1: does not load: ModuleNotFoundError"),
+            ("raise SystemExit(0)\n", ":1: does not load: SystemExit"),
+            (LAYER.replace("water", "fluid"), ": layer 'fluid' is defined twice, by multilayer.layers.fluid:Fluid"),
+            ("from multilayer.layers.fluid import Fluid\n", ": registers nothing"),
+        ],
+    )
+    def test_a_file_that_cannot_be_used(self, water, tmp_path, text, words):
+        bad = tmp_path / "bad.py"
+        bad.write_text(text)
+        done = run("simulate", water[1], "--plugin", water[0], "--plugin", bad, "--out", tmp_path / "out")
+        assert_refused(done, f"{bad}{words}")
+        assert not (tmp_path / "out").exists()
+        assert "water" not in LAYERS
+
+    def test_half_of_a_file_does_not_stay(self, tmp_path):
+        (tmp_path / "half.py").write_text(LAYER + LAYER.replace("Water", "Other").replace("water", "fluid"))
+        assert_refused(run("layers", "--plugin", tmp_path / "half.py"), "layer 'fluid' is defined twice")
+        assert "water" not in LAYERS
+
+    @pytest.mark.parametrize(
+        ("name", "words"), [("gone.py", "there is no such file"), ("stack.yaml", "is no Python file"), (".", "no such")]
+    )
+    def test_a_file_that_is_none(self, water, tmp_path, name, words):
+        assert_refused(run("layers", "--plugin", tmp_path / name), str((tmp_path / name).resolve()), words)
+
+    def test_two_files_of_one_name(self, water, tmp_path):
+        (tmp_path / "other.py").write_text(LAYER)
+        done = run("layers", "--plugin", water[0], "--plugin", tmp_path / "other.py")
+        assert_refused(done, "layer 'water' is defined twice", str(water[0]), str(tmp_path / "other.py"))
+
+    def test_one_file_twice_is_one(self, water):
+        assert run("--plugin", water[0], "layers", "--plugin", water[0], "--plugin", water[0]).status == 0
+
+
+MARKER = "import pathlib; pathlib.Path('ran').touch()"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'layers: !!python/object/apply:exec ["{MARKER}"]\n',
+        "layers:\n  - !!python/object/apply:eval [\"__import__('os').system('touch ran')\"]\n",
+        "layers:\n  - {type: !!python/name:os.system , thickness: 1 mm}\n",
+        "layers:\n  - {type: os.system, thickness: touch ran}\n",
+        "layers:\n  - {type: 'evil:Water', thickness: 1 mm}\n",
+        "layers:\n  - {type: evil, thickness: 1 mm}\n",
+        "layers:\n  - {type: evil.py, thickness: 1 mm}\n",
+        "layers:\n  - {type: ./evil.py, thickness: 1 mm}\n",
+        "plugin: evil.py\nlayers:\n  - {type: fluid, thickness: 1 mm}\n",
+        "plugins: [evil.py]\nlayers:\n  - {type: fluid, thickness: 1 mm}\n",
+        "library: evil.py\nlayers:\n  - {material: evil, thickness: 1 mm}\n",
+        "layers:\n  - {type: elastic_solid, thickness: 1 mm, density: 1, poisson_ratio: 0,"
+        " young_modulus: {law: evil.Law}}\n",
+        "layers:\n  - {type: fluid, thickness: \"__import__('os').system('touch ran')\"}\n",
+    ],
+)
+def test_a_file_of_data_never_makes_code_run(tmp_path, text):
+    (tmp_path / "evil.py").write_text(f"{MARKER}\n{LAYER}")
+    (tmp_path / "stack.yaml").write_text(text)
+    for command in ("check", "simulate"):
+        done = run(command, "stack.yaml", cwd=tmp_path)
+        assert done.status == 2
+        assert "stack.yaml:" in done.err or "evil.py:" in done.err
+        assert "Traceback" not in done.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["evil.py", "stack.yaml"]
