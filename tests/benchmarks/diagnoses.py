@@ -12,6 +12,7 @@ from typing import Any
 
 from multilayer.diagnosis.diagnose import diagnose_campaign
 from multilayer.inverse.sources import read_fit
+from multilayer.media.elastic import p_wave_modulus
 
 CAMPAIGNS = Path(__file__).parents[2] / ".." / "shared" / "campaigns"
 HEADING = """# Diagnosis of the shared campaigns
@@ -37,7 +38,7 @@ def row(name: str, truth: dict[str, Any], record: dict[str, Any]) -> str:
     gap = record["gap"]
     cells = (
         f"`{name}`", truth["effect"], record["verdict"], " and ".join(cause["effects"]) if cause else "-",
-        f"{100 * cause['probability']:.0f} %" if cause else "-", sizes or "-", true or "-",
+        f"{100 * record['probability']:.0f} %" if cause else "-", sizes or "-", true or "-",
         f"{gap['before']:.3g}", f"{gap['after']:.3g}", f"{gap['shrinkage']:.3f}",
     )  # fmt: skip
     return f"| {' | '.join(cells)} |"
@@ -53,7 +54,18 @@ def main() -> None:
         truth = json.loads(folder.with_name(f"{folder.name}.truth.json").read_text())
         lines.append(row(folder.name, truth, record))
         sentences.append(f"- `{folder.name}`: {record['sentence']}")
-    print("\n".join([*lines, "", "## In words", "", *sentences]))  # noqa: T201
+    print("\n".join([*lines, "", _of_glue(), "", "## In words", "", *sentences]))  # noqa: T201
+
+
+def _of_glue() -> str:
+    """Return what the true glue's compliance is, free or held sideways."""
+    glue = json.loads((CAMPAIGNS / "effect-adhesive.truth.json").read_text())["parameters"]
+    free = glue["glue_thickness"] / glue["glue_E"]
+    held = free / p_wave_modulus(1.0, 0.3)
+    return (
+        f"The truth file does not tell the glue's Poisson's ratio: its thickness over Young's modulus is {free:.3g} m/Pa; a "
+        f"layer that thin is held sideways, and with a ratio of 0.3 its compliance is {held:.3g} m/Pa."
+    )
 
 
 if __name__ == "__main__":
