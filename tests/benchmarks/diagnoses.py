@@ -25,7 +25,7 @@ the effect. "Gap" is chi-square per datum on held-out data, nominal and with the
 
 "Moduli" are errors of the corrected E1 and E2 at 1000 Hz, next to those of the nominal model.
 
-| campaign | truth | verdict | cause | probability | size, 90 % interval | true size | gap before | after | shrinkage | moduli |
+| campaign | truth | verdict | cause | p | size, 90 % interval | true | gap before | after | shrinkage | moduli |
 |---|---|---|---|---|---|---|---|---|---|---|"""
 
 
@@ -76,8 +76,8 @@ def _of_glue() -> str:
     free = glue["glue_thickness"] / glue["glue_E"]
     held = free / p_wave_modulus(1.0, 0.3)
     return (
-        f"The truth file does not tell the glue's Poisson's ratio: its thickness over Young's modulus is {free:.3g} m/Pa; "
-        f"a layer that thin is held sideways, and with a ratio of 0.3 its compliance is {held:.3g} m/Pa."
+        "The truth file does not tell the glue's Poisson's ratio: its thickness over Young's modulus is "
+        f"{free:.3g} m/Pa; a layer that thin is held sideways, and with a ratio of 0.3 it is {held:.3g} m/Pa."
     )
 
 
