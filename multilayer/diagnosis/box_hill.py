@@ -34,7 +34,7 @@ def rank_changes(
     menu: Sequence[C],
     nothing: C,
     predict: Callable[[Fitted, C], Any],
-    distance: Callable[[Any, Any, Fitted, C], float],
+    distance: Callable[[Any, Any, Fitted], float],
 ) -> list[dict[str, Any]]:
     """Return the entries of ``next_experiment``, the most informative for its cost first.
 
@@ -47,7 +47,8 @@ def rank_changes(
     predict : callable
         Gives what a hypothesis foretells after a change: values of shape (n,), and whatever `distance` takes.
     distance : callable
-        Gives half the squared distance, nats, of two predictions in units of their common uncertainty.
+        Gives half the squared distance, nats, of two predictions in units of their common uncertainty; its third
+        argument is the first one's hypothesis.
 
     Notes
     -----
@@ -66,7 +67,7 @@ def rank_changes(
         gains, weights = 0.0, 0.0
         for (i, a), (j, b) in combinations(enumerate(alive), 2):
             weight = a[1] * b[1]
-            gain = min(distance(predictions[i], predictions[j], a[0], change), _MOST)
+            gain = min(distance(predictions[i], predictions[j], a[0]), _MOST)
             gains, weights = gains + weight * gain, weights + weight
             best = max(best, (weight * gain, i, j))
         found.append(

@@ -103,9 +103,7 @@ def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, Comp
     return logs[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
-def _distance(
-    a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted, experiment: Experiment
-) -> float:
+def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:
     """Return half the squared distance of two predictions, nats."""
     difference = a[0] - b[0]
     difference = difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi)

@@ -102,9 +102,7 @@ def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray
     return r[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
-def _distance(
-    a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted, change: Change
-) -> float:
+def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:
     """Return half the squared distance of two predictions in units of noise and of what is open, nats."""
     data = _first(fitted)
     spread = data.whitening(np.concatenate([a[1], b[1]], axis=1).T).T
