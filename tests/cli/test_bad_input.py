@@ -429,7 +429,7 @@ STACKS = {
         "type: fluid, ",
         "",
         "{thickness",
-        "layers.0: has no 'type'; allowed: elastic_plate, elastic_solid, ",
+        "layers.0: has no 'type'; allowed: ",
     ),
     "law": (
         "200 kPa",
