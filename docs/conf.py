@@ -1,10 +1,13 @@
 """How Sphinx makes the pages: ``make docs``."""
 
+import logging
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+
+logging.getLogger("skfem").setLevel(logging.WARNING)  # finite elements tell every step where Sphinx listens
 
 project = "multilayer"
 author = "the authors of multilayer"

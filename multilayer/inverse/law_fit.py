@@ -80,8 +80,8 @@ def fit_law(
 ) -> LawFit:
     """Fit a modulus law to measured moduli by least squares of ln(E_law/E).
 
-    The real part of that residual is the relative error of abs(E), the imaginary part the error of phase; every decade of
-    modulus counts alike. Unknowns are the logarithms of the parameters. A bound that ties two of them (`Limit`) is
+    The real part of that residual is the relative error of abs(E), the imaginary part the error of phase; every decade
+    of modulus counts alike. Unknowns are the logarithms of the parameters. A bound that ties two of them (`Limit`) is
     kept by seeking the distance from it instead of the second, so that solutions on the bound are found and no law
     that creates energy is ever tried.
 
