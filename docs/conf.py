@@ -5,9 +5,13 @@ import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
+import ziamath
+
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 logging.getLogger("skfem").setLevel(logging.WARNING)  # finite elements tell every step where Sphinx listens
+
+MATH_FONT = Path(ziamath.__file__).parent / "fonts" / "STIXTwoMath-Regular.ttf"  # named in pages.css
 
 project = "multilayer"
 author = "the authors of multilayer"
@@ -27,7 +31,7 @@ nitpick_ignore_regex = [("py:.*", r".*")]  # types in docstrings are words for p
 
 html_theme = "furo"
 html_title = f"multilayer {release}"
-html_static_path = ["_static"]
+html_static_path = ["_static", str(MATH_FONT)]
 html_css_files = ["pages.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
