@@ -21,19 +21,22 @@ print(fit.law)
 print(f"chi-square {fit.best.cost:.0f} for {fit.n_data} data, p = {fit.p_value:.2f}")
 
 # %%
-# The 90 % band of the posterior, within the bursts' range and a decade beyond on either side: where there are no data
-# the law is all there is, and the band widens.
+# The 90 % band of the posterior, within the bursts' range and a decade beyond on either side. Outside of that range the
+# law is all there is, and the band of E2 widens first. That the law goes on there is an assumption, of which no band
+# knows.
 frequency = np.geomspace(10, 15e3, 80)
 modulus = fit.law(frequency)
 band = modulus_band(fit.problem, fit.knowledge.posterior, frequency, 0.9)
 
-figure, axes = plt.subplots(layout="constrained")
+figure, (upper, lower) = plt.subplots(2, sharex=True, layout="constrained")
 for row, (name, values) in enumerate({"E1": modulus.real, "E2": modulus.imag}.items()):
-    (line,) = axes.loglog(frequency, values / 1e3, label=name)
-    axes.fill_between(frequency, band.low[row] / 1e3, band.high[row] / 1e3, color=line.get_color(), alpha=0.3)
-axes.axvspan(100, 1500, color="0.9", zorder=0, label="measured")
-axes.set(xlabel="frequency / Hz", ylabel="modulus / kPa")
-axes.legend()
+    upper.loglog(frequency, values / 1e3, label=name)
+    lower.loglog(frequency, 50 * (band.high[row] - band.low[row]) / values, label=name)
+for axes in (upper, lower):
+    axes.axvspan(100, 1500, color="0.9", zorder=0, label="measured")
+upper.set(ylabel="modulus / kPa")
+lower.set(xlabel="frequency / Hz", ylabel="half width of the 90 % band / %")
+upper.legend()
 plt.show()
 
 # %%
