@@ -54,6 +54,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "download_all_examples": False,
     "show_memory": False,
+    "write_computation_times": False,
     "abort_on_example_error": True,
     "within_subsection_order": "FileNameSortKey",
     "copyfile_regex": r".*\.rst",
