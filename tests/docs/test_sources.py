@@ -12,9 +12,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 MADE = ("_build", "gallery")  # by Sphinx
 PAGES = sorted(
-    path
-    for path in DOCS.rglob("*")
-    if path.suffix in (".md", ".rst") and path.relative_to(DOCS).parts[0] not in MADE
+    path for path in DOCS.rglob("*") if path.suffix in (".md", ".rst") and path.relative_to(DOCS).parts[0] not in MADE
 )
 TOCTREE = re.compile(r"(?:```\{toctree\}|\.\. toctree::)\n(.*?)(?:```|\Z)", re.DOTALL)
 LINK = re.compile(r"\[[^\]\n]*\]\(([^)\s]+)\)")
