@@ -24,7 +24,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "mathml",
 ]
-exclude_patterns = ["_build", "images/README.md"]
+exclude_patterns = ["_build"]
 highlight_language = "none"
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", r".*")]  # types in docstrings are words for people; pages and labels are checked
@@ -37,9 +37,8 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_copyright = False
 
-myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-myst_dmath_double_inline = True
 
 autosummary_generate = False
 autodoc_typehints = "none"
