@@ -57,12 +57,12 @@ class LawFit:
 
     @property
     def mean_relative_error(self) -> float:
-        """Mean of |E_law - E|/|E|, amount and phase."""
+        """Mean of ``|E_law - E|/|E|``, amount and phase."""
         return float(np.mean(np.abs(self.modelled / self.modulus - 1)))
 
     @property
     def mean_magnitude_error(self) -> float:
-        """Mean of ||E_law| - |E||/|E|."""
+        """Mean of ``||E_law| - |E||/|E|``."""
         return float(np.mean(np.abs(np.abs(self.modelled) / np.abs(self.modulus) - 1)))
 
 
@@ -80,8 +80,8 @@ def fit_law(
 ) -> LawFit:
     """Fit a modulus law to measured moduli by least squares of ln(E_law/E).
 
-    The real part of that residual is the relative error of |E|, the imaginary part the error of phase; every decade of
-    modulus counts alike. Unknowns are the logarithms of the parameters. A bound that ties two of them (`Limit`) is
+    The real part of that residual is the relative error of abs(E), the imaginary part the error of phase; every decade
+    of modulus counts alike. Unknowns are the logarithms of the parameters. A bound that ties two of them (`Limit`) is
     kept by seeking the distance from it instead of the second, so that solutions on the bound are found and no law
     that creates energy is ever tried.
 
@@ -94,7 +94,7 @@ def fit_law(
     modulus : array, shape (n,)
         E1 + i E2, Pa.
     relative_std : float or array, optional
-        Standard deviation of either part over |E|; without it, estimated from the residual.
+        Standard deviation of either part over abs(E); without it, estimated from the residual.
     elements : int, optional
         Number of branches or steps of laws that have them.
     fixed : mapping, optional

@@ -63,7 +63,7 @@ class MasterCurve:
 
     @property
     def relative_error(self) -> RealArray:
-        """|E_law - E|/|E| of each datum."""
+        """``|E_law - E|/|E|`` of each datum."""
         return np.abs(self.law(self.frequency) / self.modulus - 1)
 
     @property

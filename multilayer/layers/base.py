@@ -122,7 +122,7 @@ class Layer(Model):
         Notes
         -----
         For reading and for thin layers: T of a layer much thicker than its waves' decay lengths holds numbers of
-        the size exp(|Im k| h), and no arithmetic can use it. The solver works from the face matrices instead.
+        the size exp(abs(Im k) h), and no arithmetic can use it. The solver works from the face matrices instead.
         """
         faces = self.faces(Wave.incident(frequency, angle, gas or dry_air()))
         shape = np.shape(frequency) + np.shape(angle)

@@ -123,7 +123,7 @@ def from_series_impedance(impedance: Numeric, reference: float) -> tuple[Complex
 def propagator_series(family: Family, x: Entries, y: Entries, thickness: Numeric) -> ComplexArray:
     """Return exp(M h) for the field equations d(even)/dx3 = X odd, d(odd)/dx3 = Y even.
 
-    Power series of cosh and sinh of a half-size matrix; exact to rounding for |k| h up to `THIN`, entry by entry:
+    Power series of cosh and sinh of a half-size matrix; exact to rounding for abs(k) h up to `THIN`, entry by entry:
     unlike a sum of waves it keeps the small bending terms of thin stiff layers.
     """
     X, Y = aligned(stack_entries(x), stack_entries(y))
@@ -216,7 +216,7 @@ def is_thin(
     shear : complex, optional
         Squared wavenumber of the shear wave. Where it is below 2 kx^2, in a layer stiffer than its surroundings,
         compression and shear waves grow alike and cancel each other in thin layers: the series serves up to
-        |k| h = `THIN` there. Elsewhere waves are good down to `_APART`.
+        abs(k) h = `THIN` there. Elsewhere waves are good down to `_APART`.
     """
     largest = np.abs(kx)
     for k in wavenumbers:

@@ -24,7 +24,7 @@ class BaseMotion(Tabular):
     ----------
     frequency : array
         Hz.
-    transmissibility : complex array, shape (..., *frequency.shape)
+    transmissibility : complex array, shape ``(..., *frequency.shape)``
         Normal motion of the last layer's back face (of its frame) over that of the base.
     """
 

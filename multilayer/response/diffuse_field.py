@@ -51,7 +51,7 @@ GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
 
 @dataclass(frozen=True, repr=False)
 class DiffuseField(Tabular):
-    """Response of a stack to a diffuse field; arrays of shape (*frequency.shape).
+    """Response of a stack to a diffuse field; arrays of shape ``(*frequency.shape)``.
 
     Attributes
     ----------

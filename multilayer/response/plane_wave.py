@@ -18,7 +18,7 @@ from multilayer.stack import Stack
 
 @dataclass(frozen=True, repr=False)
 class PlaneWave(Tabular):
-    """Response of a stack to a plane wave; arrays of shape (..., *frequency.shape, *angle.shape).
+    """Response of a stack to a plane wave; arrays of shape ``(..., *frequency.shape, *angle.shape)``.
 
     Attributes
     ----------

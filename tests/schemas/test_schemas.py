@@ -78,7 +78,8 @@ def test_shared_campaigns_fit_their_schema(shared, checkers):
 
 
 def test_files_in_the_documentation_fit_their_schemas(checkers, tmp_path):
-    found = [block for page in sorted((ROOT / "docs").glob("*.md")) for block in BLOCK.findall(page.read_text())]
+    pages = [page for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "messages.md"]  # wrong on purpose
+    found = [block for page in pages for block in BLOCK.findall(page.read_text())]
     whole = [block for block in found if re.search(r"^version: 1", block, re.MULTILINE)]
     assert len(whole) > 8
     for block in whole:
