@@ -6,6 +6,7 @@ Draft 7, which every YAML language server knows: so no ``prefixItems``, and noth
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -18,6 +19,7 @@ from multilayer.registry import Registry, RegistryError
 Handler: TypeAlias = GetJsonSchemaHandler
 Schema: TypeAlias = dict[str, Any]
 
+_OPEN: ContextVar[frozenset[str]] = ContextVar("titles of schemas that are being made", default=frozenset())
 _DIGITS = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
 _UNIT = r"\s*([^-+0-9.\s].*)?$"  # or what may be one: which are known, and fit, only reading tells
 NUMBER_TEXT = rf"^\s*[-+]?{_DIGITS}"
@@ -71,14 +73,27 @@ def loaded(registry: Registry[Any]) -> Iterator[tuple[str, type[BaseModel]]]:
 
 def by_name(registry: Registry[Any], key: str, handler: Handler) -> Schema:
     """Return the schema of a mapping whose `key` names one of the models of a registry, plugins included."""
+    title, open_titles = f"{registry.kind} by name", _OPEN.get()
+    if title in open_titles:  # one of the models holds another of its kind, as a graded layer does
+        return reference_to(title)
     found = dict(loaded(registry))
+    before = _OPEN.set(open_titles | {title})
+    try:
+        options = [{"if": having(key, name), "then": model_schema(model, handler)} for name, model in found.items()]
+    finally:
+        _OPEN.reset(before)
     return {
-        "title": f"{registry.kind} by name",
+        "title": title,
         "type": "object",
         "properties": {key: {"enum": list(found)}},
         "required": [key],
-        "allOf": [{"if": having(key, name), "then": model_schema(model, handler)} for name, model in found.items()],
+        "allOf": options,
     }
+
+
+def reference_to(title: str) -> Schema:
+    """Return a reference to a part that stands in ``$defs`` by its title."""
+    return {"$ref": f"#/$defs/{title.replace(' ', '%20')}"}
 
 
 def having(key: str, value: str, *, default: bool = False) -> Schema:
@@ -113,7 +128,7 @@ def _hoisted(value: Any, shared: Schema, *, inside: bool = True) -> Any:
     if not inside or not isinstance(value.get("title"), str):
         return plain
     shared[value["title"]] = plain
-    return {"$ref": f"#/$defs/{value['title'].replace(' ', '%20')}"}
+    return reference_to(value["title"])
 
 
 class Draft7(GenerateJsonSchema):

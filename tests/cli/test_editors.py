@@ -165,6 +165,7 @@ class TestJson:
             "rig": ("rig", file, *out),
             "effects": ("effects",),
             "layers": ("layers",),
+            "plugins": ("plugins",),
             "check": ("check", STACK),
             "shape-factor": ("shape-factor", "--poisson-ratio", "0.3", "--shape", "1"),
             "schema": ("schema",),

@@ -11,7 +11,7 @@ from multilayer.config.yaml12 import parse_yaml, read_yaml
 from multilayer.errors import InputError
 from multilayer.json_text import json_text
 from multilayer.kinds import KINDS, kind_named, kind_of
-from multilayer.layers.base import LAYERS, Layer
+from multilayer.layers.base import LAYERS
 from multilayer.layers.fluid import Fluid
 from multilayer.materials import BUILT_IN
 from multilayer.media.laws import LAWS
@@ -41,7 +41,7 @@ def only_own(monkeypatch):
     names = Registry.names
 
     def own(self):
-        return [name for name in names(self) if self.origins(name)[0].startswith("multilayer.")]
+        return [name for name in names(self) if str(self.origins(name)[0]).startswith("multilayer.")]
 
     monkeypatch.setattr(Registry, "names", own)
 
@@ -219,7 +219,7 @@ def test_typical_mistakes_are_refused(name, checkers):
     assert mistakes(checkers[kind], data)
 
 
-class Felt(Layer):
+class Felt(LAYERS["fluid"]):
     """A layer of a plugin."""
 
     type: str = "felt"
