@@ -1,14 +1,30 @@
-# `make fit` runs the main job on the embedded example, `make test` the tests, `make docs` makes the manual; each sets up what it needs in .venv.
+# `make fit` runs the main job on the embedded example, `make test` the tests, `make docs` makes the manual; each sets
+# up what it needs in .venv.
+# `make core` tries every main command without any optional package, `make oldest` the tests with the oldest versions
+# that pyproject.toml allows: on Python 3.11, for which each of them has wheels.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 
-.PHONY: fit test lint bench docs clean
+# what `make oldest` runs: all that is about numbers, files and messages; not what takes long for other reasons
+# (processes, clusters, diagnoses, browsers)
+OLDEST_TESTS := tests/unit tests/analytic tests/contract tests/reference tests/properties tests/schemas \
+	tests/simulation/test_file.py tests/simulation/test_figures.py tests/simulation/test_run.py tests/rig/test_two_plate.py \
+	$(addprefix tests/cli/test_,$(addsuffix .py,bad_input compare fit layers simulate stack_fit startup tube)) \
+	$(addprefix tests/inverse/test_,$(addsuffix .py,recovery region result search stack_problem uncertainty))
+
+.PHONY: fit test core oldest lint bench docs clean
 fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
 test: .venv/dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+
+core: .venv/alone
+	.venv-core/bin/python -I tests/core_smoke.py
+
+oldest: .venv/oldest
+	OMP_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -n auto --dist worksteal $(OLDEST_TESTS)
 
 lint: .venv/dev
 	$(BIN)/ruff check .
@@ -39,5 +55,21 @@ docs: .venv/docs
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	touch $@
 
+# installed as a user does, not editable: what is missing in the package shows; build/ would keep files that are gone
+.venv/alone: .venv/python pyproject.toml $(shell find multilayer -type f -not -name '*.pyc')
+	rm -rf .venv-core build
+	$(PYTHON) -m venv .venv-core
+	.venv-core/bin/python -m pip install --quiet .
+	rm -rf build
+	touch $@
+
+.venv/oldest: pyproject.toml .venv/python
+	rm -rf .venv-oldest
+	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info[:2] == (3, 11) else "make oldest needs Python 3.11")'
+	$(PYTHON) -m venv .venv-oldest
+	$(PYTHON) tests/lower_bounds.py > .venv-oldest/constraints.txt
+	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/constraints.txt --editable '.[dev]'
+	touch $@
+
 clean:
-	rm -rf .venv results docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-core .venv-oldest results docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -75,7 +75,7 @@ def readable_decades(axis: Axes) -> None:
 def any_script() -> Iterator[None]:
     """Save figures whatever script their names are in: what the font lacks shows as boxes."""
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from (current )?font", UserWarning)
         yield
 
 

@@ -40,7 +40,9 @@ def _numbers(frequency: ArrayLike, width: Width) -> NDArray[np.intp]:
 
 def _nominal(numbers: NDArray[np.intp], width: Width) -> RealArray:
     decade, step = np.divmod(numbers * _thirds(width), 10)
-    return np.asarray(10.0**decade * _NOMINAL[step])
+    value, power = _NOMINAL[step], 10.0 ** np.abs(decade)
+    # 10^-1 is no number of the machine, and 0.1 * 1.25 not always 0.125; 1.25 / 10 is
+    return np.where(decade < 0, value / power, value * power)
 
 
 def nearest_centres(frequency: ArrayLike, width: Width = "third octaves") -> RealArray:
