@@ -162,7 +162,7 @@ def raw_tube(source, folder):
     assert {name: (source / name).read_text() for name in raw_tube_tables()} == raw_tube_tables()
 
 
-ELSEWHERE = {"gallery"}  # see test_gallery.py
+ELSEWHERE = {"gallery", "reproducing"}  # see test_gallery.py and test_reproducing.py
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith(".") and path.name not in ELSEWHERE)
 CHECKS = {
     "double_wall.yaml": double_wall,
