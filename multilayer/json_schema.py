@@ -20,6 +20,7 @@ Handler: TypeAlias = GetJsonSchemaHandler
 Schema: TypeAlias = dict[str, Any]
 
 _OPEN: ContextVar[frozenset[str]] = ContextVar("titles of schemas that are being made", default=frozenset())
+_PART = "x-part"  # a reference by title, which pydantic, that knows only its own, does not try to follow
 _DIGITS = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
 _UNIT = r"\s*([^-+0-9.\s].*)?$"  # or what may be one: which are known, and fit, only reading tells
 NUMBER_TEXT = rf"^\s*[-+]?{_DIGITS}"
@@ -75,7 +76,7 @@ def by_name(registry: Registry[Any], key: str, handler: Handler) -> Schema:
     """Return the schema of a mapping whose `key` names one of the models of a registry, plugins included."""
     title, open_titles = f"{registry.kind} by name", _OPEN.get()
     if title in open_titles:  # one of the models holds another of its kind, as a graded layer does
-        return reference_to(title)
+        return {_PART: title}
     found = dict(loaded(registry))
     before = _OPEN.set(open_titles | {title})
     try:
@@ -89,11 +90,6 @@ def by_name(registry: Registry[Any], key: str, handler: Handler) -> Schema:
         "required": [key],
         "allOf": options,
     }
-
-
-def reference_to(title: str) -> Schema:
-    """Return a reference to a part that stands in ``$defs`` by its title."""
-    return {"$ref": f"#/$defs/{title.replace(' ', '%20')}"}
 
 
 def having(key: str, value: str, *, default: bool = False) -> Schema:
@@ -119,6 +115,8 @@ def _hoisted(value: Any, shared: Schema, *, inside: bool = True) -> Any:
         return [_hoisted(one, shared) for one in value]
     if not isinstance(value, dict):
         return value
+    if _PART in value:
+        return _reference(value[_PART])
     plain = {
         key: {name: _hoisted(one, shared, inside=False) for name, one in part.items()}
         if key == "$defs"
@@ -128,7 +126,11 @@ def _hoisted(value: Any, shared: Schema, *, inside: bool = True) -> Any:
     if not inside or not isinstance(value.get("title"), str):
         return plain
     shared[value["title"]] = plain
-    return reference_to(value["title"])
+    return _reference(value["title"])
+
+
+def _reference(title: str) -> Schema:
+    return {"$ref": f"#/$defs/{title.replace(' ', '%20')}"}
 
 
 class Draft7(GenerateJsonSchema):

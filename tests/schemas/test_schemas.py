@@ -11,7 +11,7 @@ from multilayer.config.yaml12 import parse_yaml, read_yaml
 from multilayer.errors import InputError
 from multilayer.json_text import json_text
 from multilayer.kinds import KINDS, kind_named, kind_of
-from multilayer.layers.base import LAYERS
+from multilayer.layers.base import LAYERS, LayerField
 from multilayer.layers.fluid import Fluid
 from multilayer.materials import BUILT_IN
 from multilayer.media.laws import LAWS
@@ -235,6 +235,22 @@ def test_layers_of_plugins_are_in_the_schema():
     assert mistakes(checker, {"version": 1, "layers": [{"type": "felt", "thickness": "3 mm"}]}) == []
     assert mistakes(checker, {"version": 1, "layers": [{"type": "felt", "thickness": "3 mm", "colour": 1}]})
     assert mistakes(checker, {"version": 1, "layers": [{"type": "felt"}]})
+
+
+def test_a_layer_may_hold_layers():
+    class Sandwich(LAYERS["fluid"]):
+        type: str = "sandwich"
+        core: LayerField
+
+    LAYERS.register("sandwich", Sandwich)
+    try:
+        checker = jsonschema.Draft7Validator(kind_named("stack").schema())
+    finally:
+        LAYERS.unregister("sandwich")
+    fluid = {"type": "fluid", "thickness": "3 mm"}
+    assert mistakes(checker, {"version": 1, "layers": [{**fluid, "type": "sandwich", "core": fluid}]}) == []
+    wrong = {**fluid, "type": "sandwich", "core": {**fluid, "colour": 1}}
+    assert mistakes(checker, {"version": 1, "layers": [wrong]})
 
 
 def test_laws_of_plugins_are_in_the_schema():
