@@ -92,7 +92,7 @@ class Judgement:
         where, causes, plans = [], [], []
         if self.is_gap:
             where = shown(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
-            causes = cause_entries(self.found, self.held, self.similarity, self.probabilities)
+            causes = cause_entries(self.found, self.held, self.similarity, self.probabilities, self.decision.group)
             plans = next_experiment(self.alive)
         return {
             "version": 1,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from multilayer.diagnosis.fitting import Fitted
@@ -27,12 +27,15 @@ def cause_entries(
     held: Mapping[tuple[str, ...], Shrinkage],
     similarity: Similarity,
     probabilities: Mapping[tuple[str, ...], float],
+    group: Sequence[tuple[str, ...]],
 ) -> list[dict[str, Any]]:
-    """Return the entries of ``causes``, the most probable first; the nominal model stands among its rivals."""
+    """Return the entries of ``causes``, the most probable first; the nominal model stands among its rivals.
+
+    The group of the verdict is among them, however many pairs with a second effect are more probable.
+    """
     kept = dict(zip(similarity.names, similarity.kept, strict=True))
     causes = []
-    # the nominal model stands among its rivals
-    shown = dict.fromkeys([*found.ranked[:_SHOWN_CAUSES], UNKNOWN, ()])
+    shown = dict.fromkeys([*found.ranked[:_SHOWN_CAUSES], *group, UNKNOWN, ()])
     ranked = sorted(shown, key=lambda names: -found.score(names))
     for names in ranked:
         entry: dict[str, Any] = {
