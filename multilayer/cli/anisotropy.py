@@ -10,7 +10,6 @@ import typer
 from multilayer.cli import completion
 
 if TYPE_CHECKING:
-    from multilayer.inverse.anisotropy import AnisotropyResult
     from multilayer.measurements.description import Campaign
 
 
@@ -52,8 +51,8 @@ def anisotropy(
     from multilayer.inverse.anisotropy import compare_axes, of_all_axes
     from multilayer.inverse.several import common_errors, fit_several, read_several, steps_of_several
     from multilayer.json_text import json_text
-    from multilayer.report.anisotropy import anisotropy_table
-    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.report.anisotropy import anisotropy_figure, anisotropy_table
+    from multilayer.report.files import refuse_unusable, result_files, write_files
 
     _refuse(sources, scatter)
     jobs = read_several(sources, model)
@@ -64,7 +63,7 @@ def anisotropy(
     common = frozenset[str]() if separate else common_errors(jobs)
     result = compare_axes(fitted.names, fitted.points, common=common, scatter=scatter, remarks=fitted.remarks)
     folder = out or Path("results") / "anisotropy"
-    written = write_files(folder, _files(result, figures))
+    written = write_files(folder, result_files("anisotropy", result, anisotropy_figure if figures else None))
     if as_json:
         typer.echo(json_text(result.to_dict()), nl=False)
     else:
@@ -84,17 +83,3 @@ def _refuse(sources: list[Path], scatter: float) -> None:
 
 def _frequencies(campaign: Campaign) -> set[float]:
     return {burst.frequency for one in campaign.configurations for burst in one.bursts}
-
-
-def _files(result: AnisotropyResult, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-
-    files: dict[str, bytes | str] = {
-        "anisotropy.csv": result.to_csv(),
-        "anisotropy.json": json_text(result.to_dict()),
-    }
-    if figures:
-        from multilayer.report.anisotropy import anisotropy_figure
-
-        files["anisotropy.png"] = anisotropy_figure(result)
-    return files

@@ -10,7 +10,6 @@ import typer
 from multilayer.cli import completion
 
 if TYPE_CHECKING:
-    from multilayer.inverse.comparison import MethodComparison
     from multilayer.inverse.transfer_function import Lateral
 
 
@@ -51,7 +50,8 @@ def methods(
     from multilayer.inverse.compare_methods import compare_methods, number_of_steps_of_all
     from multilayer.inverse.sources import read_fit
     from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.report.files import refuse_unusable, result_files, write_files
+    from multilayer.report.methods_figure import methods_figure
     from multilayer.report.methods_table import methods_table
 
     kind = _lateral(lateral)
@@ -63,7 +63,7 @@ def methods(
             nelder_mead=everything, lateral=kind, progress=advance,
         )  # fmt: skip
     folder = out or Path("results") / comparison.campaign
-    written = write_files(folder, _files(comparison, figures))
+    written = write_files(folder, result_files("methods", comparison, methods_figure if figures else None))
     if as_json:
         typer.echo(json_text(comparison.to_dict()), nl=False)
     else:
@@ -80,17 +80,3 @@ def _lateral(name: str) -> Lateral:
     if name not in get_args(Lateral):
         raise InputError(f"--lateral: there is no '{name}'; {suggest(name, get_args(Lateral))}")
     return cast("Lateral", name)
-
-
-def _files(comparison: MethodComparison, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-
-    files: dict[str, bytes | str] = {
-        "methods.csv": comparison.to_csv(),
-        "methods.json": json_text(comparison.to_dict()),
-    }
-    if figures:
-        from multilayer.report.methods_figure import methods_figure
-
-        files["methods.png"] = methods_figure(comparison)
-    return files

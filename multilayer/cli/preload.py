@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from multilayer.cli import completion
-
-if TYPE_CHECKING:
-    from multilayer.inverse.preload_result import PreloadResult
 
 
 def preload(
@@ -48,8 +45,8 @@ def preload(
     from multilayer.inverse.preload import fit_preload, refuse_one_stress
     from multilayer.inverse.several import fit_several, read_several, refuse_other_material, steps_of_several
     from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.preload import preload_table
+    from multilayer.report.files import refuse_unusable, result_files, write_files
+    from multilayer.report.preload import preload_figure, preload_table
 
     jobs = read_several(sources, model)
     refuse_other_material(jobs)
@@ -59,23 +56,9 @@ def preload(
         fitted = fit_several(jobs, advance)
     result = fit_preload(fitted.names, fitted.points, fitted.remarks)
     folder = out or Path("results") / f"{fitted.names[0]}-preload"
-    written = write_files(folder, _files(result, figures))
+    written = write_files(folder, result_files("preload", result, preload_figure if figures else None))
     if as_json:
         typer.echo(json_text(result.to_dict()), nl=False)
     else:
         preload_table(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-
-
-def _files(result: PreloadResult, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-
-    files: dict[str, bytes | str] = {
-        "preload.csv": result.to_csv(),
-        "preload.json": json_text(result.to_dict()),
-    }
-    if figures:
-        from multilayer.report.preload import preload_figure
-
-        files["preload.png"] = preload_figure(result)
-    return files
