@@ -13,7 +13,7 @@ from multilayer.measurements.description import Campaign
 from multilayer.report.fit_figures import draw_gross_check, draw_moduli, draw_transmissibility
 from multilayer.report.html import Page, Picture, Section, page_html, picture
 from multilayer.report.listing import Listing
-from multilayer.report.numbers import percent, pressure_unit, with_spread
+from multilayer.report.numbers import burst_numbers, percent, pressure_unit
 from multilayer.report.style import figure_style
 
 _MOST_ROWS = 24  # bursts that are printed; of more, one row per configuration
@@ -110,19 +110,7 @@ def _bursts(result: FitResult) -> Section:
 
 def _listing(bursts: Sequence[BurstFit]) -> Listing:
     unit, factor = pressure_unit(max(burst.storage_modulus for burst in bursts))
-    rows = tuple(
-        (
-            f"{b.frequency:g}",
-            with_spread(b.storage_modulus / factor, b.storage_modulus_std / factor),
-            with_spread(b.loss_modulus / factor, b.loss_modulus_std / factor),
-            with_spread(b.loss_factor, b.loss_factor_std),
-            f"{1e6 * b.delta_tof:.2f}",
-            f"{b.delta_level_db:.3f}",
-            "yes" if b.accepted else "no",
-            b.remark,
-        )
-        for b in bursts
-    )
+    rows = tuple((*burst_numbers(b, factor), "yes" if b.accepted else "no", b.remark) for b in bursts)
     return Listing(tuple(heading.format(unit) for heading in _HEADINGS), rows, tuple(range(6))).filled()
 
 

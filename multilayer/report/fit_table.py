@@ -7,7 +7,7 @@ from rich.text import Text
 
 from multilayer.inverse.result import BurstFit, FitResult
 from multilayer.report.console import console
-from multilayer.report.numbers import pressure_unit, with_spread
+from multilayer.report.numbers import burst_numbers, pressure_unit
 
 
 def fit_table(result: FitResult) -> None:
@@ -39,13 +39,4 @@ def fit_table(result: FitResult) -> None:
 
 
 def _cells(burst: BurstFit, factor: float) -> list[str | Text]:
-    return [
-        f"{burst.frequency:g}",
-        with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
-        with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
-        with_spread(burst.loss_factor, burst.loss_factor_std),
-        f"{burst.delta_tof * 1e6:.2f}",
-        f"{burst.delta_level_db:.3f}",
-        "yes" if burst.accepted else "[red]no[/red]",
-        Text(burst.remark),
-    ]
+    return [*burst_numbers(burst, factor), "yes" if burst.accepted else "[red]no[/red]", Text(burst.remark)]
