@@ -150,26 +150,24 @@ def fit_effects(
     starts: Mapping[str, RealArray] | None = None,
     executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect that the model admits by itself.
+    """Return the fit of every effect by itself.
 
     Parameters
     ----------
     nominal : Fitted
     effects : mapping
-        By name.
+        By name; those that the model admits.
     starts : mapping, optional
         The nominal model's unknowns to start from, by effect, where those of `nominal` are of no use.
     executor : Executor, optional
         Where fits run; in this process when left out.
     """
-    starts = starts or {}
-    admitted = {name: effect for name, effect in effects.items() if nominal.hypothesis.admits(effect)}
+    known = starts or {}
     tasks = [
-        (nominal.hypothesis.with_effects(effect), starts.get(name, nominal.minimum.z))
-        for name, effect in admitted.items()
+        (nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z)) for name, one in effects.items()
     ]
     fits = run_all(_fit_task, tasks, executor, lambda index: None)
-    return {(name,): fitted for name, fitted in zip(admitted, fits, strict=True)}
+    return {(name,): fitted for name, fitted in zip(effects, fits, strict=True)}
 
 
 def _fit_task(task: tuple[AnyHypothesis, RealArray]) -> Fitted:
