@@ -1,4 +1,4 @@
-"""Names for the array types that signatures use."""
+"""Names for the array types that signatures use, and what is done with arrays in more than one place."""
 
 from __future__ import annotations
 
@@ -13,4 +13,21 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 IndexArray: TypeAlias = NDArray[np.intp]
 Numeric: TypeAlias = float | complex | NDArray[Any]
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray"]
+
+def distinct_rows(*columns: RealArray) -> tuple[IndexArray, IndexArray]:
+    """Return the indices of one row of each kind, shape (k,), and which of them each row is like, shape (m,).
+
+    Parameters
+    ----------
+    columns : array, shape (m,), (m, n) or ()
+        What rows are compared by, bit by bit; a scalar is the same in all rows.
+    """
+    count = max(len(column) for column in columns if column.ndim)
+    whole = [np.broadcast_to(column, (count,)) if column.ndim < 2 else column for column in columns]
+    rows = np.ascontiguousarray(np.column_stack(whole))
+    as_one = rows.view(np.dtype((np.void, rows.itemsize * rows.shape[1])))
+    _, kept, place = np.unique(as_one.ravel(), return_index=True, return_inverse=True)
+    return kept, place
+
+
+__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray", "distinct_rows"]

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from importlib import import_module
 from multiprocessing import get_context
 from typing import Any, TypeVar
 from warnings import warn
@@ -56,6 +57,11 @@ def run_all(
         results[index] = result
         done(index)
     return [results[index] for index in range(len(tasks))]
+
+
+def call(task: Callable[[], R]) -> R:
+    """Return what a task returns: a function for `run_all` where tasks differ in theirs."""
+    return task()
 
 
 def as_done(function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None) -> Iterator[tuple[int, R]]:
@@ -155,10 +161,16 @@ def executor_for(jobs: int, address: str | None) -> Iterator[Executor | None]:
 
 
 @contextmanager
-def local_pool(jobs: int) -> Iterator[Executor | None]:
+def local_pool(jobs: int, module: str = "multilayer") -> Iterator[Executor | None]:
     """Give `jobs` processes of this machine as an executor; None, for this process, where one is asked for.
 
     Each process computes with one thread.
+
+    Parameters
+    ----------
+    jobs : int
+    module : str
+        What they import at once, while this process prepares their tasks.
 
     Raises
     ------
@@ -172,6 +184,8 @@ def local_pool(jobs: int) -> Iterator[Executor | None]:
         return
     # new processes, not forks: a fork copies a process whose threads may hold locks, and its settings of BLAS
     with _one_thread_each(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        for _ in range(jobs):
+            pool.submit(import_module, module)
         yield pool
 
 

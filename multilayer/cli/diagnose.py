@@ -69,7 +69,8 @@ def diagnose(
     from multilayer.report.files import write_files
 
     ask = _tube if is_stack_fit(source) else _campaign
-    with local_pool(min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs) as executor:
+    n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
+    with local_pool(n_jobs, "multilayer.diagnosis.diagnose") as executor:
         result, folder = ask(source, out, without or [], law, seed, executor)
     for text in result.record.get("warnings", ()):
         typer.echo(f"warning: {text}", err=True)

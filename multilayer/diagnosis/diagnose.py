@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
-from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
+from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.executors import call, run_all
 from multilayer.inverse.fit import burst_problems
-from multilayer.inverse.joint import JointProblem, solve_joint
+from multilayer.inverse.joint import solve_joint
 from multilayer.inverse.joint_fit import plane_wave_problem, rigs_around, with_free_rim
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.rig import Rig
@@ -86,10 +88,10 @@ def diagnose_campaign(
     """
     tell = progress or (lambda text: None)
     every = dict(effects) if effects is not None else chosen_effects()
-    nominal, starts = _nominal(campaign, recordings, law, calibration, every, seed)
+    nominal, minima = _nominal(campaign, recordings, law, calibration, seed)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
-    singles = fit_effects(nominal, usable, starts, executor)
+    nominal, singles = _singles(nominal, minima, usable, executor)
     tell("effects one by one")
     judgement = judge(nominal, singles, usable, tell, executor)
     name = campaign.folder.resolve().name
@@ -106,30 +108,52 @@ def _nominal(
     recordings: Mapping[tuple[str, float], Recording],
     law: str,
     calibration: Calibration | None,
-    effects: Mapping[str, BaseEffect],
     seed: int,
-) -> tuple[Fitted, dict[str, RealArray]]:
-    """Return the nominal model's fit, and by effect where to start where that is of no use."""
+) -> tuple[Fitted, list[Minimum]]:
+    """Return the nominal model's fit, and the minima it started from."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
     minima = solve_joint(joint, seed=seed)
-    found = fit(Hypothesis(campaign, joint), minima[0].z)
-    acting = [effect for effect in effects.values() if isinstance(effect, Effect) and effect.applies(campaign)]
-    finite = [effect.name for effect in acting if effect.needs_finite_elements]
-    if not finite:
-        return found, {}
-    rigs, start = _with_rim(campaign, joint, minima)
-    return Fitted(replace(rig_hypothesis(found.hypothesis), finite=rigs), found.minimum), dict.fromkeys(finite, start)
+    return fit(Hypothesis(campaign, joint), minima[0].z), minima
 
 
-def _with_rim(campaign: Campaign, joint: JointProblem, minima: list[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
-    """Return finite elements by configuration, and the unknowns that fit best with them."""
-    silent, settings = (lambda text: None), FitSettings()
+def _singles(
+    nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect], executor: Executor | None
+) -> tuple[Fitted, dict[tuple[str, ...], Fitted]]:
+    """Return the fits of effects one by one, and the nominal model with the finite elements that some of them need."""
+    finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
+    rest = {name: effect for name, effect in effects.items() if name not in finite}
+    tasks: list[Callable[[], Any]] = [*begin_tasks(nominal, rest)]
+    if finite:  # making finite elements takes as long as many fits, and none of these needs them
+        tasks.insert(0, partial(_with_rim, nominal, minima, finite))
+    begun = run_all(call, tasks, executor, lambda index: None)
+    rigs, found = begun.pop(0) if finite else ({}, {})
+    found |= finish_all(dict(zip(rest, begun, strict=True)), executor, list(found.values()))
+    return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
+
+
+def _silent(text: str) -> None:
+    pass
+
+
+def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
+    """Return a fit that further effects may be added to, whatever they need."""
+    return replace(fitted, hypothesis=replace(rig_hypothesis(fitted.hypothesis), finite=rigs))
+
+
+def _with_rim(
+    nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect]
+) -> tuple[dict[str, Rig], dict[tuple[str, ...], Fitted]]:
+    """Return finite elements by configuration, and the fits of effects that need them."""
+    hypothesis = rig_hypothesis(nominal.hypothesis)
+    campaign, joint, settings = hypothesis.campaign, hypothesis.joint, FitSettings()
+    start = nominal.minimum.z
     try:
-        problem, found = with_free_rim(campaign, joint, minima, silent, settings)
+        problem, found = with_free_rim(campaign, joint, minima, _silent, settings)
+        rigs, start = dict(problem.rigs), found[0].z
     except MultilayerError:  # the free rim is so wrong here that no law is found with it
-        return rigs_around(campaign, joint, minima[0], silent, settings), minima[0].z
-    return problem.rigs, found[0].z
+        rigs = dict(rigs_around(campaign, joint, minima[0], _silent, settings))
+    return rigs, fit_effects(_with_rigs(nominal, rigs), effects, dict.fromkeys(effects, start))
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -14,14 +15,17 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis, smooth_basis
-from multilayer.executors import run_all
+from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise
-from multilayer.inverse.problem import Minimum
+from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import Minimum, Problem
 
 _STEP = 1e-3  # of a coordinate
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
+_FEW, _MOST = 15, 60  # steps after which starts are compared, and after which a descent is given up
 _FAR = 4.0  # times the misfit that chance makes
+_BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
 _TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
@@ -77,8 +81,71 @@ class Fitted:
         return effect.law_error if effect.size_error is None else effect.size_error
 
 
+class Together:
+    """A `Problem` whose residual and derivative are computed together, and once: one costs little more than the other.
+
+    Parameters
+    ----------
+    problem : Problem
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self._last: tuple[RealArray, tuple[RealArray, RealArray]] | None = None
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the problem."""
+        return self.problem.parameters
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return the residual at one point, shape (n_data,)."""
+        return self.linearised(z)[0]
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative."""
+        if self._last is None or not np.array_equal(self._last[0], z):
+            self._last = np.array(z), self.problem.linearised(z)
+        return self._last[1]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A fit after a few steps.
+
+    Attributes
+    ----------
+    hypothesis : AnyHypothesis
+    ways : tuple of (tuple of float, Minimum)
+        Where the best start has come to straight, and, of what is far off, with a discrepancy that is let go by and by:
+        the sizes of that, and the minimum with the first of them. Either way may end in a wrong valley.
+    """
+
+    hypothesis: AnyHypothesis
+    ways: tuple[tuple[tuple[float, ...], Minimum], ...]
+
+    @property
+    def costs(self) -> tuple[float, ...]:
+        """Of every way so far."""
+        return tuple(minimum.cost for _, minimum in self.ways)
+
+    def finished(self) -> Fitted:
+        """Return the fit at its end."""
+        ends = [_finish(self.hypothesis, minimum.z, sizes) for sizes, minimum in self.ways]
+        return max(ends, key=lambda one: one.log_evidence)
+
+    def given_up(self) -> Fitted:
+        """Return the fit where it is: its evidence is at least that of the end."""
+        return Fitted(self.hypothesis, self.ways[0][1])
+
+
 def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
-    """Return the most probable parameters of a hypothesis.
+    """Return the most probable parameters of a hypothesis; see `begin`."""
+    return begin(hypothesis, start, followed=followed).finished()
+
+
+def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Begun:
+    """Return the first steps of the fit of a hypothesis.
 
     Parameters
     ----------
@@ -92,8 +159,9 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = N
     missing = len(hypothesis.parameters) - len(start)
     # what is stated of the laboratory may have been dragged far off to explain what the effect explains
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
+    bases = (start, np.where(stated, 0.0, start)) if np.any(start[stated]) else (start,)
     own = _starting_points(hypothesis, missing)
-    points = np.stack([np.concatenate([base, at]) for base in (start, np.where(stated, 0.0, start)) for at in own])
+    points = np.stack([np.concatenate([base, at]) for base in bases for at in own])
     residuals, priors = hypothesis.residual(points), np.sum(points**2, axis=-1)
     sizes = _discrepancies(float(np.nanmin(np.sum(residuals**2, axis=-1) + priors)) / residuals.shape[-1])
     if sizes:
@@ -102,10 +170,10 @@ def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = N
     order = np.argsort(costs)
     chosen = list(order[: followed or (1 if missing < 2 else 2)])
     if sizes:  # far off, the cost of a start says little: the best of either kind is followed
-        chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in (0, 1))]))
-    best = points[chosen]
-    ways = ((), sizes) if sizes else ((),)  # by and by, or straight: either may end in a wrong valley
-    return max((_descend(hypothesis, z, way) for z in best for way in ways), key=lambda one: one.log_evidence)
+        kinds = range(len(bases))
+        chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in kinds)]))
+    ways = ((), sizes) if sizes else ((),)
+    return Begun(hypothesis, tuple((way, _first_steps(hypothesis, points[chosen], way)) for way in ways))
 
 
 def _discrepancies(per_datum: float) -> tuple[float, ...]:
@@ -119,18 +187,41 @@ def _discrepancies(per_datum: float) -> tuple[float, ...]:
     return tuple(np.geomspace(first, _TYPICAL, max(2, int(np.ceil(np.log(first / _TYPICAL) / np.log(_FALL))))))
 
 
-def _descend(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float] = ()) -> Fitted:
-    """Return the minimum reached from a start; the errors of laws are those at a first, rough one."""
+def _first_steps(hypothesis: AnyHypothesis, starts: RealArray, sizes: Sequence[float]) -> Minimum:
+    """Return where the best of some starts has come to, with the first of the discrepancies."""
+
+    def roughly(start: RealArray) -> Minimum:
+        problem = _softened(hypothesis, start, sizes[0]) if sizes else hypothesis
+        return minimised(problem, start, _ROUGH, _FEW)
+
+    return min((roughly(start) for start in starts), key=lambda one: one.cost)
+
+
+def _finish(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float]) -> Fitted:
+    """Return the minimum reached from a start; the errors of laws are those at a rough one before."""
     z = start
     for size in sizes:
-        basis = np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1)
-        z = minimise(Softened(hypothesis, LawErrors.of(basis)), z, tolerance=_ROUGH).z
+        z = minimised(_softened(hypothesis, z, size), z, _ROUGH).z
     if not any(effect.law_error for effect in hypothesis.effects):
-        return Fitted(hypothesis, minimise(hypothesis, z, tolerance=_TOLERANCE))
+        return Fitted(hypothesis, minimised(hypothesis, z, _TOLERANCE))
     if not sizes:
-        z = minimise(hypothesis, z, tolerance=_ROUGH).z
+        z = minimised(hypothesis, z, _ROUGH).z
     errors = LawErrors.of(law_basis(hypothesis, z))
-    return Fitted(hypothesis, minimise(Softened(hypothesis, errors), z, tolerance=_TOLERANCE), errors)
+    return Fitted(hypothesis, minimised(Softened(hypothesis, errors), z, _TOLERANCE), errors)
+
+
+def minimised(problem: Problem, start: RealArray, tolerance: float, most: int = _MOST) -> Minimum:
+    """Return the minimum reached from a start, `tolerance` being the relative change of the cost where it has arrived.
+
+    For problems that cost as much at one point as at all of a derivative.
+    """
+    return minimise(Together(problem), start, most, tolerance, "dogbox")
+
+
+def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:
+    """Return the hypothesis with a smooth discrepancy and the errors of laws at z."""
+    basis = np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1)
+    return Softened(hypothesis, LawErrors.of(basis))
 
 
 def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
@@ -162,13 +253,41 @@ def fit_effects(
     executor : Executor, optional
         Where fits run; in this process when left out.
     """
+    tasks = begin_tasks(nominal, effects, starts)
+    return finish_all(dict(zip(effects, run_all(call, tasks, executor, _silent), strict=True)), executor)
+
+
+def begin_tasks(
+    nominal: Fitted, effects: Mapping[str, BaseEffect], starts: Mapping[str, RealArray] | None = None
+) -> list[Callable[[], Begun]]:
+    """Return the first steps of the fits of `fit_effects`, not made yet."""
     known = starts or {}
-    tasks = [
-        (nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z)) for name, one in effects.items()
+    return [
+        partial(begin, nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z))
+        for name, one in effects.items()
     ]
-    fits = run_all(_fit_task, tasks, executor, lambda index: None)
-    return {(name,): fitted for name, fitted in zip(effects, fits, strict=True)}
 
 
-def _fit_task(task: tuple[AnyHypothesis, RealArray]) -> Fitted:
-    return fit(*task)
+def finish_all(
+    begun: Mapping[str, Begun], executor: Executor | None = None, rivals: Sequence[Fitted] = ()
+) -> dict[tuple[str, ...], Fitted]:
+    """Return the fits of effects that have begun; those that are far behind another, either way, are given up.
+
+    `rivals` are fits that have been finished.
+    """
+    done = [one.minimum.cost for one in rivals]
+    straight = min((*done, *(one.costs[0] for one in begun.values())), default=0.0)
+    eased = min((*done, *(one.costs[-1] for one in begun.values())), default=0.0)
+    hopeless = {
+        name
+        for name, one in begun.items()
+        if len(one.ways) > 1 and one.costs[0] > _BEHIND * straight and one.costs[1] > _BEHIND * eased
+    }
+    going = [name for name in begun if name not in hopeless]
+    ends = run_all(call, [begun[name].finished for name in going], executor, _silent)
+    found = dict(zip(going, ends, strict=True)) | {name: begun[name].given_up() for name in hopeless}
+    return {(name,): found[name] for name in begun}
+
+
+def _silent(index: int) -> None:
+    pass

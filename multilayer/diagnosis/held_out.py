@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.fitting import Fitted, minimised
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_parts
 from multilayer.executors import run_all
-from multilayer.inverse.least_squares import minimise
 
 _TOLERANCE = 1e-5  # of the cost, relative
 _FEWEST = 4  # bursts of which blocks can be made
@@ -93,7 +92,7 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> Real
         return np.concatenate([common, own], axis=1), law_parts(unseen, z, one.hypothesis)[0]
 
     soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
-    found = minimise(soft, one.minimum.z, tolerance=_TOLERANCE)
+    found = minimised(soft, one.minimum.z, _TOLERANCE)
     residual, slopes = unseen.linearised(found.z)
     unforeseen = LawErrors.of(slopes @ np.linalg.cholesky(found.covariance))
     if one.errors:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.interface import AnyHypothesis
@@ -112,18 +112,24 @@ class Hypothesis(BaseHypothesis[Effect]):
 
     @np.errstate(all="ignore")  # a search may try what has no response: NaN, which is no minimum
     def _log_ratios(self, z: RealArray, stiffening: float) -> list[ComplexArray]:
-        law, nuisances = self.joint.law_coordinates(z), self._nuisances(z)
-        values = self.effect_values(z)
+        rows = z.reshape(-1, z.shape[-1])
+        nuisances = self._nuisances(rows)
+        n_law, n_nominal = len(self.joint.law_parameters), len(self.nominal_parameters)
         found = []
-        for setting in self.settings:
-            modulus = stiffening * self.joint.space.modulus(law, setting.frequency)
-            motion = self._motion(setting, modulus, nuisances, values)
-            for effect, own in zip(self.effects, values, strict=True):
-                motion = effect.motion(setting, motion, own)
+        for setting, measured in zip(self.settings, self._log_measured, strict=True):
+            # of the samples of a derivative most differ in the channels, or in another configuration, only
+            change = self.joint.nuisances.of_rig(nuisances, setting.data)
+            kept, place = distinct_rows(rows[:, :n_law], *change.parts, rows[:, n_nominal:])
+            _, shown = self.predict(setting, rows[kept], stiffening)
             channels = self.joint.nuisances.of_channels(nuisances, setting.data)
-            difference = np.log(motion + _TINY) + channels - np.log(setting.data.ratio)
-            found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+            difference = (np.log(shown + _TINY) - measured)[place] + channels
+            turned = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
+            found.append((difference.real + 1j * turned).reshape(*z.shape[:-1], -1))
         return found
+
+    @cached_property
+    def _log_measured(self) -> list[ComplexArray]:
+        return [np.log(setting.data.ratio) for setting in self.settings]
 
     def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
@@ -150,9 +156,12 @@ class Hypothesis(BaseHypothesis[Effect]):
         first = len(self.joint.law_parameters)
         return values_of(own, z[..., first : first + len(own)])
 
-    def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return top over base in any setting, shape (..., n): as the plate moves, and as the channels show it."""
-        modulus = self.joint.space.modulus(self.joint.law_coordinates(z), setting.frequency)
+    def predict(self, setting: Setting, z: RealArray, stiffening: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
+        """Return top over base in any setting, shape (..., n): as the plate moves, and as the channels show it.
+
+        Of a sample `stiffening` times as stiff as its law says.
+        """
+        modulus = stiffening * self.joint.space.modulus(self.joint.law_coordinates(z), setting.frequency)
         values = self.effect_values(z)
         moved = self._motion(setting, modulus, self._nuisances(z), values)
         shown = moved
@@ -262,24 +271,18 @@ def _with_air(setting: Setting, chain: Chain, poisson_ratio: float, held: float)
     """Return what the air in the sample's pores, if any, multiplies the motion by."""
     if chain.resistivity is None:
         return 1.0
-    felt = (chain.resistivity, chain.thickness, chain.density, chain.plate_mass, chain.modulus)
-    full = np.broadcast_arrays(*(np.asarray(part, dtype=complex) for part in felt))
-    columns = np.concatenate([*(part[..., :1] for part in full[:-1]), full[-1]], axis=-1)
-    # Bessel functions are slow, and most samples of a derivative differ in nothing that the air feels
-    rows, place = np.unique(columns.reshape(-1, columns.shape[-1]), axis=0, return_inverse=True)
-    resistivity, thickness, density, plate_mass = (rows[:, [i]].real for i in range(4))
     factor = pumped_disc_factor(
         setting.omega,
-        rows[:, 4:],
-        resistivity,
+        chain.modulus,
+        chain.resistivity,
         radius=setting.configuration.specimen_radius,
-        thickness=thickness,
-        density=density,
-        mass_per_area=plate_mass / setting.area,
+        thickness=chain.thickness,
+        density=chain.density,
+        mass_per_area=chain.plate_mass / setting.area,
         poisson_ratio=poisson_ratio,
         held=held,
     )
-    return np.asarray(factor[place.ravel()].reshape(*columns.shape[:-1], -1))
+    return np.asarray(factor)
 
 
 def _beside(setting: Setting, rods: Sequence[Rod], chain: Chain) -> ComplexArray:

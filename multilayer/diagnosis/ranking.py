@@ -45,6 +45,7 @@ Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)
 _SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)
 _LARGE = (0.01, 0.02, 0.04, 0.08)
+_FAR_BEHIND = 10.0  # times the least misfit: an effect that no second one could help
 _MOST_TIMES = 10.0  # its usual size, of an effect whose gain is estimated
 
 
@@ -185,7 +186,9 @@ def _promising(
 ) -> list[tuple[tuple[str, ...], str]]:
     """Return pairs to be fitted: the best effects, each with those that would gain most beside it, no pair twice."""
     found: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
-    for names in best[:N_FIRST]:
+    least = min(one.minimum.cost for one in singles.values())
+    hopeful = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
+    for names in hopeful[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
         gains = expected_gains(singles[names], others)
         for second in sorted(gains, key=lambda name: -gains[name])[:N_SECOND]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, distinct_rows
 from multilayer.errors import InputError
 from multilayer.inverse.burst import BurstData
 from multilayer.inverse.least_squares import distinct, hopeful, minimise, search
@@ -131,6 +131,11 @@ class RigChange:
     density: RealArray
     thickness: RealArray
     plate_mass: RealArray
+
+    @property
+    def parts(self) -> tuple[RealArray, RealArray, RealArray]:
+        """Density, thickness, plate mass."""
+        return self.density, self.thickness, self.plate_mass
 
 
 @dataclass(frozen=True)
@@ -308,14 +313,19 @@ class JointProblem:
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
         n = len(self.law_parameters)
-        values = values_of(self.nuisances.parameters, z[..., n:])
-        law = self.law_coordinates(z)
+        rows = z.reshape(-1, z.shape[-1])
+        values = values_of(self.nuisances.parameters, rows[:, n:])
+        law = self.law_coordinates(rows)
         found = []
         for data in self.data:
-            modulus = self.space.modulus(law, data.frequency)
-            modelled = self.log_motion(data, modulus, values)
-            difference = modelled - np.log(data.ratio)
-            found.append(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+            # of the samples of a derivative most differ in the channels, or in another configuration, only
+            change = self.nuisances.of_rig(values, data)
+            kept, place = distinct_rows(rows[:, :n], *change.parts)
+            own = {name: value[kept] for name, value in values.items()}
+            moved = self.log_motion(data, self.space.modulus(law[kept], data.frequency), own)
+            difference = (moved - np.log(data.ratio))[place] + self.nuisances.of_channels(values, data)
+            turned = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
+            found.append((difference.real + 1j * turned).reshape(*z.shape[:-1], -1))
         return found
 
     def law_coordinates(self, z: RealArray) -> RealArray:
@@ -326,15 +336,14 @@ class JointProblem:
     def log_motion(
         self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
     ) -> ComplexArray:
-        """Return ln(top/base) of a configuration as the channels see it, shape (..., n)."""
+        """Return ln(top/base) of a configuration as the plate moves, shape (..., n)."""
         amounts = self.nuisances.of_rig(values, data)
         near = self._near(data.name)
-        density, thickness, mass = (x[..., None] for x in (amounts.density, amounts.thickness, amounts.plate_mass))
+        density, thickness, mass = (x[..., None] for x in amounts.parts)
         if near.rig.scales:
             # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
             modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
-        motion = near.log_motion(data.frequency, modulus, density, thickness, mass)
-        return np.asarray(motion + self.nuisances.of_channels(values, data))
+        return near.log_motion(data.frequency, modulus, density, thickness, mass)
 
     def _near(self, name: str) -> Neighbourhood:
         if name not in self._neighbourhoods:

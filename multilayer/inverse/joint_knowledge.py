@@ -120,4 +120,5 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
 
 def _log_motion(problem: JointProblem, data: ConfigurationData, z: RealArray) -> ComplexArray:
     values = values_of(problem.nuisances.parameters, z[..., len(problem.law_parameters) :])
-    return problem.log_motion(data, problem.space.modulus(problem.law_coordinates(z), data.frequency), values)
+    moved = problem.log_motion(data, problem.space.modulus(problem.law_coordinates(z), data.frequency), values)
+    return np.asarray(moved + problem.nuisances.of_channels(values, data))
