@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from multilayer.diagnosis.blind_draw import Draw, draw
-from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
 from multilayer.rig.synthesis import make_campaign
 
 FINAL_SEEDS = 1000  # seeds from here on are for final runs; thresholds are developed on those below
@@ -40,6 +40,8 @@ class Answer:
         Stated, of what the verdict says.
     excess : float
         How many standard deviations the nominal misfit, stated uncertainties included, lies above chance.
+    excess_alone : tuple of float
+        The same of each of two effects, had it acted by itself; empty for others.
     shrinkage : float
         Of the gap on held-out data.
     intervals : dict
@@ -58,6 +60,7 @@ class Answer:
     group: tuple[tuple[str, ...], ...] = ()
     probability: float = 1.0
     excess: float = 0.0
+    excess_alone: tuple[float, ...] = ()
     shrinkage: float = 0.0
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     evidence: Mapping[str, float] = field(default_factory=dict)
@@ -75,6 +78,7 @@ class Answer:
             "first": tuple(data["first"]),
             "group": tuple(tuple(names) for names in data["group"]),
             "intervals": {name: (float(low), float(high)) for name, (low, high) in data["intervals"].items()},
+            "excess_alone": tuple(data.get("excess_alone", ())),
             "seconds": tuple(data["seconds"]),
         }
         return cls(**{**data, **lists})
@@ -92,12 +96,27 @@ def answer(task: BlindTask) -> Answer:
         record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=sealed.deleted)).record
     except Exception as error:  # whatever goes wrong with one campaign: it counts, is told, and does not end the check
         return Answer(task.number, "failed", problem=f"{type(error).__name__}: {error}")
-    return _answer(task.number, record, (ready - start, process_time() - ready))
+    given = _answer(task.number, record, (ready - start, process_time() - ready))
+    return replace(given, excess_alone=_excess_alone(sealed)) if sealed.kind == "two" else given
+
+
+def _excess_alone(sealed: Draw) -> tuple[float, ...]:
+    """Return how far each of several effects is above the noise by itself: for the scores, once the answer is given."""
+    found = []
+    for effect in sealed.settings.effects:
+        made = make_campaign(sealed.settings.model_copy(update={"effects": (effect,)}), sealed.seed)
+        minimum = fit_nominal(made.campaign, made.recordings)[0].minimum
+        found.append(_excess(minimum.cost, len(minimum.residual)))
+    return tuple(found)
+
+
+def _excess(chi_square: float, n_data: int) -> float:
+    return float((chi_square - n_data) / np.sqrt(2 * n_data))
 
 
 def _answer(number: int, record: Mapping[str, Any], seconds: tuple[float, float]) -> Answer:
     inputs = record["inputs"]
-    excess = float((inputs["chi_square"] - inputs["n_data"]) / np.sqrt(2 * inputs["n_data"]))
+    excess = _excess(inputs["chi_square"], inputs["n_data"])
     if record["verdict"] == "no_gap":
         return Answer(number, "no_gap", probability=record["probability"], excess=excess, seconds=seconds)
     group = tuple(tuple(names) for names in record["group"])
@@ -105,7 +124,7 @@ def _answer(number: int, record: Mapping[str, Any], seconds: tuple[float, float]
     cause = next(cause for cause in record["causes"] if tuple(cause["effects"]) == chosen)
     evidence = {"+".join(one["effects"]): one["log_evidence"] for one in record["causes"]}
     return Answer(
-        number, record["verdict"], chosen, group, record["probability"], excess, record["gap"]["shrinkage"],
+        number, record["verdict"], chosen, group, record["probability"], excess, (), record["gap"]["shrinkage"],
         {name: (p["low"], p["high"]) for name, p in cause["parameters"].items()}, evidence, seconds,
     )  # fmt: skip
 
@@ -124,8 +143,9 @@ class Outcome:
 
     @property
     def visible(self) -> bool:
-        """Whether what was added is well above the noise, after the unknowns took what they can."""
-        return not self.gap_free and self.answer.excess > _OBVIOUS
+        """Whether what was added is well above the noise, after the unknowns took what they can; of two, either."""
+        alone = self.answer.excess_alone or (self.answer.excess,)
+        return not self.gap_free and min(self.answer.excess, *alone) > _OBVIOUS
 
     @property
     def named(self) -> bool:

@@ -88,7 +88,7 @@ def diagnose_campaign(
     """
     tell = progress or (lambda text: None)
     every = dict(effects) if effects is not None else chosen_effects()
-    nominal, minima = _nominal(campaign, recordings, law, calibration, seed)
+    nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     nominal, singles = _singles(nominal, minima, usable, executor)
@@ -103,14 +103,15 @@ def diagnose_campaign(
     return Diagnosis(name, record, _curves(nominal, best), judgement.similarity, _moduli(nominal, best))
 
 
-def _nominal(
+def fit_nominal(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
-    law: str,
-    calibration: Calibration | None,
-    seed: int,
+    *,
+    law: str = "fractional_zener",
+    calibration: Calibration | None = None,
+    seed: int = 0,
 ) -> tuple[Fitted, list[Minimum]]:
-    """Return the nominal model's fit, and the minima it started from."""
+    """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
     minima = solve_joint(joint, seed=seed)
@@ -123,12 +124,12 @@ def _singles(
     """Return the fits of effects one by one, and the nominal model with the finite elements that some of them need."""
     finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
-    tasks: list[Callable[[], Any]] = [*begin_tasks(nominal, rest)]
-    if finite:  # making finite elements takes as long as many fits, and none of these needs them
-        tasks.insert(0, partial(_with_rim, nominal, minima, finite))
-    begun = run_all(call, tasks, executor, lambda index: None)
+    tasks = begin_tasks(nominal, rest)
+    # making finite elements takes as long as many fits, and none of these needs them
+    first: list[Callable[[], Any]] = [partial(_with_rim, nominal, minima, finite)] if finite else []
+    begun = run_all(call, [*first, *tasks.values()], executor, lambda index: None)
     rigs, found = begun.pop(0) if finite else ({}, {})
-    found |= finish_all(dict(zip(rest, begun, strict=True)), executor, list(found.values()))
+    found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
 
 

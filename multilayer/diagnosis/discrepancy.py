@@ -37,6 +37,26 @@ def tolerant_p_value(fitted: Fitted, size: float) -> float:
     return float(chi2.sf(fitted.minimum.cost - excess, len(fitted.minimum.residual)))
 
 
+def nuisance_p_value(fitted: Fitted) -> float:
+    """Return the probability that what the laboratory states is as far off, all of it together, as the fit takes it."""
+    stated = np.array([parameter.nuisance for parameter in fitted.hypothesis.parameters], dtype=bool)
+    amounts = fitted.minimum.z[stated]
+    return float(chi2.sf(amounts @ amounts, len(amounts))) if len(amounts) else 1.0
+
+
+def law_p_value(fitted: Fitted) -> float:
+    """Return the probability that the effects' laws are as wrong as the fit takes them.
+
+    The errors' posterior means have a weighted chi-square distribution, here by its first two moments.
+    """
+    if fitted.errors is None or not len(fitted.errors.sizes):
+        return 1.0
+    weights = fitted.errors.sizes**2 / (1 + fitted.errors.sizes**2)
+    amounts = np.sqrt(weights) * (fitted.minimum.residual @ fitted.errors.directions)
+    scale = float(np.sum(weights**2) / np.sum(weights))
+    return float(chi2.sf(amounts @ amounts / scale, np.sum(weights) / scale))
+
+
 @dataclass(frozen=True)
 class _Leftover:
     """The part of a smooth discrepancy that the unknowns cannot absorb: Gram matrix, product with the residual."""

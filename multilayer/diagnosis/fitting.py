@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -20,6 +21,7 @@ from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.priors import Parameter
 from multilayer.inverse.problem import Minimum, Problem
 
+K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
@@ -254,39 +256,49 @@ def fit_effects(
         Where fits run; in this process when left out.
     """
     tasks = begin_tasks(nominal, effects, starts)
-    return finish_all(dict(zip(effects, run_all(call, tasks, executor, _silent), strict=True)), executor)
+    return finish_all(dict(zip(tasks, run_all(call, [*tasks.values()], executor, _silent), strict=True)), executor)
 
 
 def begin_tasks(
     nominal: Fitted, effects: Mapping[str, BaseEffect], starts: Mapping[str, RealArray] | None = None
-) -> list[Callable[[], Begun]]:
+) -> dict[tuple[str, ...], Callable[[], Begun]]:
     """Return the first steps of the fits of `fit_effects`, not made yet."""
     known = starts or {}
-    return [
-        partial(begin, nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z))
+    return {
+        (name,): partial(begin, nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z))
         for name, one in effects.items()
-    ]
+    }
 
 
 def finish_all(
-    begun: Mapping[str, Begun], executor: Executor | None = None, rivals: Sequence[Fitted] = ()
-) -> dict[tuple[str, ...], Fitted]:
-    """Return the fits of effects that have begun; those that are far behind another, either way, are given up.
+    begun: Mapping[K, Begun],
+    executor: Executor | None = None,
+    rivals: Sequence[Fitted] = (),
+    behind: float = _BEHIND,
+) -> dict[K, Fitted]:
+    """Return the fits that have begun, by the same keys; those that are far behind another, either way, are given up.
 
-    `rivals` are fits that have been finished.
+    Parameters
+    ----------
+    begun : mapping
+    executor : Executor, optional
+    rivals : sequence of Fitted
+        Fits that have been finished already.
+    behind : float
+        Times the least misfit after the first steps: where those that are far off are given up.
     """
     done = [one.minimum.cost for one in rivals]
     straight = min((*done, *(one.costs[0] for one in begun.values())), default=0.0)
     eased = min((*done, *(one.costs[-1] for one in begun.values())), default=0.0)
     hopeless = {
-        name
-        for name, one in begun.items()
-        if len(one.ways) > 1 and one.costs[0] > _BEHIND * straight and one.costs[1] > _BEHIND * eased
+        key
+        for key, one in begun.items()
+        if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
     }
-    going = [name for name in begun if name not in hopeless]
-    ends = run_all(call, [begun[name].finished for name in going], executor, _silent)
-    found = dict(zip(going, ends, strict=True)) | {name: begun[name].given_up() for name in hopeless}
-    return {(name,): found[name] for name in begun}
+    going = [key for key in begun if key not in hopeless]
+    ends = run_all(call, [begun[key].finished for key in going], executor, _silent)
+    found = dict(zip(going, ends, strict=True)) | {key: begun[key].given_up() for key in hopeless}
+    return {key: found[key] for key in begun}
 
 
 def _silent(index: int) -> None:

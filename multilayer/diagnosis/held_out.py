@@ -94,7 +94,7 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> Real
     soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
     found = minimised(soft, one.minimum.z, _TOLERANCE)
     residual, slopes = unseen.linearised(found.z)
-    unforeseen = LawErrors.of(slopes @ np.linalg.cholesky(found.covariance))
+    unforeseen = LawErrors.of(np.linalg.solve(np.linalg.cholesky(found.precision), slopes.T).T)
     if one.errors:
         known, common = basis(found.z)
         amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(found.z))

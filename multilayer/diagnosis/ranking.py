@@ -11,9 +11,14 @@ from typing import Literal
 import numpy as np
 from scipy.special import logsumexp
 
-from multilayer.diagnosis.discrepancy import discrepancy_evidence, tolerant_p_value
+from multilayer.diagnosis.discrepancy import (
+    discrepancy_evidence,
+    law_p_value,
+    nuisance_p_value,
+    tolerant_p_value,
+)
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import Fitted, fit
+from multilayer.diagnosis.fitting import Begun, Fitted, begin, finish_all
 from multilayer.diagnosis.held_out import Shrinkage
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
@@ -23,7 +28,6 @@ from multilayer.diagnosis.thresholds import (
     LEAST_SCORE,
     LEAST_SHRINKAGE,
     LEAST_SIZE,
-    LITTLE_USE,
     N_FIRST,
     N_SECOND,
     PRIOR_NONE,
@@ -32,6 +36,7 @@ from multilayer.diagnosis.thresholds import (
     PRIOR_UNKNOWN,
     RIGHT_GUARDED,
     RIGHT_NAMED,
+    RIGHT_NAMED_ONE,
     RIGHT_NO_GAP,
     SECOND_EVIDENCE,
     SEEN_HELD_OUT,
@@ -46,6 +51,7 @@ UNKNOWN: tuple[str, ...] = ("unknown",)
 _SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)
 _LARGE = (0.01, 0.02, 0.04, 0.08)
 _FAR_BEHIND = 10.0  # times the least misfit: an effect that no second one could help
+_PAIR_BEHIND = 2.0  # the same of a pair after its first steps
 _MOST_TIMES = 10.0  # its usual size, of an effect whose gain is estimated
 
 
@@ -137,8 +143,9 @@ class Hypotheses:
         scaled = np.array([self.score(n) for n in names]) / TEMPERATURE
         shares = dict(zip(names, (float(p) for p in np.exp(scaled - logsumexp(scaled))), strict=True))
         known = [n for n in names if n not in ((), UNKNOWN)]
-        mistaken = (1 - RIGHT_NAMED) * sum(shares[n] for n in known)
-        return shares | {n: RIGHT_NAMED * shares[n] for n in known} | {UNKNOWN: shares[UNKNOWN] + mistaken}
+        right = RIGHT_NAMED if self.several else RIGHT_NAMED_ONE
+        mistaken = (1 - right) * sum(shares[n] for n in known)
+        return shares | {n: right * shares[n] for n in known} | {UNKNOWN: shares[UNKNOWN] + mistaken}
 
     def probability_of(self, decision: Decision) -> float:
         """Return the probability that a verdict is right.
@@ -170,10 +177,14 @@ def compare(
     fitted = dict(singles)
     evidence = {names: tolerant_evidence(one) for names, one in {(): nominal, **fitted}.items()}
     best = sorted(singles, key=lambda names: -evidence[names])
-    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE:
-        pairs = _promising(singles, best, effects)
+    several = len(nominal.hypothesis.data) > 1
+    strained = bool(best) and bool(_strain(singles[best[0]]))
+    # of one configuration two are named never, and matter only where one effect does not fit
+    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or strained):
+        pairs = _promising(singles, best, effects, every=several and strained)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
-        for (names, second), pair in zip(pairs, run_all(_pair, tasks, executor, lambda index: None), strict=True):
+        begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor, lambda index: None), strict=True))
+        for (names, second), pair in finish_all(begun, executor, behind=_PAIR_BEHIND).items():
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
@@ -182,18 +193,27 @@ def compare(
 
 
 def _promising(
-    singles: Mapping[tuple[str, ...], Fitted], best: Sequence[tuple[str, ...]], effects: Mapping[str, BaseEffect]
+    singles: Mapping[tuple[str, ...], Fitted],
+    best: Sequence[tuple[str, ...]],
+    effects: Mapping[str, BaseEffect],
+    *,
+    every: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
-    """Return pairs to be fitted: the best effects, each with those that would gain most beside it, no pair twice."""
+    """Return pairs to be fitted, no pair twice: the best effects, each with those that would gain most beside it.
+
+    And the best with `every` other one, where asked: far from a minimum, gains are not to be foreseen.
+    """
     found: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
     least = min(one.minimum.cost for one in singles.values())
     hopeful = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
     for names in hopeful[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
         gains = expected_gains(singles[names], others)
-        for second in sorted(gains, key=lambda name: -gains[name])[:N_SECOND]:
-            if gains[second] > SECOND_EVIDENCE:
-                found.setdefault(frozenset((*names, second)), (names, second))
+        likely = [
+            name for name in sorted(gains, key=lambda one: -gains[one])[:N_SECOND] if gains[name] > SECOND_EVIDENCE
+        ]
+        for second in others if every and names == best[0] else likely:
+            found.setdefault(frozenset((*names, second)), (names, second))
     return list(found.values())
 
 
@@ -222,10 +242,10 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
     return gains
 
 
-def _pair(task: tuple[Fitted, BaseEffect]) -> Fitted:
+def _begin_pair(task: tuple[Fitted, BaseEffect]) -> Begun:
     one, other = task
     hypothesis = one.hypothesis.with_effects(*one.hypothesis.effects, other)
-    return fit(hypothesis, one.minimum.z, followed=1)
+    return begin(hypothesis, one.minimum.z, followed=1)
 
 
 @dataclass(frozen=True)
@@ -279,9 +299,8 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
 def _mistrust(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
     """Return why the best cause is not named; empty where it is."""
     label, share = in_words(best), _seen_share(best, shrinkage)
-    if not _fits(found, best) and (len(best) > 1 or not _explains_enough(found, best, share)):
-        own = tolerant_p_value(found.fitted[best], TOLERANCE)
-        return f"{label} explains most, but leaves a misfit of probability {_told(own)}"
+    if left := _strain(found.fitted[best], forgiven=len(best) == 1 and _explains_enough(found, best, share)):
+        return f"{label} explains most, but {left}"
     if share is not None and share < LEAST_SHRINKAGE:
         return f"with {label} the gap on held-out data shrinks by {100 * share:.0f} % only"
     if len(best) == 1:
@@ -300,13 +319,24 @@ def _seen_share(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrin
     return held.share if held is not None and held.before > SEEN_HELD_OUT else None
 
 
-def _fits(found: Hypotheses, names: tuple[str, ...]) -> bool:
-    """Tell whether chance, solvers and the law's errors explain the misfit that is left."""
-    return tolerant_p_value(found.fitted[names], TOLERANCE) >= FIT_P
+def _strain(fitted: Fitted, *, forgiven: bool = False) -> str:
+    """Return what a hypothesis asks too much of; empty where it fits.
+
+    Of chance and solvers, of what the laboratory states, and of the effects' laws each: together they forgive more than
+    any right hypothesis asks of one of them. A misfit may be `forgiven`, the others never.
+    """
+    asked = {
+        "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(fitted),
+        "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
+    }
+    if not forgiven:
+        asked["leaves a misfit of probability"] = tolerant_p_value(fitted, TOLERANCE)
+    text = min(asked, key=lambda one: asked[one])
+    return f"{text} {_told(asked[text])}" if asked[text] < FIT_P else ""
 
 
 def _explains_enough(found: Hypotheses, best: tuple[str, ...], share: float | None) -> bool:
-    """Tell whether an effect is right although its law leaves a misfit, because it explains so much of a huge gap."""
+    """Tell whether an effect may be right although it leaves a misfit, because it explains so much of a huge gap."""
     if share is None:
         return False
     n = len(found.nominal.minimum.residual)
@@ -321,23 +351,21 @@ def _told(p: float) -> str:
 def _carried_over(
     found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]
 ) -> tuple[str, ...]:
-    """Return one effect in place of two where the second is of little use on held-out data: physics carries over.
+    """Return one effect in place of two where it explains the gap by itself.
 
-    A plate bends under an accelerometer: that is no second cause. Unless the one leaves a misfit it cannot explain.
+    A plate bends under an accelerometer: that is no second cause.
     """
-    if len(best) < 2 or best not in shrinkage:
-        return best
     parts = [names for names in shrinkage if len(names) < len(best) and set(names) <= set(best)]
-    better = [names for names in parts if shrinkage[names].share >= shrinkage[best].share - LITTLE_USE]
-    enough = [names for names in better if _fits(found, names) or _is_all_one_can_say(found, names, shrinkage)]
-    return max(enough, key=lambda names: shrinkage[names].share, default=best)
-
-
-def _is_all_one_can_say(
-    found: Hypotheses, names: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]
-) -> bool:
-    """Tell whether one effect is to be named in place of two although it leaves a misfit: of one configuration."""
-    return not found.several and _explains_enough(found, names, _seen_share(names, shrinkage))
+    seen = {names: _seen_share(names, shrinkage) for names in parts}
+    parts = [names for names, share in seen.items() if share is None or share >= LEAST_SHRINKAGE]
+    enough = [names for names in parts if not _strain(found.fitted[names])]
+    if parts and not enough and _strain(found.fitted[best]):  # two are not better than one
+        enough = [
+            names
+            for names in parts
+            if _explains_enough(found, names, seen[names]) and not _strain(found.fitted[names], forgiven=True)
+        ]
+    return max(enough, key=found.score, default=best)
 
 
 def _group(found: Hypotheses, best: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -16,8 +16,7 @@ SEEN_HELD_OUT = 1.3  # chi-square per datum of the nominal model on held-out dat
 LEAST_SHRINKAGE = 0.5  # of the gap on data not used in the fit
 FULL_SHRINKAGE = 0.95  # physics that carries over like this is right, whatever its law leaves of a huge gap
 FULL_FIT = 0.98  # and so is what explains so much of it where it was fitted, and carries over
-LITTLE_USE = 0.08  # of the held-out shrinkage that a second effect must add
-FIT_P = 0.001  # the best effect's own misfit, the tolerance below being allowed
+FIT_P = 0.001  # what a cause leaves (the tolerance below allowed), or asks of stated uncertainties, or of laws: each
 TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the solvers' own errors
 MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the data's covariance
 TEMPERATURE = 6.0  # nats of evidence per nat of stated probability: from development runs
@@ -26,8 +25,9 @@ N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and how many partne
 # how common each kind of cause is, all of its members together
 PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
 # how often such verdicts were right on development runs: "no gap", a cause that is sure by its evidence (an effect
-# that is not in the library has no say in that), and "unknown" against the evidence
-RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_GUARDED = 0.99, 0.7, 0.75
+# that is not in the library has no say in that) with several configurations and with one, and "unknown" against the
+# evidence
+RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_NAMED_ONE, RIGHT_GUARDED = 0.99, 0.87, 0.7, 0.8
 
 
 def in_force() -> dict[str, float]:

@@ -20,7 +20,7 @@ def perfect(one):
     if one.kind in ("outside", "deleted"):
         return Answer(one.number, "unknown", ("unknown",), excess=100.0)
     truth = {name: (0.9 * min(v, 1.1 * v), 1.1 * max(v, 0.9 * v)) for name, v in one.truth.items()}
-    return Answer(one.number, "effect", one.effects, (one.effects,), 1.0, 100.0, 0.99, truth)
+    return Answer(one.number, "effect", one.effects, (one.effects,), 1.0, 100.0, shrinkage=0.99, intervals=truth)
 
 
 def found(answers, targets, several=True):
@@ -61,7 +61,7 @@ def test_wrong_answers_meet_none():
     for number in range(N):
         kind = draw(number, 3).kind
         said = ("channel_delay", "skin") if kind == "two" else ("never",)
-        answers.append(Answer(number, "effect", said, (said,), 1.0, 100.0, 0.1))
+        answers.append(Answer(number, "effect", said, (said,), 1.0, 100.0, shrinkage=0.1))
     by_name = found(answers, SEVERAL)
     assert by_name["false alarms on gap-free data"].value == 1
     assert by_name["first name right"].value == 0

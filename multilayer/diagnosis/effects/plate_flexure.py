@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
@@ -19,9 +19,14 @@ class PlateFlexure(Effect):
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """One mode in the reading."""
-        plate, configuration = setting.campaign.top_plate, setting.configuration
-        h = configuration.top_plate_thickness
-        stiffness = plate.young_modulus * h**3 / (12 * (1 - plate.poisson_ratio**2))
-        first = 9.08 / (2 * np.pi * configuration.specimen_radius**2) * np.sqrt(stiffness / (plate.density * h))
-        ratio = (setting.frequency / first) ** 2
-        return np.asarray(motion * (1 + values["share"] * ratio / (1 - ratio + 0.01j)))
+        return motion * bending(setting, values["share"])
+
+
+def bending(setting: Setting, share: RealArray) -> ComplexArray:
+    """Return what the first bending mode of the top plate multiplies the reading by: 1 for a share of 0."""
+    plate, configuration = setting.campaign.top_plate, setting.configuration
+    h = configuration.top_plate_thickness
+    stiffness = plate.young_modulus * h**3 / (12 * (1 - plate.poisson_ratio**2))
+    first = 9.08 / (2 * np.pi * configuration.specimen_radius**2) * np.sqrt(stiffness / (plate.density * h))
+    ratio = (setting.frequency / first) ** 2
+    return np.asarray(1 + share * ratio / (1 - ratio + 0.01j))

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive, signed
+from multilayer.diagnosis.effects.plate_flexure import bending
 
 
 class SensorMass(Effect):
-    """Mass added on the top plate."""
+    """Mass added on the top plate, which bends a little under it."""
 
     name = "sensor_mass"
-    law = "top plate mass + m"
+    law = "top plate mass + m; T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
     separated_by = "a second top plate of another mass"
     source = "piezoelectric accelerometers of 0.2 to 10 g; PCB 352C22 of the paper: 0.5 g, with cable about 1 g"
     moves_resonances = True
-    parameters = (positive("mass", 1e-3, 1.2, "kg"),)
+    parameters = (positive("mass", 1e-3, 1.2, "kg"), signed("bending", 0.3))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """The plate is heavier."""
         return chain.with_(plate_mass=chain.plate_mass + values["mass"])
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """Where the mass sits the plate moves more, or less, than elsewhere."""
+        return motion * bending(setting, values["bending"])
