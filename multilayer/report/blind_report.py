@@ -59,7 +59,7 @@ def blind_page(outcomes: Sequence[Outcome], seed: int) -> str:
         f"({mix}), finite elements make their signals, with the effects' laws perturbed by up to 30 %; every campaign "
         "is diagnosed without its label, and only then unsealed. Half of them have one configuration and 8 bursts, "
         "half two heights under two top plates. Scores of gaps are those of campaigns whose nominal misfit lies more "
-        "than 10 standard deviations above chance. "
+        "than 10 standard deviations above chance; of two effects, each one's own would. "
         f"Processor time: {made:.0f} s to make, {diagnosed:.0f} s to diagnose.",
         "",
     ]

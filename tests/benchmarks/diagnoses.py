@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.diagnosis.diagnose import diagnose_campaign
+from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.inverse.sources import read_fit
 from multilayer.media.elastic import p_wave_modulus
 from tests.benchmarks.scoring import true_modulus
@@ -27,6 +28,13 @@ the effect. "Gap" is chi-square per datum on held-out data, nominal and with the
 
 | campaign | truth | verdict | cause | p | size, 90 % interval | true | gap before | after | shrinkage | moduli |
 |---|---|---|---|---|---|---|---|---|---|---|"""
+
+WITHOUT = """## With the true effect removed
+
+`--without` the true one: nobody else should be blamed.
+
+| campaign | removed | verdict | in words |
+|---|---|---|---|"""
 
 
 def row(name: str, truth: dict[str, Any], record: dict[str, Any]) -> str:
@@ -59,7 +67,7 @@ def _moduli(name: str, unknowns: dict[str, Any]) -> str:
 
 def main() -> None:
     """Diagnose, compare and print the page."""
-    lines, sentences = [HEADING], []
+    lines, sentences, without = [HEADING], [], [WITHOUT]
     for folder in sorted(path for path in CAMPAIGNS.iterdir() if path.is_dir()):
         print(folder.name, file=sys.stderr)  # noqa: T201
         job = read_fit(folder)
@@ -67,7 +75,10 @@ def main() -> None:
         truth = json.loads(folder.with_name(f"{folder.name}.truth.json").read_text())
         lines.append(row(folder.name, truth, record))
         sentences.append(f"- `{folder.name}`: {record['sentence']}")
-    print("\n".join([*lines, "", _of_glue(), "", "## In words", "", *sentences]))  # noqa: T201
+        if (effect := truth["effect"]) in EFFECTS.names():
+            said = diagnose_campaign(job.campaign, job.recordings, chosen_effects(without=[effect])).record
+            without.append(f"| `{folder.name}` | {effect} | {said['verdict']} | {said['sentence']} |")
+    print("\n".join([*lines, "", _of_glue(), "", *without, "", "## In words", "", *sentences]))  # noqa: T201
 
 
 def _of_glue() -> str:

@@ -103,7 +103,9 @@ def test_a_constriction_is_that_of_finite_elements():
     campaign, joint = joint_bench()
     setting, f, modulus = Hypothesis(campaign, joint).settings[0], np.array([20.0]), 2e5 * (1 + 0.2j)
     chain = Chain(np.array([modulus]), 80.0, setting.configuration.specimen_thickness, setting.plate_mass)
-    glue = EFFECTS["delamination"]().chain(setting, chain, {"constriction": np.array([0.115]), "trend": np.zeros(1)}).glue
+    glue = (
+        EFFECTS["delamination"]().chain(setting, chain, {"constriction": np.array([0.115]), "trend": np.zeros(1)}).glue
+    )
     sizes = (setting.configuration.specimen_radius, setting.configuration.specimen_thickness, 80.0, 0.0, 3e-3)
     softer = np.array([modulus / (1 + 2 * modulus / (sizes[1] * glue[0]))])
     stiff = {"plate_modulus": 2.1e14, "plate_poisson_ratio": 0.0}

@@ -1,0 +1,76 @@
+"""What a hypothesis asks of stated uncertainties and of its law, against what chance asks."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from multilayer.diagnosis.discrepancy import law_p_value, nuisance_p_value
+from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
+from multilayer.diagnosis.law_errors import LawErrors
+from multilayer.inverse.least_squares import minimise
+from multilayer.inverse.problem import Minimum
+from tests.inverse.gaussian import Plain, linear
+
+N_DATA = 40
+
+
+def fitted(residual, z=(), stated=(), errors=None):
+    parameters = tuple(SimpleNamespace(nuisance=one) for one in stated)
+    minimum = Minimum(np.array(z), 0.0, residual, np.empty((len(residual), len(z))))
+    return Fitted(SimpleNamespace(parameters=parameters, effects=()), minimum, errors)
+
+
+def test_of_the_law_chance_asks_what_it_asks_of_a_uniform_number():
+    rng = np.random.default_rng(0)
+    errors = LawErrors.of(rng.standard_normal((N_DATA, 6)) * np.geomspace(0.1, 30, 6))
+    found = [law_p_value(fitted(rng.standard_normal(N_DATA), errors=errors)) for _ in range(2000)]
+    # two moments of a weighted sum: all but the shape far out
+    assert kstest(found, "uniform").statistic < 0.05
+
+
+def test_of_the_law_a_bent_one_asks_too_much():
+    rng = np.random.default_rng(1)
+    basis = 5 * rng.standard_normal((N_DATA, 3))
+    errors = LawErrors.of(basis)
+    for amount, allowed in ((1.0, True), (8.0, False)):
+        seen = errors.whitened(basis @ np.full(3, amount) + rng.standard_normal(N_DATA))
+        assert (law_p_value(fitted(seen, errors=errors)) > 1e-3) == allowed
+
+
+def test_without_errors_of_a_law_nothing_is_asked_of_it():
+    assert law_p_value(fitted(np.ones(N_DATA))) == 1.0
+    assert nuisance_p_value(fitted(np.ones(N_DATA), z=[9.0], stated=[False])) == 1.0
+
+
+@pytest.mark.parametrize(("off", "p"), [(0.0, 1.0), (1.0, 0.607), (5.0, 3.7e-6)])
+def test_what_is_stated_counts_together_and_alone(off, p):
+    # a chi-square of two numbers: exp(-off^2/2); how far the law is from the middle of its box does not matter
+    found = nuisance_p_value(fitted(np.ones(N_DATA), z=[7.0, off, 0.0], stated=[False, True, True]))
+    assert found == pytest.approx(p, rel=0.01)
+
+
+class Bare(Plain):
+    """A hypothesis without effects."""
+
+    effects = ()
+
+
+def test_fits_far_behind_are_given_up_and_others_finished():
+    rng = np.random.default_rng(2)
+    slopes = rng.standard_normal((N_DATA, 2))
+
+    def begun(off, ways=2):
+        same = linear(slopes, off + slopes @ np.ones(2))
+        hypothesis = Bare(same.function, same.parameters)
+        first = minimise(hypothesis, np.zeros(2), 1)
+        return Begun(hypothesis, tuple(((), first) for _ in range(ways)))
+
+    near, far, only = begun(0.1), begun(30.0), begun(30.0, ways=1)
+    found = finish_all({"near": near, "far": far, "only": only})
+    assert list(found) == ["near", "far", "only"]
+    assert found["far"].minimum is far.ways[0][1]
+    # what began near its minimum is cheap to finish
+    assert found["only"].minimum.cost < only.costs[0] or found["only"].minimum is not only.ways[0][1]
+    assert found["near"].log_evidence > found["far"].log_evidence
