@@ -9,6 +9,7 @@ import pytest
 from multilayer import diagnosis
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
 from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.errors import InputError
