@@ -96,16 +96,17 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
 
 def with_interval(value: float, low: float, high: float, unit: str) -> str:
     """Return ``value (low to high) unit``, to two digits of half the interval."""
-    shown, factor = readable_unit(value, unit)
-    scaled = [x / factor for x in (value, low, high)]
-    spread = abs(scaled[2] - scaled[1]) / 2
-    if not (all(map(math.isfinite, scaled)) and spread > 0):
+    if not (all(map(math.isfinite, (value, low, high))) and low < high):
         return with_unit(value, unit)
-    if spread > abs(scaled[0]):  # over decades no number of decimals suits both ends
+    either_sign = low < 0 < high
+    shown, factor = readable_unit(max(value, -low, high) if either_sign else value, unit)
+    scaled = [x / factor for x in (value, low, high)]
+    spread = (scaled[2] - scaled[1]) / 2
+    if spread > abs(scaled[0]) and not either_sign:  # over decades no number of decimals suits both ends
         texts = [significant(x, 2) for x in scaled]
     else:
         decimals = max(0, 1 - math.floor(math.log10(spread)))
-        texts = [f"{x:.{decimals}f}" for x in scaled]
+        texts = [f"{x:z.{decimals}f}" for x in scaled]
     return f"{texts[0]} ({texts[1]} to {texts[2]}) {shown}".rstrip()
 
 

@@ -219,6 +219,9 @@ def test_intervals_tell_the_digits():
     assert with_interval(-0.02, -0.03, -0.01, "") == "-0.020 (-0.030 to -0.010)"
     assert with_interval(1e-3, 1e-6, 1.0, "kg") == "1 (0.001 to 1000) g"
     assert with_interval(0.3, 0.3, 0.3, "s") == "300 ms"
+    # next to nothing of either sign: the ends tell how it is written
+    assert with_interval(-3e-18, -0.66, 0.66, "") == "0.00 (-0.66 to 0.66)"
+    assert with_interval(0.0, -3e-6, 4e-6, "s") == "0.0 (-3.0 to 4.0) µs"
     assert [percent(x) for x in (0.996, 0.873, 1.0, -0.1)] == ["99.6 %", "87 %", "100 %", "-10 %"]
     assert [significant(x) for x in (1234.0, 123456.0, 1e9, 1e-7)] == ["1230", "123000", "1×10⁹", "1×10⁻⁷"]
 
