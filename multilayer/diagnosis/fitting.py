@@ -137,7 +137,7 @@ class Begun:
         return max(ends, key=lambda one: one.log_evidence)
 
     def given_up(self) -> Fitted:
-        """Return the fit where it is: its evidence is at least that of the end."""
+        """Return the fit where it is; at its end it would have more evidence."""
         return Fitted(self.hypothesis, self.ways[0][1])
 
 
