@@ -30,7 +30,10 @@ class LostWorkerWarning(UserWarning):
 
 
 def run_all(
-    function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, done: Callable[[int], None]
+    function: Callable[[T], R],
+    tasks: Sequence[T],
+    executor: Executor | None,
+    done: Callable[[int], None] = lambda index: None,
 ) -> list[R]:
     """Return what `function` makes of every task, in the order of the tasks.
 
@@ -44,7 +47,7 @@ def run_all(
     tasks : sequence
     executor : Executor or None
         None for this process.
-    done : callable
+    done : callable, optional
         Called with the index of each task that is done.
 
     Raises

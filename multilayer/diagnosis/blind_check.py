@@ -94,10 +94,10 @@ def answer(task: BlindTask) -> Answer:
         made = make_campaign(sealed.settings, sealed.seed)
         ready = process_time()
         record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=sealed.deleted)).record
+        given = _answer(task.number, record, (ready - start, process_time() - ready))
+        return replace(given, excess_alone=_excess_alone(sealed)) if sealed.kind == "two" else given
     except Exception as error:  # whatever goes wrong with one campaign: it counts, is told, and does not end the check
         return Answer(task.number, "failed", problem=f"{type(error).__name__}: {error}")
-    given = _answer(task.number, record, (ready - start, process_time() - ready))
-    return replace(given, excess_alone=_excess_alone(sealed)) if sealed.kind == "two" else given
 
 
 def _excess_alone(sealed: Draw) -> tuple[float, ...]:
@@ -143,7 +143,7 @@ class Outcome:
 
     @property
     def visible(self) -> bool:
-        """Whether what was added is well above the noise, after the unknowns took what they can; of two, either."""
+        """Whether what was added is well above the noise, after the unknowns took what they can; of two, each."""
         alone = self.answer.excess_alone or (self.answer.excess,)
         return not self.gap_free and min(self.answer.excess, *alone) > _OBVIOUS
 

@@ -127,7 +127,7 @@ def _singles(
     tasks = begin_tasks(nominal, rest)
     # making finite elements takes as long as many fits, and none of these needs them
     first: list[Callable[[], Any]] = [partial(_with_rim, nominal, minima, finite)] if finite else []
-    begun = run_all(call, [*first, *tasks.values()], executor, lambda index: None)
+    begun = run_all(call, [*first, *tasks.values()], executor)
     rigs, found = begun.pop(0) if finite else ({}, {})
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}

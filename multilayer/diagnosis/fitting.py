@@ -18,7 +18,6 @@ from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis, smooth_basis
 from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise
-from multilayer.inverse.priors import Parameter
 from multilayer.inverse.problem import Minimum, Problem
 
 K = TypeVar("K")
@@ -81,34 +80,6 @@ class Fitted:
     def _size_error(self, name: str) -> float:
         effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
         return effect.law_error if effect.size_error is None else effect.size_error
-
-
-class Together:
-    """A `Problem` whose residual and derivative are computed together, and once: one costs little more than the other.
-
-    Parameters
-    ----------
-    problem : Problem
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self._last: tuple[RealArray, tuple[RealArray, RealArray]] | None = None
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the problem."""
-        return self.problem.parameters
-
-    def residual(self, z: RealArray) -> RealArray:
-        """Return the residual at one point, shape (n_data,)."""
-        return self.linearised(z)[0]
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative."""
-        if self._last is None or not np.array_equal(self._last[0], z):
-            self._last = np.array(z), self.problem.linearised(z)
-        return self._last[1]
 
 
 @dataclass(frozen=True)
@@ -217,7 +188,7 @@ def minimised(problem: Problem, start: RealArray, tolerance: float, most: int = 
 
     For problems that cost as much at one point as at all of a derivative.
     """
-    return minimise(Together(problem), start, most, tolerance, "dogbox")
+    return minimise(problem, start, most, tolerance, "dogbox", together=True)
 
 
 def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:
@@ -256,7 +227,7 @@ def fit_effects(
         Where fits run; in this process when left out.
     """
     tasks = begin_tasks(nominal, effects, starts)
-    return finish_all(dict(zip(tasks, run_all(call, [*tasks.values()], executor, _silent), strict=True)), executor)
+    return finish_all(dict(zip(tasks, run_all(call, [*tasks.values()], executor), strict=True)), executor)
 
 
 def begin_tasks(
@@ -296,10 +267,6 @@ def finish_all(
         if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
     }
     going = [key for key in begun if key not in hopeless]
-    ends = run_all(call, [begun[key].finished for key in going], executor, _silent)
+    ends = run_all(call, [begun[key].finished for key in going], executor)
     found = dict(zip(going, ends, strict=True)) | {key: begun[key].given_up() for key in hopeless}
     return {key: found[key] for key in begun}
-
-
-def _silent(index: int) -> None:
-    pass

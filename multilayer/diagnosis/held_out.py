@@ -71,7 +71,7 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | No
         return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
     everything = [nominal, *fitted]
     tasks = [(one, kept, left) for one in everything for kept, left in pairs]
-    residuals = run_all(_foretold, tasks, executor, lambda index: None)
+    residuals = run_all(_foretold, tasks, executor)
     folded = [residuals[i : i + len(pairs)] for i in range(0, len(residuals), len(pairs))]
     gaps = [float(np.mean(np.concatenate(parts) ** 2)) for parts in folded]
     return [Shrinkage(gaps[0], gap, how) for gap in gaps[1:]]

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows
+from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.interface import AnyHypothesis
@@ -116,20 +116,15 @@ class Hypothesis(BaseHypothesis[Effect]):
         nuisances = self._nuisances(rows)
         n_law, n_nominal = len(self.joint.law_parameters), len(self.nominal_parameters)
         found = []
-        for setting, measured in zip(self.settings, self._log_measured, strict=True):
-            # of the samples of a derivative most differ in the channels, or in another configuration, only
-            change = self.joint.nuisances.of_rig(nuisances, setting.data)
-            kept, place = distinct_rows(rows[:, :n_law], *change.parts, rows[:, n_nominal:])
-            _, shown = self.predict(setting, rows[kept], stiffening)
-            channels = self.joint.nuisances.of_channels(nuisances, setting.data)
-            difference = (np.log(shown + _TINY) - measured)[place] + channels
-            turned = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
-            found.append((difference.real + 1j * turned).reshape(*z.shape[:-1], -1))
-        return found
+        felt = np.concatenate([rows[:, :n_law], rows[:, n_nominal:]], axis=1)
+        for setting in self.settings:
 
-    @cached_property
-    def _log_measured(self) -> list[ComplexArray]:
-        return [np.log(setting.data.ratio) for setting in self.settings]
+            def shown(kept: IndexArray, setting: Setting = setting) -> ComplexArray:
+                return np.asarray(np.log(self.predict(setting, rows[kept], stiffening)[1] + _TINY))
+
+            difference = self.joint.nuisances.log_ratio(nuisances, setting.data, felt, shown)
+            found.append(difference.reshape(*z.shape[:-1], -1))
+        return found
 
     def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
@@ -271,7 +266,7 @@ def _with_air(setting: Setting, chain: Chain, poisson_ratio: float, held: float)
     """Return what the air in the sample's pores, if any, multiplies the motion by."""
     if chain.resistivity is None:
         return 1.0
-    factor = pumped_disc_factor(
+    return pumped_disc_factor(
         setting.omega,
         chain.modulus,
         chain.resistivity,
@@ -282,7 +277,6 @@ def _with_air(setting: Setting, chain: Chain, poisson_ratio: float, held: float)
         poisson_ratio=poisson_ratio,
         held=held,
     )
-    return np.asarray(factor)
 
 
 def _beside(setting: Setting, rods: Sequence[Rod], chain: Chain) -> ComplexArray:

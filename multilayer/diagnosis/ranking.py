@@ -183,7 +183,7 @@ def compare(
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or strained):
         pairs = _promising(singles, best, effects, every=several and strained)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
-        begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor, lambda index: None), strict=True))
+        begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
         for (names, second), pair in finish_all(begun, executor, behind=_PAIR_BEHIND).items():
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
@@ -208,13 +208,15 @@ def _promising(
     hopeful = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
     for names in hopeful[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
-        gains = expected_gains(singles[names], others)
-        likely = [
-            name for name in sorted(gains, key=lambda one: -gains[one])[:N_SECOND] if gains[name] > SECOND_EVIDENCE
-        ]
-        for second in others if every and names == best[0] else likely:
+        for second in others if every and names == best[0] else _likely(singles[names], others):
             found.setdefault(frozenset((*names, second)), (names, second))
     return list(found.values())
+
+
+def _likely(fitted: Fitted, others: Mapping[str, BaseEffect]) -> list[str]:
+    """Return the further effects that promise most beside those of a fit."""
+    gains = expected_gains(fitted, others)
+    return [name for name in sorted(gains, key=lambda one: -gains[one])[:N_SECOND] if gains[name] > SECOND_EVIDENCE]
 
 
 def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str, float]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray, distinct_rows
+from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows
 from multilayer.errors import InputError
 from multilayer.inverse.burst import BurstData
 from multilayer.inverse.least_squares import distinct, hopeful, minimise, search
@@ -65,6 +65,11 @@ class ConfigurationData:
     variance: RealArray
     centres: RealArray
     stretch_moments: ComplexArray | None = None
+
+    @cached_property
+    def log_ratio(self) -> ComplexArray:
+        """Logarithm of `ratio`."""
+        return np.asarray(np.log(self.ratio))
 
     def covariance(self, model_error: float) -> RealArray:
         """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
@@ -250,6 +255,32 @@ class Nuisances:
         delay = values.get("channel_delay", zero)
         return np.asarray(gain[..., None] - 2j * np.pi * data.frequency * delay[..., None])
 
+    def log_ratio(
+        self,
+        values: Mapping[str, RealArray],
+        data: ConfigurationData,
+        felt: RealArray,
+        log_motion: Callable[[IndexArray], ComplexArray],
+    ) -> ComplexArray:
+        """Return ln(model/measured) of a configuration, the phase within half a turn, shape (m, n).
+
+        Most samples of a derivative differ only in the channels, or in another configuration: the motion that they
+        share is computed once.
+
+        Parameters
+        ----------
+        values : mapping
+            Of the nuisances, each of shape (m,) or ().
+        data : ConfigurationData
+        felt : array, shape (m, k)
+            What else than the nuisances the motion depends on.
+        log_motion : callable
+            Gives ln(top/base) without the channels' gains and delays, shape (k, n), of k of the m samples.
+        """
+        kept, place = distinct_rows(felt, *self.of_rig(values, data).parts)
+        difference = (log_motion(kept) - data.log_ratio)[place] + self.of_channels(values, data)
+        return np.asarray(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+
 
 @dataclass(frozen=True)
 class JointProblem:
@@ -318,14 +349,13 @@ class JointProblem:
         law = self.law_coordinates(rows)
         found = []
         for data in self.data:
-            # of the samples of a derivative most differ in the channels, or in another configuration, only
-            change = self.nuisances.of_rig(values, data)
-            kept, place = distinct_rows(rows[:, :n], *change.parts)
-            own = {name: value[kept] for name, value in values.items()}
-            moved = self.log_motion(data, self.space.modulus(law[kept], data.frequency), own)
-            difference = (moved - np.log(data.ratio))[place] + self.nuisances.of_channels(values, data)
-            turned = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
-            found.append((difference.real + 1j * turned).reshape(*z.shape[:-1], -1))
+
+            def moved(kept: IndexArray, data: ConfigurationData = data) -> ComplexArray:
+                own = {name: value[kept] for name, value in values.items()}
+                return self.log_motion(data, self.space.modulus(law[kept], data.frequency), own)
+
+            difference = self.nuisances.log_ratio(values, data, rows[:, :n], moved)
+            found.append(difference.reshape(*z.shape[:-1], -1))
         return found
 
     def law_coordinates(self, z: RealArray) -> RealArray:

@@ -26,6 +26,8 @@ def minimise(
     most: int = _MOST,
     tolerance: float = _TIGHT,
     method: Literal["trf", "dogbox"] = "trf",
+    *,
+    together: bool = False,
 ) -> Minimum:
     """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
 
@@ -40,6 +42,8 @@ def minimise(
     method : {'trf', 'dogbox'}
         Of `scipy.optimize.least_squares`; the second takes fewer steps along curved valleys, and tells less exactly
         where it has arrived.
+    together : bool
+        Compute the derivative with every residual: for problems where one costs little more than the other.
     """
     n = start.size
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
@@ -52,7 +56,7 @@ def minimise(
         return last[key]
 
     def residual(z: RealArray) -> RealArray:
-        return np.concatenate([problem.residual(z), z])
+        return np.concatenate([both(z)[0] if together else problem.residual(z), z])
 
     def derivative(z: RealArray) -> RealArray:
         return np.concatenate([both(z)[1], np.eye(n)])
