@@ -44,6 +44,13 @@ def nuisance_p_value(fitted: Fitted) -> float:
     return float(chi2.sf(amounts @ amounts, len(amounts))) if len(amounts) else 1.0
 
 
+def size_p_value(fitted: Fitted) -> float:
+    """Return the probability that effects are as far from their usual sizes, all their parameters together."""
+    own = len(fitted.hypothesis.effect_parameters)
+    amounts = fitted.minimum.z[len(fitted.minimum.z) - own :]
+    return float(chi2.sf(amounts @ amounts, own)) if own else 1.0
+
+
 def law_p_value(fitted: Fitted) -> float:
     """Return the probability that the effects' laws are as wrong as the fit takes them.
 

@@ -29,11 +29,14 @@ class Shrinkage:
         data leave open of the parameters.
     held_out : str
         What was left out.
+    log_score : float
+        Log density of the left-out data as foretold with the hypothesis, but for a constant of the data.
     """
 
     before: float
     after: float
     held_out: str
+    log_score: float = 0.0
 
     @property
     def share(self) -> float:
@@ -71,16 +74,17 @@ def shrinkage(nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | No
         return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
     everything = [nominal, *fitted]
     tasks = [(one, kept, left) for one in everything for kept, left in pairs]
-    residuals = run_all(_foretold, tasks, executor)
-    folded = [residuals[i : i + len(pairs)] for i in range(0, len(residuals), len(pairs))]
-    gaps = [float(np.mean(np.concatenate(parts) ** 2)) for parts in folded]
-    return [Shrinkage(gaps[0], gap, how) for gap in gaps[1:]]
+    foretold = run_all(_foretold, tasks, executor)
+    folded = [foretold[i : i + len(pairs)] for i in range(0, len(foretold), len(pairs))]
+    gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in folded]
+    scores = [-0.5 * sum(float(residual @ residual) + wide for residual, wide in parts) for parts in folded]
+    return [Shrinkage(gaps[0], gap, how, score) for gap, score in zip(gaps[1:], scores[1:], strict=True)]
 
 
-def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> RealArray:
+def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tuple[RealArray, float]:
     """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
 
-    The task is a fit, and the data that are kept and left.
+    And the logarithm of the determinant of that covariance. The task is a fit, and the data that are kept and left.
 
     What the kept data tell of the error that an effect's law makes everywhere is foretold, too.
     """
@@ -99,4 +103,4 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> Real
         known, common = basis(found.z)
         amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(found.z))
         residual = residual - common @ amounts[: common.shape[1]]
-    return unforeseen.whitened(residual)
+    return unforeseen.whitened(residual), unforeseen.log_determinant

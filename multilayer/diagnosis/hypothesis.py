@@ -25,7 +25,8 @@ from multilayer.rig.shape_factor import static_shape_factor
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
-_GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
+_GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
+_LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
 
 
 @dataclass(frozen=True)
@@ -129,12 +130,13 @@ class Hypothesis(BaseHypothesis[Effect]):
     def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
 
-        What the effect itself changes, where it acts on the reading. Of one that acts on the sample, what the change of
-        modulus does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
+        Where it acts on the reading, what it adds over what is read: of a tenth more crosstalk c the logarithm of T + c
+        feels 0.1 c/(T + c), however deep T lies below c. Of one that acts on the sample, what the change of modulus
+        does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
         """
         change = super().law_change(index, z)
         if not self.effects[index].moves_resonances:
-            return change
+            return [1 - np.exp(-np.maximum(one.real, -1.0) - 1j * one.imag) for one in change]
         others, rest = self.without(index, z)
         return [
             float(np.abs(np.vdot(slope, one)) / np.vdot(slope, slope).real) * slope
@@ -196,7 +198,7 @@ class Hypothesis(BaseHypothesis[Effect]):
             skin: Rod = (held * ratio, chain.density, thickness)
             rods = [skin, (held, chain.density, chain.thickness - 2 * thickness), skin]
         if chain.glue is not None:
-            glue: Rod = (chain.glue * _GLUE, 1e-3, _GLUE)  # a spring: its mass is nothing
+            glue: Rod = (chain.glue * _GLUE, np.maximum(chain.glue_mass, _LIGHT) / _GLUE, _GLUE)
             rods = [glue, *rods, glue]
         thickness = setting.configuration.top_plate_thickness
         heavy = chain.plate_mass / (setting.area * thickness)
@@ -211,7 +213,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         return any(setting.configuration == c for c in self.campaign.configurations)
 
     def _finite_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
-        """Return the motion of the disc with its free rim; glue and skin by their static compliance."""
+        """Return the motion of the disc with its free rim; glue and skin by their static compliance, glue as mass, too."""
         configuration = setting.configuration
         if not self._is_known(setting):
             # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
@@ -226,7 +228,7 @@ class Hypothesis(BaseHypothesis[Effect]):
             modulus = modulus / (1 + 2 * modulus / (height * chain.glue))
         if chain.spring is not None:
             modulus = modulus + chain.spring * height / setting.area
-        scale = chain.plate_mass / setting.plate_mass
+        scale = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass
         density = np.asarray(chain.density / self.campaign.specimen.density / scale - 1)
         thicker = np.asarray(chain.thickness - height)
         motion = near.log_motion(setting.frequency, modulus / scale, np.asarray(density.real), thicker.real)

@@ -70,6 +70,9 @@ class AnyHypothesis(Protocol):
     def with_effects(self, *effects: Any) -> Self:
         """Return the hypothesis of other effects, of the kind it admits."""
 
+    def without(self, index: int, z: RealArray) -> tuple[Self, RealArray]:
+        """Return the hypothesis without one of its effects, and the coordinates, shape (d,), that are left."""
+
     def of(self, data: Sequence[Any]) -> Self:
         """Return the same with residuals of some data only."""
 

@@ -141,9 +141,7 @@ def judge(
     """
     found = compare(nominal, singles, effects, executor)
     tell("effects in pairs")
-    tried = worth_checking(found) if found.is_gap else []
-    shares = shrinkage(nominal, [found.fitted[names] for names in tried], executor) if tried else []
-    held = dict(zip(tried, shares, strict=True))
+    found, held = _on_held_out_data(found, executor) if found.is_gap else (found, {})
     tell("held-out data")
     signatures = [signature(nominal, effect) for effect in effects.values()]
     columns = np.stack(signatures, axis=1) if signatures else np.empty((len(nominal.minimum.residual), 0))
@@ -151,3 +149,19 @@ def judge(
     sizes = detectable(nominal, effects, columns)
     tell("verdict")
     return Judgement(found, decide(found, held), held, similarity, sizes)
+
+
+def _on_held_out_data(
+    found: Hypotheses, executor: Executor | None
+) -> tuple[Hypotheses, dict[tuple[str, ...], Shrinkage]]:
+    """Return the hypotheses with what held-out data say of them, and the shrinkage of those that were checked."""
+    held: dict[tuple[str, ...], Shrinkage] = {}
+
+    def checked(wanted: Sequence[tuple[str, ...]]) -> Hypotheses:
+        tried = [names for names in wanted if names not in held]
+        shares = shrinkage(found.nominal, [found.fitted[names] for names in tried], executor) if tried else []
+        held.update(zip(tried, shares, strict=True))
+        return found.informed(held)
+
+    # what is best is known only once held-out data have decided between those that are near
+    return checked(worth_checking(checked(found.near))), held

@@ -15,6 +15,7 @@ from multilayer.inverse.priors import Parameter
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
 _KEPT = 1e-4  # eigenvalues of its covariance kept, relative
+_MOST = 3.0  # of ln(ratio) or its error where what is read nearly vanishes: no small change any more
 _LEAST = 0.03  # standard deviations of the data: smaller errors change nothing
 
 
@@ -147,8 +148,7 @@ def _modulated(
     blocks = []
     for i, (data, own) in enumerate(zip(hypothesis.data, signature, strict=True)):
         smooth = (_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ shape).T
-        # beyond half a turn or a neper the effect is no small change of ln(ratio) any more
-        limited = own / np.maximum(np.abs(own), 1.0)
+        limited = own / np.maximum(np.abs(own) / _MOST, 1.0)
         parts = [hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T]
         blocks.append(np.concatenate(parts, axis=1))
     return blocks

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -15,6 +15,7 @@ from multilayer.diagnosis.discrepancy import (
     discrepancy_evidence,
     law_p_value,
     nuisance_p_value,
+    size_p_value,
     tolerant_p_value,
 )
 from multilayer.diagnosis.effects.base import BaseEffect
@@ -27,9 +28,13 @@ from multilayer.diagnosis.thresholds import (
     FULL_SHRINKAGE,
     LEAST_SCORE,
     LEAST_SHRINKAGE,
+    LEAST_SHRINKAGE_ONE,
     LEAST_SIZE,
+    MOST_NEAR,
+    MOST_UNDONE,
     N_FIRST,
     N_SECOND,
+    NEAR,
     PRIOR_NONE,
     PRIOR_ONE,
     PRIOR_TWO,
@@ -69,22 +74,41 @@ class Hypotheses:
         effects under ``("unknown",)``.
     n_effects : int
         How many effects were tried by themselves.
+    foretold : dict
+        By names, how much worse than the best of those near each other a cause foretells held-out data, nats: at most
+        0; of causes that were checked.
     """
 
     nominal: Fitted
     fitted: dict[tuple[str, ...], Fitted]
     evidence: dict[tuple[str, ...], float]
     n_effects: int
+    foretold: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
     def score(self, names: tuple[str, ...]) -> float:
-        """Return the logarithm of evidence times prior: how common such a cause is, shared by all of its kind."""
+        """Return the logarithm of evidence times prior: how common such a cause is, shared by all of its kind.
+
+        And what held-out data say of it: the evidence of two causes that fit hangs on how wrong their laws may be, that
+        they foretell other data does not.
+        """
         if names == ():
             return self.evidence[names] + float(np.log(PRIOR_NONE))
         if names == UNKNOWN:
             return self.evidence[names] + float(np.log(PRIOR_UNKNOWN))
         n = max(self.n_effects, 1)
         prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
-        return self.evidence[names] + float(np.log(prior))
+        return self.evidence[names] + float(np.log(prior)) + self.foretold.get(names, 0.0)
+
+    @property
+    def near(self) -> list[tuple[str, ...]]:
+        """Names of the causes that held-out data are to tell apart, the most probable first."""
+        ranked = [names for names in self.ranked if names in self.fitted]
+        return [names for names in ranked if self.score(ranked[0]) - self.score(names) < NEAR][:MOST_NEAR]
+
+    def informed(self, held: Mapping[tuple[str, ...], Shrinkage]) -> Hypotheses:
+        """Return the same with what held-out data say of the causes that are near each other, and of others."""
+        best = max((held[names].log_score for names in self.near if names in held), default=0.0)
+        return replace(self, foretold={names: min(one.log_score - best, 0.0) for names, one in held.items()})
 
     @cached_property
     def p_value(self) -> float:
@@ -300,15 +324,31 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
 
 def _mistrust(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
     """Return why the best cause is not named; empty where it is."""
-    label, share = in_words(best), _seen_share(best, shrinkage)
+    share = _seen_share(best, shrinkage)
     if left := _strain(found.fitted[best], forgiven=len(best) == 1 and _explains_enough(found, best, share)):
-        return f"{label} explains most, but {left}"
-    if share is not None and share < LEAST_SHRINKAGE:
-        return f"with {label} the gap on held-out data shrinks by {100 * share:.0f} % only"
-    if len(best) == 1:
-        return ""
+        return f"{in_words(best)} explains most, but {left}"
+    if doubt := _not_foretold(found, best, shrinkage):
+        return f"with {in_words(best)} {doubt}"
+    return _mistrust_of_two(found, best, shrinkage) if len(best) > 1 else ""
+
+
+def _not_foretold(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
+    """Return what speaks against a cause on held-out data."""
+    share = _seen_share(best, shrinkage)
+    if share is None:
+        worse = best in shrinkage and shrinkage[best].after > SEEN_HELD_OUT
+        return "held-out data are foretold worse than without" if worse else ""
+    least = LEAST_SHRINKAGE if found.several else LEAST_SHRINKAGE_ONE
+    return f"the gap on held-out data shrinks by {100 * share:.0f} % only" if share < least else ""
+
+
+def _mistrust_of_two(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
+    """Return why two effects that fit are not named."""
+    label, share = in_words(best), _seen_share(best, shrinkage)
     if not found.several:
         return f"only two effects at once, such as {label}, explain it, and one configuration cannot tell such apart"
+    if (times := undone(found.fitted[best])) > MOST_UNDONE:
+        return f"{label} would nearly undo each other, each by itself {times:.1f} times as large as both together"
     alone = max((held.share, names) for names, held in shrinkage.items() if len(names) == 1)
     if share is not None and alone[0] >= share:
         return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
@@ -324,17 +364,34 @@ def _seen_share(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrin
 def _strain(fitted: Fitted, *, forgiven: bool = False) -> str:
     """Return what a hypothesis asks too much of; empty where it fits.
 
-    Of chance and solvers, of what the laboratory states, and of the effects' laws each: together they forgive more than
-    any right hypothesis asks of one of them. A misfit may be `forgiven`, the others never.
+    Of chance and solvers, of what the laboratory states, of the effects' sizes and of their laws each: together they
+    forgive more than any right hypothesis asks of one of them. A misfit may be `forgiven`, the others never.
     """
     asked = {
         "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(fitted),
+        "asks for sizes so far from the usual ones that these have the probability": size_p_value(fitted),
         "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
     }
     if not forgiven:
         asked["leaves a misfit of probability"] = tolerant_p_value(fitted, TOLERANCE)
     text = min(asked, key=lambda one: asked[one])
     return f"{text} {_told(asked[text])}" if asked[text] < FIT_P else ""
+
+
+def undone(fitted: Fitted) -> float:
+    """Return how many times what two effects change together the lesser of them changes, the other being there.
+
+    Two laws that are far off and nearly undo each other leave a difference that fits much; what two effects of a rig
+    change has little to do with each other.
+    """
+    hypothesis, z = fitted.hypothesis, fitted.minimum.z
+    whole = hypothesis.residual(z)
+    nothing = hypothesis.with_effects().residual(z[: len(z) - len(hypothesis.effect_parameters)])
+    parts = []
+    for index in range(len(hypothesis.effects)):
+        others, rest = hypothesis.without(index, z)
+        parts.append(float(np.linalg.norm(whole - others.residual(rest))))
+    return min(parts) / max(float(np.linalg.norm(whole - nothing)), 1e-12)
 
 
 def _explains_enough(found: Hypotheses, best: tuple[str, ...], share: float | None) -> bool:

@@ -92,6 +92,8 @@ class Chain:
         kg.
     glue : complex array or None
         Stiffness of one layer of glue per area, Pa/m; there is one at each face.
+    glue_mass : array
+        Of one layer of glue per area, kg/m2.
     skin : tuple of array or None
         Thickness (m) of a layer at each face, and its modulus over that of the core.
     spring : complex array or None
@@ -105,6 +107,7 @@ class Chain:
     thickness: Numeric
     plate_mass: Numeric
     glue: Numeric | None = None
+    glue_mass: Numeric = 0.0
     skin: tuple[Numeric, Numeric] | None = None
     spring: Numeric | None = None
     resistivity: Numeric | None = None
@@ -112,6 +115,11 @@ class Chain:
     def with_(self, **changes: object) -> Chain:
         """Return a chain with other values."""
         return replace(self, **changes)  # type: ignore[arg-type]
+
+    def glued(self, stiffness: Numeric, mass: Numeric = 0.0) -> Chain:
+        """Return a chain with one more layer at each face: its stiffness, Pa/m, and mass, kg/m2, per area."""
+        both = stiffness if self.glue is None else 1 / (1 / self.glue + 1 / stiffness)
+        return replace(self, glue=both, glue_mass=self.glue_mass + mass)
 
 
 class BaseEffect:
@@ -197,9 +205,11 @@ def _effect_fault(name: str, item: Any) -> str:
 EFFECTS: Registry[type[BaseEffect]] = Registry("multilayer.effects", "effect", _effect_fault)
 
 
-def positive(name: str, median: float, spread: float, unit: str = "") -> Parameter:
-    """Return a parameter above 0 with a lognormal prior."""
-    return Parameter(name=name, prior=Prior(lognormal=(median, spread)), unit=unit)
+def positive(
+    name: str, median: float, spread: float, unit: str = "", bounds: tuple[float, float] | None = None
+) -> Parameter:
+    """Return a parameter above 0 with a lognormal prior, which may be cut at `bounds`."""
+    return Parameter(name=name, prior=Prior(lognormal=(median, spread), bounds=bounds), unit=unit)
 
 
 def signed(name: str, spread: float, unit: str = "") -> Parameter:

@@ -9,14 +9,14 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class Crosstalk(Effect):
-    """T + c."""
+    """T + c + i d f/(1 kHz): what grounds share does not depend on frequency, what capacitances do rises with it."""
 
     name = "crosstalk"
-    law = "T + c"
+    law = "T + c + i d f/(1 kHz): shared grounds, and capacitances"
     separated_by = "swapped channels; the base shaken without a sample"
     source = "cables and grounds: -60 to -30 dB"
-    parameters = (signed("share", 0.02),)
+    parameters = (signed("share", 0.02), signed("capacitive", 0.005))
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """The base leaks into the top channel."""
-        return np.asarray(motion + values["share"])
+        return np.asarray(motion + values["share"] + 1j * values["capacitive"] * setting.frequency / 1000.0)

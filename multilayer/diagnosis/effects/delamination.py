@@ -27,4 +27,4 @@ class Delamination(Effect):
         names = [configuration.name for configuration in setting.campaign.configurations]
         place = 2 * names.index(setting.configuration.name) / (len(names) - 1) - 1 if len(names) > 1 else 0.0
         length = values["constriction"] * np.exp(place * values["trend"]) * setting.configuration.specimen_radius
-        return chain.with_(glue=chain.modulus / length)
+        return chain.glued(chain.modulus / length)

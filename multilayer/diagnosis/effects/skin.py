@@ -18,7 +18,7 @@ class Skin(Effect):
     separated_by = "another thickness"
     source = "moulded foams: skins of 0.3 to 3 mm, 2 to 20 times as stiff"
     moves_resonances = True
-    parameters = (positive("thickness", 1e-3, 0.6, "m"), positive("ratio", 3.0, 0.7))
+    parameters = (positive("thickness", 1e-3, 0.6, "m"), positive("ratio", 3.0, 0.7, bounds=(1.0, 100.0)))
     absent: ClassVar[Mapping[str, float]] = {"ratio": 1.0}
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
