@@ -25,6 +25,7 @@ from multilayer.rig.shape_factor import static_shape_factor
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
+_RESOLUTION = 0.5  # of the mesh for another geometry: right to 1e-5, in half the time
 _GLUE = 1e-6  # thickness by which a spring per area is written as a rod, m
 
 
@@ -253,7 +254,7 @@ def held_factor(poisson_ratio: float) -> float:
 
 @lru_cache(maxsize=64)
 def _static(poisson_ratio: float, shape: float) -> float:
-    return static_shape_factor(max(poisson_ratio, 0.0), shape)
+    return static_shape_factor(max(poisson_ratio, 0.0), shape, resolution=_RESOLUTION)
 
 
 def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:
