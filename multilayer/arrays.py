@@ -24,10 +24,12 @@ def distinct_rows(*columns: RealArray) -> tuple[IndexArray, IndexArray]:
     """
     count = max(len(column) for column in columns if column.ndim)
     whole = [np.broadcast_to(column, (count,)) if column.ndim < 2 else column for column in columns]
-    rows = np.ascontiguousarray(np.column_stack(whole))
-    as_one = rows.view(np.dtype((np.void, rows.itemsize * rows.shape[1])))
-    _, kept, place = np.unique(as_one.ravel(), return_index=True, return_inverse=True)
-    return kept, place
+    rows = np.column_stack(whole)
+    raw, size = rows.tobytes(), rows.itemsize * rows.shape[1]
+    first: dict[bytes, int] = {}  # for some dozens of rows half the time of sorting them
+    alike = [first.setdefault(raw[i * size : (i + 1) * size], i) for i in range(count)]
+    kept = np.array([*first.values()])
+    return kept, np.searchsorted(kept, alike)
 
 
 __all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray", "distinct_rows"]

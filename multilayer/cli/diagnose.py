@@ -63,18 +63,20 @@ def diagnose(
     Example: multilayer diagnose examples/foam_tube
     """
     from multilayer.executors import local_pool
-    from multilayer.inverse.sources import is_stack_fit
-    from multilayer.report.diagnosis_files import diagnosis_files
-    from multilayer.report.diagnosis_table import diagnosis_table
-    from multilayer.report.files import write_files
 
-    ask = _tube if is_stack_fit(source) else _campaign
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
-    with local_pool(n_jobs, "multilayer.diagnosis.diagnose") as executor:
+    with local_pool(n_jobs, "multilayer.diagnosis.diagnose") as executor:  # before the imports: workers have their own
+        from multilayer.inverse.sources import is_stack_fit
+        from multilayer.report.diagnosis_files import diagnosis_files
+        from multilayer.report.diagnosis_table import diagnosis_table
+        from multilayer.report.files import write_files
+
+        ask = _tube if is_stack_fit(source) else _campaign
         result, folder = ask(source, out, without or [], law, seed, executor)
+        files = diagnosis_files(result, figures=figures, executor=executor)
     for text in result.record.get("warnings", ()):
         typer.echo(f"warning: {text}", err=True)
-    written = write_files(folder, diagnosis_files(result, figures=figures))
+    written = write_files(folder, files)
     if as_json:
         typer.echo(result.to_json(), nl=False)
     else:

@@ -88,7 +88,7 @@ def diagnose_campaign(
     """
     tell = progress or (lambda text: None)
     every = dict(effects) if effects is not None else chosen_effects()
-    nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed)
+    nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed, executor=executor)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     nominal, singles = _singles(nominal, minima, usable, executor)
@@ -110,11 +110,12 @@ def fit_nominal(
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
     seed: int = 0,
+    executor: Executor | None = None,
 ) -> tuple[Fitted, list[Minimum]]:
     """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
-    minima = solve_joint(joint, seed=seed)
+    minima = solve_joint(joint, seed=seed, executor=executor)
     return fit(Hypothesis(campaign, joint), minima[0].z), minima
 
 

@@ -25,6 +25,7 @@ from multilayer.rig.shape_factor import static_shape_factor
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
+_RESOLUTION = 0.5  # of the mesh for another geometry: right to 1e-5, in half the time
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
 
@@ -213,7 +214,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         return any(setting.configuration == c for c in self.campaign.configurations)
 
     def _finite_motion(self, setting: Setting, chain: Chain) -> ComplexArray:
-        """Return the motion of the disc with its free rim; glue and skin by their static compliance, glue as mass, too."""
+        """Return the motion of the disc with its free rim; glue and skin by their compliance, glue as mass, too."""
         configuration = setting.configuration
         if not self._is_known(setting):
             # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
@@ -255,7 +256,7 @@ def held_factor(poisson_ratio: float) -> float:
 
 @lru_cache(maxsize=64)
 def _static(poisson_ratio: float, shape: float) -> float:
-    return static_shape_factor(max(poisson_ratio, 0.0), shape)
+    return static_shape_factor(max(poisson_ratio, 0.0), shape, resolution=_RESOLUTION)
 
 
 def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:

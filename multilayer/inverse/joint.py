@@ -7,6 +7,7 @@ it no such freedom: what it cannot explain shows.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -411,6 +412,7 @@ def solve_joint(
     n_followed: int = N_FOLLOWED,
     seed: int = 0,
     tell: Tell | None = None,
+    executor: Executor | None = None,
 ) -> list[Minimum]:
     """Return the distinct minima of a joint problem, the most probable first.
 
@@ -427,9 +429,11 @@ def solve_joint(
     seed : int
     tell : callable, optional
         Called with a short text after each start.
+    executor : Executor, optional
+        Where the starts are followed; in this process when left out.
     """
     law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
-    coarse = search(law_only, starts, n_best=n_best, seed=seed, few=_FEW, tell=tell)
+    coarse = search(law_only, starts, n_best=n_best, seed=seed, few=_FEW, tell=tell, executor=executor)
     rest = np.zeros(len(problem.nuisances.parameters))
     followed = [np.concatenate([m.z, rest]) for m in coarse[:n_followed] if hopeful(m, coarse)]
     fine = [found for start in followed for found in _descents(problem, law_only.model_error, start)]

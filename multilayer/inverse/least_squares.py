@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -10,6 +12,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from multilayer.arrays import RealArray
+from multilayer.executors import run_all
 from multilayer.inverse.problem import Minimum, Problem
 
 _CANDIDATES = 128  # points of the prior that are looked at
@@ -78,6 +81,7 @@ def search(
     seed: int = 0,
     few: int = _MOST,
     tell: Callable[[str], None] | None = None,
+    executor: Executor | None = None,
 ) -> list[Minimum]:
     """Return the distinct minima of a problem, the most probable first.
 
@@ -96,19 +100,23 @@ def search(
         that need more creep along the floor of a wrong valley.
     tell : callable, optional
         Called with a short text after each start.
+    executor : Executor, optional
+        Where the starts are followed; in this process when left out.
     """
     n = len(problem.parameters)
     points = draw_prior(n, n_candidates, seed)
     costs = np.concatenate([_cost(problem, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)])
     chosen = [*starts, *points[np.argsort(costs, kind="stable")[:n_best]]]
+    ends = run_all(
+        partial(minimise, problem, most=few),
+        [np.asarray(start, dtype=float) for start in chosen],
+        executor,
+        lambda index: None if tell is None else tell(f"start {index + 1} of {len(chosen)}"),
+    )
     minima: list[Minimum] = []
-    for number, start in enumerate(chosen, start=1):
-        found = minimise(problem, np.asarray(start, dtype=float), few)
-        if not found.converged and few < _MOST and hopeful(found, minima):
-            found = minimise(problem, found.z)
-        minima.append(found)
-        if tell is not None:
-            tell(f"start {number} of {len(chosen)}")
+    for found in ends:
+        is_done = found.converged or few >= _MOST or not hopeful(found, minima)
+        minima.append(found if is_done else minimise(problem, found.z))
     return distinct(minima)
 
 

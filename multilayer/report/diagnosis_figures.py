@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.thresholds import TIED
+from multilayer.executors import run_all
 from multilayer.report.diagnosis_curves import draw_before_after, draw_moduli, draw_similarity
 from multilayer.report.diagnosis_rows import best_evidence, in_words, number_or_nan
 from multilayer.report.files import file_names
@@ -20,6 +22,8 @@ from multilayer.report.style import WIDTH, blank, colour, figure_style, plain, p
 from multilayer.report.svg import inline_svg
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -28,6 +32,14 @@ _MOST_CAUSES = 10
 _MOST_EXPERIMENTS = 5
 _TINT = 0.7  # of the strongest cell: dark and light text stay readable on it
 _NARROW = 0.11  # share of the axis below which a number is written upright
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as a PNG file, and as an SVG element for a page."""
+
+    png: bytes
+    svg: str
 
 
 def diagnosis_drawings(diagnosis: Diagnosis) -> dict[str, Callable[[], Figure]]:
@@ -55,18 +67,20 @@ def curve_names(diagnosis: Diagnosis) -> list[str]:
     return [f"before_after-{name}" for name in file_names([one.configuration for one in diagnosis.curves])]
 
 
-def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, bytes]:
-    """Return the figures of a diagnosis as PNG files by name."""
-    with figure_style(compact=True):
-        return {f"{name}.png": png(draw()) for name, draw in diagnosis_drawings(diagnosis).items()}
-
-
-def diagnosis_svgs(diagnosis: Diagnosis, names: Collection[str]) -> dict[str, str]:
-    """Return those of some figures that have data, as SVG elements by name."""
+def diagnosis_pictures(diagnosis: Diagnosis, executor: Executor | None = None) -> dict[str, Drawn]:
+    """Return the figures of a diagnosis by name, drawn in the processes of an executor where one is given."""
     drawings = diagnosis_drawings(diagnosis)
+    tasks = [(draw, f"f{i}", name) for i, (name, draw) in enumerate(drawings.items())]
+    return dict(zip(drawings, run_all(_drawn, tasks, executor), strict=True))
+
+
+def _drawn(task: tuple[Callable[[], Figure], str, str]) -> Drawn:
+    draw, key, name = task
     with figure_style(compact=True):
-        wanted = [name for name in drawings if name in names]
-        return {name: inline_svg(drawings[name](), f"f{i}", name.replace("_", " ")) for i, name in enumerate(wanted)}
+        figure = draw()
+        image = png(figure)
+        figure.set_layout_engine("none")  # it is laid out, and that takes as long as to draw it
+        return Drawn(image, inline_svg(figure, key, name.replace("_", " ")))
 
 
 def _places(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.report.diagnosis_curves import unexplained
-from multilayer.report.diagnosis_figures import curve_names, diagnosis_svgs
+from multilayer.report.diagnosis_figures import curve_names
 from multilayer.report.diagnosis_rows import (
     absorbed_names,
     alike_rows,
@@ -29,17 +29,16 @@ _MOST_CURVES = 12  # the first is printed, the others are folded away; all of th
 _MOST_ROWS, _MOST_EXPERIMENTS = 6, 5
 
 
-def diagnosis_html(diagnosis: Diagnosis) -> str:
-    """Return the report of a diagnosis as an HTML file."""
-    return render("diagnosis.html", _content(diagnosis))
+def diagnosis_html(diagnosis: Diagnosis, svgs: Mapping[str, str]) -> str:
+    """Return the report of a diagnosis as an HTML file, with its figures as SVG elements by name."""
+    return render("diagnosis.html", _content(diagnosis, svgs))
 
 
-def _content(diagnosis: Diagnosis) -> dict[str, Any]:
+def _content(diagnosis: Diagnosis, svgs: Mapping[str, str]) -> dict[str, Any]:
     from markupsafe import Markup
 
     record = diagnosis.record
     curves = _largest_gaps(diagnosis)[:_MOST_CURVES]
-    svgs = diagnosis_svgs(diagnosis, {*_FIGURES, *curves})
     figures = {name: Markup(svg) for name, svg in svgs.items()}  # drawn here, and names in it escaped
     group, causes = record["group"], cause_rows(record, _MOST_ROWS)
     experiments = next_rows(record, _MOST_EXPERIMENTS)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray
 
 _CHUNK = 4_000_000  # numbers in a batch of fractions
 
@@ -43,6 +43,10 @@ class PartialFractions:
         residues = np.einsum("fi,fij->fj", loads @ unit.T, vectors) * ((unit @ reading) @ vectors)
         return cls(poles, residues)
 
+    def at(self, index: IndexArray) -> PartialFractions:
+        """Return those of some of the frequencies."""
+        return PartialFractions(self.poles[index], self.residues[index])
+
     def __call__(self, modulus: ComplexArray) -> ComplexArray:
         """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""
         return _summed(self.residues, 1.0, self.poles, modulus)
@@ -77,6 +81,10 @@ class LossyFractions:
         moved = np.einsum("fij,fj->fi", about, loads)
         amplitudes = np.linalg.solve(vectors, moved[..., None])[..., 0]
         return cls(slopes, amplitudes * (reading @ vectors), centre)
+
+    def at(self, index: IndexArray) -> LossyFractions:
+        """Return those of some of the frequencies."""
+        return LossyFractions(self.slopes[index], self.residues[index], self.centre)
 
     def __call__(self, modulus: ComplexArray) -> ComplexArray:
         """Return the transmissibility of moduli of shape (..., n_frequency), Pa."""

@@ -290,15 +290,25 @@ class ReducedRig:
         f = np.asarray(frequency, dtype=float)
         if f.ndim != 1 or np.shape(modulus)[-1:] != f.shape or any(np.ndim(v) for v in shift):
             return None
-        scales = [float(np.asarray(v)) for v in shift]
+        scales = tuple(float(np.asarray(v)) for v in shift)
         key = (f.tobytes(), *scales)
         if key not in self._fractions:
             if np.size(modulus) <= f.size:
                 return None
+            found = self._part_of_known(f, scales) or self._expand(f, *scales)
             if len(self._fractions) >= _REMEMBERED:
                 self._fractions.pop(next(iter(self._fractions)))
-            self._fractions[key] = self._expand(f, *scales)
+            self._fractions[key] = found
         return self._fractions[key]
+
+    def _part_of_known(self, frequency: RealArray, scales: tuple[float, ...]) -> Fractions | None:
+        """Return the partial fractions at frequencies that are among those of an earlier call, if they are."""
+        for (raw, *others), fractions in self._fractions.items():
+            known = np.frombuffer(raw)
+            if tuple(others) == scales and np.isin(frequency, known).all():
+                order = np.argsort(known)
+                return fractions.at(order[np.searchsorted(known, frequency, sorter=order)])
+        return None
 
     @property
     def _lossless(self) -> bool:

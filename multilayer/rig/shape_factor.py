@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -13,7 +14,7 @@ from multilayer.errors import InputError
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.assembly import blocks, isotropic, solid_parts
 from multilayer.rig.mesh import Section, Slab, build_section
-from multilayer.rig.operators import basis_of, operators
+from multilayer.rig.operators import Operators, basis_of, operators
 from multilayer.rig.two_plate import ModulusLike, TwoPlateRig
 
 _HALF = 1.0  # thickness of the upper half of the disc, which is a mirror image of the lower
@@ -57,8 +58,15 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
         )
     if not 0 < shape < np.inf:
         raise InputError(f"shape: {shape:g} is not allowed; it must be above 0")
-    section = _disc(4 * shape * _HALF, resolution)
-    return float(_axial_stiffness(section, poisson_ratio) * _HALF / (np.pi * section.radii[-1] ** 2))
+    radius = 4 * shape * _HALF
+    return float(_axial_stiffness(*_assembled(radius, resolution), poisson_ratio) * _HALF / (np.pi * radius**2))
+
+
+@lru_cache(maxsize=4)  # Poisson's ratio varies more often than the shape
+def _assembled(radius: float, resolution: float) -> tuple[RealArray, Operators]:
+    """Return the places of the nodes of half a disc, and the integrals over it."""
+    basis = basis_of(_disc(radius, resolution).mesh)
+    return basis.doflocs, operators(basis)
 
 
 def _disc(radius: float, resolution: float) -> Section:
@@ -69,13 +77,12 @@ def _disc(radius: float, resolution: float) -> Section:
     return build_section([slab], radius, max(size, radius / 60), finest, [])
 
 
-def _axial_stiffness(section: Section, poisson_ratio: float) -> float:
+def _axial_stiffness(nodes: RealArray, parts: Operators, poisson_ratio: float) -> float:
     """Return force over shortening of half a disc of E = 1, its upper face bonded, its lower one on a smooth plane."""
-    basis = basis_of(section.mesh)
-    radial, shear, axial = solid_parts(operators(basis), isotropic(poisson_ratio))
+    radial, shear, axial = solid_parts(parts, isotropic(poisson_ratio))
     stiffness = blocks(2, radial) + blocks(2, shear) + blocks(2, axial)
-    r, z = basis.doflocs
-    n, top, bottom = basis.N, np.isclose(z, _HALF), np.isclose(z, 0.0)
+    r, z = nodes
+    n, top, bottom = r.size, np.isclose(z, _HALF), np.isclose(z, 0.0)
     free = np.flatnonzero(np.concatenate([~top & (r > 1e-9), ~top & ~bottom]))
     moved = np.zeros(2 * n)
     moved[n:][top] = 1.0

@@ -14,7 +14,7 @@ from multilayer.inverse.sources import read_fit
 from multilayer.inverse.stack_file import load_stack_fit
 from multilayer.inverse.stack_fit import fit_stacks
 from multilayer.measurements.description import Campaign
-from multilayer.report.diagnosis_html import diagnosis_html
+from multilayer.report.diagnosis_files import diagnosis_files
 from multilayer.report.fit_html import fit_html
 from multilayer.report.joint_html import joint_html
 from multilayer.report.simulation_html import comparison_html, simulation_html
@@ -97,7 +97,7 @@ PAGES = {
     "simulation, many cases": lambda: simulation_html(many_cases()),
     "transmission": lambda: simulation_html(run(plan(load_simulation(EXAMPLES / "double_wall.yaml"), "double wall"))),
     "comparison": lambda: comparison_html(compared()),
-    "diagnosis": lambda: diagnosis_html(diagnosis(n=12)),
+    "diagnosis": lambda: str(diagnosis_files(diagnosis(n=12))["report.html"]),
 }
 
 

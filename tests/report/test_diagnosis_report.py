@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.result import Similarity
-from multilayer.report.diagnosis_figures import diagnosis_figures
-from multilayer.report.diagnosis_html import diagnosis_html
+from multilayer.report.diagnosis_files import diagnosis_files
 from multilayer.report.diagnosis_table import diagnosis_table
 from multilayer.report.numbers import percent, significant, with_interval, with_unit
 from tests.report.diagnoses import EFFECTS, diagnosis
@@ -70,7 +69,7 @@ CASES = {
 
 @pytest.fixture(scope="module")
 def pages():
-    return {name: diagnosis_html(made()) for name, made in CASES.items()}
+    return {name: str(diagnosis_files(made())["report.html"]) for name, made in CASES.items()}
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -154,7 +153,7 @@ def test_names_are_shown_to_the_letter():
         campaign="<b>foam</b>", sentence="It is <i>glue</i> & [red]nothing[/red]", configurations=HOSTILE,
         effects=("<u>plug</u>", *EFFECTS[:9]),
     )  # fmt: skip
-    page = Page(diagnosis_html(made))
+    page = Page(str(diagnosis_files(made)["report.html"]))
     assert not {"script", "b", "i", "u"} & set(page.tags)
     assert "onload" not in {name for name, _ in page.attributes}
     for name in ("<b>foam</b>", "It is <i>glue</i> & [red]nothing[/red]", "<u>plug</u>", *HOSTILE[:4]):
@@ -163,13 +162,13 @@ def test_names_are_shown_to_the_letter():
 
 def test_files_are_complete(tmp_path):
     made = diagnosis(configurations=["A/b", "a_b"])
-    files = diagnosis_figures(made)
+    files = {name: content for name, content in diagnosis_files(made).items() if name.endswith(".png")}
     assert set(files) == {
         "where.png", "causes.png", "before_after-A_b.png", "before_after-a_b-2.png", "similarity.png",
         "next_experiment.png", "moduli.png",
     }  # fmt: skip
     assert all(content.startswith(b"\x89PNG") and len(content) > 5000 for content in files.values())
-    assert diagnosis_figures(bare()) == {}
+    assert set(diagnosis_files(bare())) == {"diagnosis.json", "report.html"}
 
 
 def test_terminal_says_the_sentence_then_short_tables(capsys):
@@ -193,7 +192,7 @@ def test_json_holds_null_where_a_number_is_not_finite():
     made = bare(gap={"before": float("nan"), "after": np.float64(1.5), "shrinkage": None, "held_out": "nothing"})
     gap = json.loads(made.to_json())["gap"]
     assert gap == {"before": None, "after": 1.5, "shrinkage": None, "held_out": "nothing"}
-    assert "–" in Page(diagnosis_html(made)).text
+    assert "–" in Page(str(diagnosis_files(made)["report.html"])).text
 
 
 @pytest.mark.parametrize(
