@@ -25,6 +25,16 @@ _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+def one_thread() -> None:
+    """Let linear algebra use one thread where the environment says nothing; before numpy is loaded.
+
+    The matrices are small: more threads gain nothing, and on a busy machine they wait for each other many times as long
+    as they compute.
+    """
+    for name in _THREADS:
+        os.environ.setdefault(name, "1")
+
+
 class LostWorkerWarning(UserWarning):
     """Workers failed; what they left was computed in this process, with the same result."""
 

@@ -6,6 +6,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from multilayer.executors import one_thread
+
+one_thread()
+
 # a red run must mean a change, not a draw: CI tries the same examples every time, developers new ones
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):

@@ -12,6 +12,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
+from multilayer.diagnosis.effects.finite_size import RESOLUTION
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
 from multilayer.inverse.priors import Parameter, values_of
@@ -25,7 +26,6 @@ from multilayer.rig.shape_factor import static_shape_factor
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
-_RESOLUTION = 0.5  # of the mesh for another geometry: right to 1e-5, in half the time
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
 
@@ -256,7 +256,7 @@ def held_factor(poisson_ratio: float) -> float:
 
 @lru_cache(maxsize=64)
 def _static(poisson_ratio: float, shape: float) -> float:
-    return static_shape_factor(max(poisson_ratio, 0.0), shape, resolution=_RESOLUTION)
+    return static_shape_factor(max(poisson_ratio, 0.0), shape, resolution=RESOLUTION)
 
 
 def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:

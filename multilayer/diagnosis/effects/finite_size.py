@@ -13,7 +13,7 @@ from multilayer.rig.shape_factor import static_shape_factor
 
 _REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: relative to the stated one, and as high as the factor is tabulated
 _KNOTS = 7
-_RESOLUTION = 0.5  # of the factor's mesh: right to 1e-5, in half the time
+RESOLUTION = 0.5  # of the mesh of a static shape factor: right to 1e-5, in half the time
 
 
 class FiniteSize(Effect):
@@ -60,4 +60,4 @@ def _table(stated: float, shape: float) -> tuple[RealArray, RealArray]:
     """Return Poisson's ratios about the stated one, rising, and ln g there."""
     highest = max(stated, min(stated * (1 + _REACH), _HIGHEST))
     ratios = np.linspace(stated * (1 - _REACH), highest, _KNOTS)
-    return ratios, np.log([static_shape_factor(float(ratio), shape, resolution=_RESOLUTION) for ratio in ratios])
+    return ratios, np.log([static_shape_factor(float(ratio), shape, resolution=RESOLUTION) for ratio in ratios])
