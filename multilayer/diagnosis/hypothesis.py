@@ -91,6 +91,11 @@ class Hypothesis(BaseHypothesis[Effect]):
         """A third of a single configuration's bursts is left out at a time."""
         return 3
 
+    @property
+    def held_out_decides(self) -> bool:
+        """Every configuration is mounted and every burst recorded anew."""
+        return True
+
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act in this campaign: only one of the rig can."""
         return isinstance(effect, Effect) and effect.applies(self.campaign)

@@ -64,6 +64,10 @@ class AnyHypothesis(Protocol):
     def blocks(self) -> int:
         """In how many pieces the data of a single configuration are left out, one after the other."""
 
+    @property
+    def held_out_decides(self) -> bool:
+        """Whether errors of left-out data are their own, so that what foretells these tells causes apart."""
+
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act here at all."""
 

@@ -156,12 +156,13 @@ def _on_held_out_data(
 ) -> tuple[Hypotheses, dict[tuple[str, ...], Shrinkage]]:
     """Return the hypotheses with what held-out data say of them, and the shrinkage of those that were checked."""
     held: dict[tuple[str, ...], Shrinkage] = {}
+    decides = found.nominal.hypothesis.held_out_decides
 
     def checked(wanted: Sequence[tuple[str, ...]]) -> Hypotheses:
         tried = [names for names in wanted if names not in held]
         shares = shrinkage(found.nominal, [found.fitted[names] for names in tried], executor) if tried else []
         held.update(zip(tried, shares, strict=True))
-        return found.informed(held)
+        return found.informed(held) if decides else found
 
     # what is best is known only once held-out data have decided between those that are near
-    return checked(worth_checking(checked(found.near))), held
+    return checked(worth_checking(checked(found.near if decides else []))), held

@@ -122,6 +122,11 @@ class TubeHypothesis(BaseHypothesis[TubeEffect]):
         """A sixth of the band of a single measurement is left out at a time."""
         return 6
 
+    @property
+    def held_out_decides(self) -> bool:
+        """What tube and mounting do wrong is smooth in frequency, and common to the data kept and left out."""
+        return False
+
     def admits(self, effect: BaseEffect) -> bool:
         """Tell whether an effect can act in some measurement: only one of tubes can."""
         return isinstance(effect, TubeEffect) and any(effect.applies(setting) for setting in self.settings)
