@@ -42,6 +42,7 @@ def cause_entries(
             "effects": list(names),
             "probability": round(probabilities[names], 4),
             "log_evidence": round(found.evidence[names], 2),
+            "score": round(found.score(names), 2),
             "parameters": {},
             "gap_before": gap_in_fit(found.nominal),
         }

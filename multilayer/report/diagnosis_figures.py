@@ -15,7 +15,7 @@ from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.thresholds import TIED
 from multilayer.executors import run_all
 from multilayer.report.diagnosis_curves import draw_before_after, draw_moduli, draw_similarity
-from multilayer.report.diagnosis_rows import best_evidence, in_words, number_or_nan
+from multilayer.report.diagnosis_rows import best_score, in_words, number_or_nan
 from multilayer.report.files import file_names
 from multilayer.report.numbers import percent
 from multilayer.report.style import WIDTH, blank, colour, figure_style, plain, png, shortened
@@ -146,14 +146,14 @@ def _bars(axis: Axes, labels: Sequence[str], values: Sequence[float], tints: Seq
 
 def _shown_causes(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the most probable causes; what is none of the effects is always among them."""
-    ranked = sorted(record["causes"], key=lambda cause: -cause["log_evidence"])
+    ranked = sorted(record["causes"], key=lambda cause: -cause["score"])
     return [c for i, c in enumerate(ranked) if i < _MOST_CAUSES or c["effects"] in ([], ["unknown"])]
 
 
 def draw_causes(record: Mapping[str, Any]) -> Figure:
-    """Draw how far the evidence of every cause is behind the best, and by how much each makes the gap shrink."""
-    causes, best = _shown_causes(record), best_evidence(record)
-    behind = [best - cause["log_evidence"] for cause in causes]
+    """Draw how far the score of every cause is behind the best, and by how much each makes the gap shrink."""
+    causes, best = _shown_causes(record), best_score(record)
+    behind = [best - cause["score"] for cause in causes]
     labels = [_cause_label(cause["effects"]) for cause in causes]
     figure, axes = blank(1, 1, (WIDTH, 0.8 + (0.25 if "\n" in "".join(labels) else 0.22) * len(causes)))
     axis = axes[0, 0]
@@ -166,7 +166,7 @@ def draw_causes(record: Mapping[str, Any]) -> Figure:
         axis.plot(x, i, "o", color=tint)
         axis.annotate(_shrinks(cause), (x, i), (6, 0), textcoords="offset points", va="center", fontsize=7)
     _ticks_of_asinh(axis, max(*position, math.asinh(10 / TIED)))
-    axis.set_xlabel("log evidence behind the best / nats")
+    axis.set_xlabel("score behind the best / nats")
     axis.set_title(f"shaded: within {TIED:g} nats, not told apart")
     return figure
 

@@ -47,9 +47,9 @@ def where_rows(record: Record, most: int | None = None) -> Listing:
     return Listing(("configuration", "quantity", "band", "significance", "remark"), tuple(rows), (3,))
 
 
-def best_evidence(record: Record) -> float:
-    """Return the largest log evidence of all causes."""
-    return max((float(cause["log_evidence"]) for cause in record["causes"]), default=math.nan)
+def best_score(record: Record) -> float:
+    """Return the largest score of all causes: evidence, how common the cause is, and held-out data."""
+    return max((float(cause["score"]) for cause in record["causes"]), default=math.nan)
 
 
 def number_or_nan(value: Any) -> float:
@@ -59,12 +59,12 @@ def number_or_nan(value: Any) -> float:
 
 def cause_rows(record: Record, most: int | None = None) -> Listing:
     """Return the causes, most probable first, with the sizes of their parameters (90 % intervals)."""
-    best, causes = best_evidence(record), record["causes"][:most]
+    best, causes = best_score(record), record["causes"][:most]
     rows = [
         (
             in_words(cause["effects"]),
             percent(number_or_nan(cause.get("probability"))),
-            f"{(behind := best - cause['log_evidence']):.{1 if behind < 100 else 0}f}",
+            f"{(behind := best - cause['score']):.{1 if behind < 100 else 0}f}",
             significant(number_or_nan(cause.get("gap_after"))),
             percent(number_or_nan(cause.get("shrinkage"))),
             sizes(cause.get("parameters", {}), several=len(cause["effects"]) > 1),

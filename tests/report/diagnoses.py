@@ -80,7 +80,7 @@ def places(configurations, strength):
 
 def cause(effects, behind, probability, parameters=None, **more):
     """Return a cause; the unknown one has no gap left to tell."""
-    entry = {"effects": list(effects), "probability": probability, "log_evidence": 812.3 - behind}
+    entry = {"effects": list(effects), "probability": probability, "log_evidence": 812.3, "score": 812.3 - behind}
     entry |= {"parameters": parameters or {}, "gap_before": 31.2}
     return entry if effects == ("unknown",) else {**entry, "gap_after": 1.1, "absorbed": False, **more}
 
