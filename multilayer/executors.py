@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from warnings import warn
 
 from multilayer.errors import InputError, MultilayerError, show
+from multilayer.threads import THREADS
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -22,17 +23,6 @@ R = TypeVar("R")
 CONNECT_SECONDS = 10
 _RETRIES = 3
 _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
-
-def one_thread() -> None:
-    """Let linear algebra use one thread where the environment says nothing; before numpy is loaded.
-
-    The matrices are small: more threads gain nothing, and on a busy machine they wait for each other many times as long
-    as they compute.
-    """
-    for name in _THREADS:
-        os.environ.setdefault(name, "1")
 
 
 class LostWorkerWarning(UserWarning):
@@ -205,8 +195,8 @@ def local_pool(jobs: int, module: str = "multilayer") -> Iterator[Executor | Non
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Let processes that start inside use one thread for linear algebra: there is one of them per job."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from multilayer.executors import one_thread
+from multilayer.threads import one_thread
 
 one_thread()
 

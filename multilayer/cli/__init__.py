@@ -80,7 +80,7 @@ app.add_typer(plugins)
 def main() -> None:
     """Run the command line; every mistake of the user's ends with a message and exit status 2."""
     from multilayer.errors import MultilayerError
-    from multilayer.executors import one_thread
+    from multilayer.threads import one_thread
 
     one_thread()
     for stream in (sys.stdout, sys.stderr):

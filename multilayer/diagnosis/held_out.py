@@ -67,18 +67,32 @@ def folds(hypothesis: AnyHypothesis) -> tuple[str, list[tuple[list[AnyData], lis
     return "contiguous blocks of frequencies, with guards", found
 
 
-def shrinkage(nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | None = None) -> list[Shrinkage]:
-    """Return the held-out shrinkage of several hypotheses."""
+def shrinkage(
+    nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | None = None, before: float | None = None
+) -> list[Shrinkage]:
+    """Return the held-out shrinkage of several hypotheses.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    fitted : sequence of Fitted
+    executor : Executor, optional
+        Where fits run; in this process when left out.
+    before : float, optional
+        `Shrinkage.before` of the nominal model where it is known already.
+    """
     how, pairs = folds(nominal.hypothesis)
     if not pairs:
         return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
-    everything = [nominal, *fitted]
+    everything = [*fitted] if before is not None else [nominal, *fitted]
     tasks = [(one, kept, left) for one in everything for kept, left in pairs]
     foretold = run_all(_foretold, tasks, executor)
     folded = [foretold[i : i + len(pairs)] for i in range(0, len(foretold), len(pairs))]
     gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in folded]
     scores = [-0.5 * sum(float(residual @ residual) + wide for residual, wide in parts) for parts in folded]
-    return [Shrinkage(gaps[0], gap, how, score) for gap, score in zip(gaps[1:], scores[1:], strict=True)]
+    if before is None:
+        before, gaps, scores = gaps[0], gaps[1:], scores[1:]
+    return [Shrinkage(before, gap, how, score) for gap, score in zip(gaps, scores, strict=True)]
 
 
 def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tuple[RealArray, float]:

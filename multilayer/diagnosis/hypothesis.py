@@ -142,6 +142,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         """
         change = super().law_change(index, z)
         if not self.effects[index].moves_resonances:
+            # where it takes the reading away: an error of what little is left is no small one, see `law_errors`
             return [1 - np.exp(-np.maximum(one.real, -1.0) - 1j * one.imag) for one in change]
         others, rest = self.without(index, z)
         return [

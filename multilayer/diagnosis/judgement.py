@@ -160,7 +160,8 @@ def _on_held_out_data(
 
     def checked(wanted: Sequence[tuple[str, ...]]) -> Hypotheses:
         tried = [names for names in wanted if names not in held]
-        shares = shrinkage(found.nominal, [found.fitted[names] for names in tried], executor) if tried else []
+        before = next((one.before for one in held.values()), None)
+        shares = shrinkage(found.nominal, [found.fitted[names] for names in tried], executor, before) if tried else []
         held.update(zip(tried, shares, strict=True))
         return found.informed(held) if decides else found
 

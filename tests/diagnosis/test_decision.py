@@ -5,9 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.discrepancy import size_p_value
 from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects.base import Chain
+from multilayer.diagnosis.fitting import fit
+from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.ranking import undone
+from multilayer.diagnosis.ranking import UNKNOWN, Hypotheses, undone
 from multilayer.testing.benches import joint_bench
 
 
@@ -43,3 +47,45 @@ def test_a_skin_is_never_softer_and_glue_never_heavier_than_glue():
     assert ratio.value(-8.0) == pytest.approx(1.0, abs=1e-6)
     assert mass.value(8.0) == pytest.approx(0.6, rel=1e-6)
     assert ratio.value(0.0) > 3.0
+
+
+@pytest.mark.parametrize(("z", "p"), [((0.0, 0.0), 1.0), ((1.0, 0.0), 0.607), ((3.0, 4.0), 3.7e-6)])
+def test_sizes_count_together(z, p):
+    # a chi-square of two numbers: exp(-z^2/2); what belongs to the nominal model, before them, does not matter
+    hypothesis = SimpleNamespace(effect_parameters=("thickness", "ratio"))
+    one = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=np.array([9.0, *z])))
+    assert size_p_value(one) == pytest.approx(p, rel=0.01)
+
+
+def test_layers_of_glue_add_up_in_series():
+    both = Chain(1e5, 80.0, 0.025, 0.01).glued(2e8, 0.1).glued(6e8)
+    assert both.glue == pytest.approx(1.5e8)
+    assert both.glue_mass == pytest.approx(0.1)
+
+
+def test_what_foretells_held_out_data_comes_first():
+    near, ahead, far = ("near",), ("ahead",), ("far",)
+    evidence = {(): -500.0, ahead: 0.0, near: -21.0, far: -400.0, UNKNOWN: -300.0}
+    found = Hypotheses(None, dict.fromkeys((near, ahead, far)), evidence, 3)
+    assert found.near == [ahead, near]
+    held = {ahead: -1500.0, near: -600.0, far: -100.0}
+    told = found.informed({names: Shrinkage(9.0, 1.0, "", score) for names, score in held.items()})
+    # only what is near each other is measured against the best of these; nobody gains more than the best
+    assert told.foretold == {ahead: -900.0, near: 0.0, far: 0.0}
+    assert told.ranked[0] == near
+    assert found.score(near) == told.score(near)
+
+
+def test_a_known_gap_of_the_nominal_model_is_not_made_again():
+    campaign, joint = joint_bench()
+    hypothesis = Hypothesis(campaign, joint)
+    nominal, gain = (fit(one, np.zeros(len(joint.parameters))) for one in with_and_without(hypothesis))
+    (made,) = shrinkage(nominal, [gain])
+    (given,) = shrinkage(nominal, [gain], before=made.before)
+    assert given == made
+    (other,) = shrinkage(nominal, [gain], before=2.5)
+    assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
+
+
+def with_and_without(hypothesis):
+    return hypothesis, hypothesis.with_effects(EFFECTS["channel_gain"]())

@@ -1,0 +1,20 @@
+"""How many threads linear algebra uses; to be said before numpy is loaded."""
+
+from __future__ import annotations
+
+import os
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def one_thread() -> None:
+    """Let linear algebra use one thread where the environment says nothing.
+
+    The matrices are small: more threads gain nothing, and on a busy machine they wait for each other many times as long
+    as they compute.
+    """
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
+
+
+__all__ = ["THREADS", "one_thread"]
