@@ -12,7 +12,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Values
 from multilayer.inverse.priors import Parameter, values_of
-from multilayer.inverse.problem import by_differences
+from multilayer.inverse.problem import by_forward_differences
 
 E = TypeVar("E", bound=BaseEffect)
 
@@ -65,7 +65,7 @@ class BaseHypothesis(ABC, Generic[E]):
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, from one batch."""
-        return by_differences(self.residual, z)
+        return by_forward_differences(self.residual, z)
 
     def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change: all that it does."""

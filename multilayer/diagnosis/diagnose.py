@@ -15,15 +15,16 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects
+from multilayer.diagnosis.free_rim import ROUGH, free_rim
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
-from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import solve_joint
-from multilayer.inverse.joint_fit import plane_wave_problem, rigs_around, with_free_rim
+from multilayer.inverse.joint_fit import plane_wave_problem
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
@@ -115,7 +116,7 @@ def fit_nominal(
     """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
-    minima = solve_joint(joint, seed=seed, executor=executor)
+    minima = solve_joint(joint, seed=seed, tolerance=ROUGH, executor=executor)
     return fit(Hypothesis(campaign, joint), minima[0].z), minima
 
 
@@ -127,15 +128,11 @@ def _singles(
     rest = {name: effect for name, effect in effects.items() if name not in finite}
     tasks = begin_tasks(nominal, rest)
     # making finite elements takes as long as many fits, and none of these needs them
-    first: list[Callable[[], Any]] = [partial(_with_rim, nominal, minima, finite)] if finite else []
+    first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     begun = run_all(call, [*first, *tasks.values()], executor)
     rigs, found = begun.pop(0) if finite else ({}, {})
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
-
-
-def _silent(text: str) -> None:
-    pass
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
@@ -143,18 +140,12 @@ def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
     return replace(fitted, hypothesis=replace(rig_hypothesis(fitted.hypothesis), finite=rigs))
 
 
-def _with_rim(
+def _fits_with_rim(
     nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect]
-) -> tuple[dict[str, Rig], dict[tuple[str, ...], Fitted]]:
+) -> tuple[Mapping[str, Rig], dict[tuple[str, ...], Fitted]]:
     """Return finite elements by configuration, and the fits of effects that need them."""
     hypothesis = rig_hypothesis(nominal.hypothesis)
-    campaign, joint, settings = hypothesis.campaign, hypothesis.joint, FitSettings()
-    start = nominal.minimum.z
-    try:
-        problem, found = with_free_rim(campaign, joint, minima, _silent, settings)
-        rigs, start = dict(problem.rigs), found[0].z
-    except MultilayerError:  # the free rim is so wrong here that no law is found with it
-        rigs = dict(rigs_around(campaign, joint, minima[0], _silent, settings))
+    rigs, start = free_rim(hypothesis.campaign, hypothesis.joint, minima)
     return rigs, fit_effects(_with_rigs(nominal, rigs), effects, dict.fromkeys(effects, start))
 
 

@@ -24,6 +24,7 @@ K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
+_UPDATES = 2  # of the errors of laws: where they are taken, the minimum moves a little
 _FEW, _MOST = 15, 60  # steps after which starts are compared, and after which a descent is given up
 _FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
@@ -164,31 +165,38 @@ def _first_steps(hypothesis: AnyHypothesis, starts: RealArray, sizes: Sequence[f
     """Return where the best of some starts has come to, with the first of the discrepancies."""
 
     def roughly(start: RealArray) -> Minimum:
-        problem = _softened(hypothesis, start, sizes[0]) if sizes else hypothesis
-        return minimised(problem, start, _ROUGH, _FEW)
+        return _approached(_softened(hypothesis, start, sizes[0]) if sizes else hypothesis, start, _FEW)
 
     return min((roughly(start) for start in starts), key=lambda one: one.cost)
 
 
 def _finish(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float]) -> Fitted:
-    """Return the minimum reached from a start; the errors of laws are those at a rough one before."""
+    """Return the minimum reached from a start, with the errors of laws there."""
     z = start
     for size in sizes:
-        z = minimised(_softened(hypothesis, z, size), z, _ROUGH).z
+        z = _approached(_softened(hypothesis, z, size), z).z
     if not any(effect.law_error for effect in hypothesis.effects):
-        return Fitted(hypothesis, minimised(hypothesis, z, _TOLERANCE))
+        return Fitted(hypothesis, minimised(hypothesis, z))
     if not sizes:
-        z = minimised(hypothesis, z, _ROUGH).z
-    errors = LawErrors.of(law_basis(hypothesis, z))
-    return Fitted(hypothesis, minimised(Softened(hypothesis, errors), z, _TOLERANCE), errors)
+        z = _approached(hypothesis, z).z
+    for _ in range(_UPDATES):
+        errors = LawErrors.of(law_basis(hypothesis, z))
+        found = minimised(Softened(hypothesis, errors), z)
+        z = found.z
+    return Fitted(hypothesis, found, errors)
 
 
-def minimised(problem: Problem, start: RealArray, tolerance: float, most: int = _MOST) -> Minimum:
-    """Return the minimum reached from a start, `tolerance` being the relative change of the cost where it has arrived.
+def minimised(problem: Problem, start: RealArray) -> Minimum:
+    """Return the minimum reached from a start, for problems that cost as much at one point as at all of a derivative.
 
-    For problems that cost as much at one point as at all of a derivative.
+    From afar it takes more steps than `_approached`, and comes nearer where the valley is narrow.
     """
-    return minimise(problem, start, most, tolerance, "dogbox", together=True)
+    return minimise(problem, start, _MOST, _TOLERANCE, "trf", scaled=True, together=True)
+
+
+def _approached(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
+    """Return roughly the minimum reached from a start that may be far off."""
+    return minimise(problem, start, most, _ROUGH, "dogbox", together=True)
 
 
 def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:

@@ -14,7 +14,6 @@ from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_parts
 from multilayer.executors import run_all
 
-_TOLERANCE = 1e-5  # of the cost, relative
 _FEWEST = 4  # bursts of which blocks can be made
 
 
@@ -110,7 +109,7 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tupl
         return np.concatenate([common, own], axis=1), law_parts(unseen, z, one.hypothesis)[0]
 
     soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
-    found = minimised(soft, one.minimum.z, _TOLERANCE)
+    found = minimised(soft, one.minimum.z)
     residual, slopes = unseen.linearised(found.z)
     unforeseen = LawErrors.of(np.linalg.solve(np.linalg.cholesky(found.precision), slopes.T).T)
     if one.errors:

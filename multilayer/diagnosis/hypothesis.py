@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray, distinct_rows
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.effects.finite_size import RESOLUTION
@@ -19,6 +19,7 @@ from multilayer.inverse.priors import Parameter, values_of
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.laws.parameters import LawSpace
 from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
 from multilayer.rig.shape_factor import static_shape_factor
@@ -28,6 +29,45 @@ _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """What m points of coordinates say; what configurations share of it is computed once.
+
+    Attributes
+    ----------
+    space : LawSpace
+    laws : array, shape (k, n_law)
+        The different points of that; `like` says which of them each sample has, shape (m,).
+    stiffening : float
+        The sample's modulus over what its law says.
+    nuisances : mapping
+        Each of shape (m,).
+    values : sequence of Values
+        Of every effect.
+    """
+
+    space: LawSpace
+    laws: RealArray
+    stiffening: float
+    like: IndexArray
+    nuisances: Mapping[str, RealArray]
+    values: Sequence[Values]
+    _moduli: dict[bytes, ComplexArray] = field(default_factory=dict, repr=False, compare=False)
+
+    def part(self, kept: IndexArray) -> _Samples:
+        """Return some of the samples."""
+        nuisances = {name: value[kept] for name, value in self.nuisances.items()}
+        values = [{name: value[kept] for name, value in own.items()} for own in self.values]
+        return replace(self, like=self.like[kept], nuisances=nuisances, values=values)
+
+    def modulus(self, frequency: RealArray) -> ComplexArray:
+        """Return the sample's modulus, Pa, shape (m, n)."""
+        key = frequency.tobytes()
+        if key not in self._moduli:
+            self._moduli[key] = self.stiffening * self.space.modulus(self.laws, frequency)
+        return np.asarray(self._moduli[key][self.like])
 
 
 @dataclass(frozen=True)
@@ -120,16 +160,16 @@ class Hypothesis(BaseHypothesis[Effect]):
     @np.errstate(all="ignore")  # a search may try what has no response: NaN, which is no minimum
     def _log_ratios(self, z: RealArray, stiffening: float) -> list[ComplexArray]:
         rows = z.reshape(-1, z.shape[-1])
-        nuisances = self._nuisances(rows)
+        samples = self._samples(rows, stiffening)
         n_law, n_nominal = len(self.joint.law_parameters), len(self.nominal_parameters)
+        felt = distinct_rows(rows[:, :n_law], rows[:, n_nominal:])[1].astype(float)
         found = []
-        felt = np.concatenate([rows[:, :n_law], rows[:, n_nominal:]], axis=1)
         for setting in self.settings:
 
             def shown(kept: IndexArray, setting: Setting = setting) -> ComplexArray:
-                return np.asarray(np.log(self.predict(setting, rows[kept], stiffening)[1] + _TINY))
+                return np.asarray(np.log(self._predict(setting, samples.part(kept))[1] + _TINY))
 
-            difference = self.joint.nuisances.log_ratio(nuisances, setting.data, felt, shown)
+            difference = self.joint.nuisances.log_ratio(samples.nuisances, setting.data, felt, shown)
             found.append(difference.reshape(*z.shape[:-1], -1))
         return found
 
@@ -155,32 +195,37 @@ class Hypothesis(BaseHypothesis[Effect]):
         ends = [self._log_ratios(z, factor) for factor in (np.exp(_STEP), np.exp(-_STEP))]
         return [(high - low) / (2 * _STEP) for high, low in zip(*ends, strict=True)]
 
-    def _nuisances(self, z: RealArray) -> dict[str, RealArray]:
+    def _samples(self, z: RealArray, stiffening: float = 1.0) -> _Samples:
+        """Return what coordinates of shape (m, d) say."""
         own = self.joint.nuisances.parameters
-        first = len(self.joint.law_parameters)
-        return values_of(own, z[..., first : first + len(own)])
+        n_law = len(self.joint.law_parameters)
+        kept, like = distinct_rows(z[:, :n_law])
+        laws = self.joint.law_coordinates(z[kept])
+        nuisances = values_of(own, z[:, n_law : n_law + len(own)])
+        return _Samples(self.joint.space, laws, stiffening, like, nuisances, self.effect_values(z))
 
-    def predict(self, setting: Setting, z: RealArray, stiffening: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
-        """Return top over base in any setting, shape (..., n): as the plate moves, and as the channels show it.
+    def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return top over base in any setting, shape (..., n), as the plate moves, and as the channels show it.
 
-        Of a sample `stiffening` times as stiff as its law says.
+        Of coordinates of shape (..., d).
         """
-        modulus = stiffening * self.joint.space.modulus(self.joint.law_coordinates(z), setting.frequency)
-        values = self.effect_values(z)
-        moved = self._motion(setting, modulus, self._nuisances(z), values)
+        moved, shown = self._predict(setting, self._samples(z.reshape(-1, z.shape[-1])))
+        return moved.reshape(*z.shape[:-1], -1), shown.reshape(*z.shape[:-1], -1)
+
+    def _predict(self, setting: Setting, samples: _Samples) -> tuple[ComplexArray, ComplexArray]:
+        moved = self._motion(setting, samples)
         shown = moved
-        for effect, own in zip(self.effects, values, strict=True):
+        for effect, own in zip(self.effects, samples.values, strict=True):
             shown = effect.motion(setting, shown, own)
         return moved, shown
 
-    def _motion(
-        self, setting: Setting, modulus: ComplexArray, nuisances: Mapping[str, RealArray], values: Sequence[Values]
-    ) -> ComplexArray:
-        """Return top over base of one configuration as the plate moves, shape (..., n)."""
-        pairs = list(zip(self.effects, values, strict=True))
+    def _motion(self, setting: Setting, samples: _Samples) -> ComplexArray:
+        """Return top over base of one configuration as the plate moves, shape (m, n)."""
+        pairs = list(zip(self.effects, samples.values, strict=True))
+        modulus = samples.modulus(setting.frequency)
         for effect, own in pairs:
             modulus = effect.modulus(setting, modulus, own)
-        change = self.joint.nuisances.of_rig(nuisances, setting.data)
+        change = self.joint.nuisances.of_rig(samples.nuisances, setting.data)
         chain = Chain(
             modulus,
             self.campaign.specimen.density * (1 + change.density[..., None]),

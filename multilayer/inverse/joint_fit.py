@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from multilayer.errors import MultilayerError
 from multilayer.frames import Frame, Tabular
 from multilayer.inverse.acceptance import Criteria
 from multilayer.inverse.burst import BurstProblem
-from multilayer.inverse.finite import REACH, FiniteRig, ModulusRange, finite_rigs
+from multilayer.inverse.finite import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import (
     N_BEST,
@@ -277,14 +278,32 @@ def plane_wave_problem(
 
 
 def with_free_rim(
-    campaign: Campaign, problem: JointProblem, minima: list[Minimum], tell: Progress, settings: FitSettings
+    campaign: Campaign,
+    problem: JointProblem,
+    minima: list[Minimum],
+    tell: Progress,
+    settings: FitSettings,
+    fineness: Fineness | None = None,
+    solve: Callable[[JointProblem, Sequence[RealArray]], list[Minimum]] | None = None,
 ) -> tuple[JointProblem, list[Minimum]]:
-    """Return problem and solutions with finite elements, made anew where the solution leaves their range."""
+    """Return problem and solutions with finite elements, made anew where the solution leaves their range.
+
+    Parameters
+    ----------
+    campaign, problem, minima, settings
+        The problem of plane waves, and its solutions.
+    tell : callable
+        Called with a short text after every step.
+    fineness : Fineness, optional
+    solve : callable, optional
+        Gives the minima of a problem from points of laws, the best first; `solve_joint` when left out.
+    """
     n = len(problem.law_parameters)
     for _ in range(_MOST_REMADE):
-        rigs = rigs_around(campaign, problem, minima[0], tell, settings)
+        rigs = rigs_around(campaign, problem, minima[0], tell, settings, fineness)
         problem = replace(problem, rigs=rigs)
-        minima = solve_joint(problem, [minimum.z[:n] for minimum in minima], n_best=N_FOLLOWED, tell=tell)
+        starts = [minimum.z[:n] for minimum in minima]
+        minima = (solve or partial(solve_joint, n_best=N_FOLLOWED, tell=tell))(problem, starts)
         law = problem.law_coordinates(minima[0].z)
         if all(rigs[data.name].holds(problem.space.modulus(law, data.frequency)) for data in problem.data):
             return problem, minima
@@ -292,7 +311,12 @@ def with_free_rim(
 
 
 def rigs_around(
-    campaign: Campaign, problem: JointProblem, found: Minimum, tell: Progress, settings: FitSettings | None = None
+    campaign: Campaign,
+    problem: JointProblem,
+    found: Minimum,
+    tell: Progress,
+    settings: FitSettings | None = None,
+    fineness: Fineness | None = None,
 ) -> dict[str, FiniteRig]:
     """Return reduced finite-element rigs around a law."""
     ranges, air = {}, settings is not None and settings.pores is not None
@@ -301,5 +325,5 @@ def rigs_around(
         e = problem.space.modulus(problem.law_coordinates(found.z), np.geomspace(low, high, 9))
         points = [np.array([np.log(m.real), m.imag / m.real]) for m in e]
         ranges[data.name] = ModulusRange.around(points, campaign.specimen.poisson_ratio, 2.0, air=air)
-    rigs = finite_rigs(campaign, ranges, tell, settings)
+    rigs = finite_rigs(campaign, ranges, tell, settings, fineness)
     return {name: replace(rig, extrapolate=True) for name, rig in rigs.items()}

@@ -19,7 +19,7 @@ _CANDIDATES = 128  # points of the prior that are looked at
 _CHUNK = 32
 _MOST = 200  # evaluations from one start
 _ALIKE = 0.1  # standard deviations: minima nearer than this are one
-_TIGHT = 1e-8
+TIGHT = 1e-8
 _HOPELESS = 4.0
 
 
@@ -27,9 +27,10 @@ def minimise(
     problem: Problem,
     start: RealArray,
     most: int = _MOST,
-    tolerance: float = _TIGHT,
+    tolerance: float = TIGHT,
     method: Literal["trf", "dogbox"] = "trf",
     *,
+    scaled: bool = False,
     together: bool = False,
 ) -> Minimum:
     """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
@@ -45,6 +46,9 @@ def minimise(
     method : {'trf', 'dogbox'}
         Of `scipy.optimize.least_squares`; the second takes fewer steps along curved valleys, and tells less exactly
         where it has arrived.
+    scaled : bool
+        Measure steps by what they change in the residuals, not in standard deviations of the prior: where some
+        coordinates matter a thousand times as much as others, as with sharp resonances.
     together : bool
         Compute the derivative with every residual: for problems where one costs little more than the other.
     """
@@ -65,7 +69,7 @@ def minimise(
         return np.concatenate([both(z)[1], np.eye(n)])
 
     found = least_squares(
-        residual, start, jac=derivative, method=method, x_scale=1.0, max_nfev=most,
+        residual, start, jac=derivative, method=method, x_scale="jac" if scaled else 1.0, max_nfev=most,
         ftol=tolerance, xtol=1e-6, gtol=1e-6,
     )  # fmt: skip
     values, slopes = both(found.x)
@@ -80,6 +84,7 @@ def search(
     n_candidates: int = _CANDIDATES,
     seed: int = 0,
     few: int = _MOST,
+    tolerance: float = TIGHT,
     tell: Callable[[str], None] | None = None,
     executor: Executor | None = None,
 ) -> list[Minimum]:
@@ -98,6 +103,8 @@ def search(
     few : int
         Evaluations after which a start is given up that is not `hopeful` beside the best one so far: most of those
         that need more creep along the floor of a wrong valley.
+    tolerance : float
+        See `minimise`.
     tell : callable, optional
         Called with a short text after each start.
     executor : Executor, optional
@@ -108,7 +115,7 @@ def search(
     costs = np.concatenate([_cost(problem, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)])
     chosen = [*starts, *points[np.argsort(costs, kind="stable")[:n_best]]]
     ends = run_all(
-        partial(minimise, problem, most=few),
+        partial(minimise, problem, most=few, tolerance=tolerance),
         [np.asarray(start, dtype=float) for start in chosen],
         executor,
         lambda index: None if tell is None else tell(f"start {index + 1} of {len(chosen)}"),
@@ -116,7 +123,7 @@ def search(
     minima: list[Minimum] = []
     for found in ends:
         is_done = found.converged or few >= _MOST or not hopeful(found, minima)
-        minima.append(found if is_done else minimise(problem, found.z))
+        minima.append(found if is_done else minimise(problem, found.z, tolerance=tolerance))
     return distinct(minima)
 
 

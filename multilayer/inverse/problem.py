@@ -12,6 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.inverse.priors import Parameter
 
 _STEP = 1e-4  # of a standard normal coordinate
+_SHORT = 1e-6  # the same where residuals are smooth to rounding
 
 
 class Problem(Protocol):
@@ -51,6 +52,15 @@ def by_differences(
     steps = _STEP * np.eye(z.size)[:n]
     values = residual(np.concatenate([z[None], z + steps, z - steps]))
     return values[0], (values[1 : 1 + n] - values[1 + n :]).T / (2 * _STEP)
+
+
+def by_forward_differences(residual: Callable[[RealArray], RealArray], z: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the same from half as many points: for residuals in closed form, whose rounding a short step may divide.
+
+    Right to about a millionth, which is no less than a search or a posterior's width needs.
+    """
+    values = residual(np.concatenate([z[None], z + _SHORT * np.eye(z.size)]))
+    return values[0], (values[1:] - values[0]).T / _SHORT
 
 
 @dataclass(frozen=True)

@@ -55,10 +55,12 @@ def chain_transmissibility(frequency: ArrayLike, layers: Sequence[tuple[Numeric,
     for modulus, density, thickness in reversed(layers):
         speed = np.sqrt(np.asarray(modulus, dtype=complex) / density)
         own = density * speed
-        # cos and i sin over exp(i k h) / 2, which grows: nothing overflows, however lossy and thick
-        decay = np.exp(-1j * omega * thickness / speed)
-        cosine, sine = 1 + decay**2, 1 - decay**2
-        step = cosine + load / own * sine
-        ratio = ratio * 2 * decay / step
-        load = (load * cosine + own * sine) / step
+        # over exp(i k h), which grows: nothing overflows, however lossy and thick
+        decay = np.exp((-1j * omega) * (thickness / speed))
+        square = decay * decay
+        tangent = (1 - square) / (1 + square)  # i tan(k h)
+        relative = load / own
+        step = 1 / (1 + relative * tangent)
+        ratio = ratio * (2 * decay / (1 + square)) * step
+        load = own * (relative + tangent) * step
     return np.asarray(ratio)

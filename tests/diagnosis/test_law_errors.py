@@ -24,6 +24,16 @@ def test_whitening_is_the_inverse_root_of_the_covariance():
     assert errors.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1])
 
 
+def test_errors_that_say_the_same_count_once():
+    """Columns may be as large as they like, more than there are data, and depend on each other."""
+    rng = np.random.default_rng(3)
+    columns = rng.standard_normal((12, 4)) * [1e4, 300.0, 2.0, 0.2] @ rng.standard_normal((4, 20))
+    errors, sizes = LawErrors.of(columns), np.linalg.svd(columns, compute_uv=False)[:4]
+    assert errors.log_determinant == pytest.approx(np.log1p(sizes**2).sum(), abs=1e-3)
+    assert len(errors.sizes) == 4
+    assert LawErrors.of(np.empty((12, 0))).log_determinant == 0.0
+
+
 def test_evidence_is_that_of_the_marginal_distribution():
     rng = np.random.default_rng(2)
     slopes, measured = rng.standard_normal((30, 3)), 3 * rng.standard_normal(30)
