@@ -6,6 +6,7 @@ import logging
 import os
 import pickle
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -164,7 +165,7 @@ def executor_for(jobs: int, address: str | None) -> Iterator[Executor | None]:
 
 
 @contextmanager
-def local_pool(jobs: int, module: str = "multilayer") -> Iterator[Executor | None]:
+def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | None]:
     """Give `jobs` processes of this machine as an executor; None, for this process, where one is asked for.
 
     Each process computes with one thread.
@@ -172,7 +173,7 @@ def local_pool(jobs: int, module: str = "multilayer") -> Iterator[Executor | Non
     Parameters
     ----------
     jobs : int
-    module : str
+    modules : sequence of str, optional
         What they import at once, while this process prepares their tasks.
 
     Raises
@@ -185,11 +186,26 @@ def local_pool(jobs: int, module: str = "multilayer") -> Iterator[Executor | Non
     if jobs == 1:
         yield None
         return
-    # new processes, not forks: a fork copies a process whose threads may hold locks, and its settings of BLAS
-    with _one_thread_each(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for _ in range(jobs):
-            pool.submit(import_module, module)
-        yield pool
+    # never forks of this process: they would copy the locks of its threads, and its settings of BLAS
+    with _one_thread_each():
+        if sys.platform == "linux":  # forks of a process that does nothing but import, once for all of them
+            from multiprocessing import forkserver
+
+            context = get_context("forkserver")
+            context.set_forkserver_preload([*modules])
+            forkserver.ensure_running()
+            with ProcessPoolExecutor(jobs, context) as pool:
+                yield pool
+        else:
+            with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+                for _ in range(jobs):
+                    pool.submit(_import_all, modules)
+                yield pool
+
+
+def _import_all(modules: Sequence[str]) -> None:
+    for module in modules:
+        import_module(module)
 
 
 @contextmanager

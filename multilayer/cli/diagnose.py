@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from multilayer.diagnosis.result import Diagnosis
 
+_MODULES = ("multilayer.diagnosis.diagnose",)  # that workers need
+_DRAWING = ("multilayer.report.diagnosis_figures", "matplotlib.figure", "matplotlib.backends.backend_svg")
 _MOST_JOBS = 4  # there are some twenty fits, most of them short
 
 
@@ -65,7 +67,8 @@ def diagnose(
     from multilayer.executors import local_pool
 
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
-    with local_pool(n_jobs, "multilayer.diagnosis.diagnose") as executor:  # before the imports: workers have their own
+    # before the imports of this process: the workers' own take as long
+    with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
         from multilayer.inverse.sources import is_stack_fit
         from multilayer.report.diagnosis_files import diagnosis_files
         from multilayer.report.diagnosis_table import diagnosis_table

@@ -103,10 +103,10 @@ class Begun:
         """Of every way so far."""
         return tuple(minimum.cost for _, minimum in self.ways)
 
-    def finished(self) -> Fitted:
-        """Return the fit at its end."""
-        ends = [_finish(self.hypothesis, minimum.z, sizes) for sizes, minimum in self.ways]
-        return max(ends, key=lambda one: one.log_evidence)
+    @property
+    def ends(self) -> list[Callable[[], Fitted]]:
+        """What finishes the fit on every way, not done yet; that with the most evidence is the fit."""
+        return [partial(_finish, self.hypothesis, minimum.z, sizes) for sizes, minimum in self.ways]
 
     def given_up(self) -> Fitted:
         """Return the fit where it is; at its end it would have more evidence."""
@@ -115,7 +115,7 @@ class Begun:
 
 def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
-    return begin(hypothesis, start, followed=followed).finished()
+    return _best([end() for end in begin(hypothesis, start, followed=followed).ends])
 
 
 def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Begun:
@@ -187,16 +187,16 @@ def _finish(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float])
 
 
 def minimised(problem: Problem, start: RealArray) -> Minimum:
-    """Return the minimum reached from a start, for problems that cost as much at one point as at all of a derivative.
+    """Return the minimum reached from a start.
 
     From afar it takes more steps than `_approached`, and comes nearer where the valley is narrow.
     """
-    return minimise(problem, start, _MOST, _TOLERANCE, "trf", scaled=True, together=True)
+    return minimise(problem, start, _MOST, _TOLERANCE, "trf", scaled=True)
 
 
 def _approached(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
     """Return roughly the minimum reached from a start that may be far off."""
-    return minimise(problem, start, most, _ROUGH, "dogbox", together=True)
+    return minimise(problem, start, most, _ROUGH, "dogbox")
 
 
 def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:
@@ -274,7 +274,12 @@ def finish_all(
         for key, one in begun.items()
         if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
     }
-    going = [key for key in begun if key not in hopeless]
-    ends = run_all(call, [begun[key].finished for key in going], executor)
-    found = dict(zip(going, ends, strict=True)) | {key: begun[key].given_up() for key in hopeless}
-    return {key: found[key] for key in begun}
+    tasks = [(key, end) for key, one in begun.items() if key not in hopeless for end in one.ends]
+    found: dict[K, list[Fitted]] = {key: [begun[key].given_up()] for key in hopeless}
+    for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
+        found.setdefault(key, []).append(end)
+    return {key: _best(found[key]) for key in begun}
+
+
+def _best(ends: Sequence[Fitted]) -> Fitted:
+    return max(ends, key=lambda one: one.log_evidence)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-import numpy as np
-
 from multilayer.arrays import RealArray
 from multilayer.errors import MultilayerError
 from multilayer.inverse.finite import Fineness
@@ -18,18 +16,16 @@ from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 
 ROUGH = 1e-4  # change of the cost at which a search has arrived that a fit goes on from
-_SHARP = 0.05  # loss factor below which resonances are sharp
 _RESOLUTION, _TOLERANCE = 0.9, 1e-4  # of mesh and reduced basis
 _ROOM = (0.98, 1.02)  # around the data's frequencies
 _FEW = 2  # solutions of plane waves that are gone on from
 
 
 def free_rim(campaign: Campaign, joint: JointProblem, minima: Sequence[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
-    """Return finite elements by configuration, and the coordinates of law and nuisances that fit with them, roughly.
+    """Return finite elements by configuration, and the coordinates of a law that fits with them, roughly.
 
-    Where resonances are broad the elements are coarser and hold for the data's frequencies only: right to a tenth of
-    `thresholds.MODEL_ERROR`. A sharp one's amplitude feels the error of its frequency, the more the less loss there is,
-    and its law is not found unless heights and density move, too.
+    The elements hold for the data's frequencies only, and are coarser than those of a fit: right to a tenth of
+    `thresholds.MODEL_ERROR`.
 
     Parameters
     ----------
@@ -40,22 +36,13 @@ def free_rim(campaign: Campaign, joint: JointProblem, minima: Sequence[Minimum])
         Its solutions, the best first.
     """
     few, settings = [*minima[:_FEW]], FitSettings()
-    if _is_sharp(joint, minima[0]):
-        fineness, solve = None, None
-    else:
-        bands = {data.name: (_ROOM[0] * data.frequency.min(), _ROOM[1] * data.frequency.max()) for data in joint.data}
-        fineness, solve = Fineness(_RESOLUTION, _TOLERANCE, bands), partial(search_laws, n_best=1, tolerance=ROUGH)
+    bands = {data.name: (_ROOM[0] * data.frequency.min(), _ROOM[1] * data.frequency.max()) for data in joint.data}
+    fineness, solve = Fineness(_RESOLUTION, _TOLERANCE, bands), partial(search_laws, n_best=1, tolerance=ROUGH)
     try:
         problem, found = with_free_rim(campaign, joint, few, _silent, settings, fineness, solve)
     except MultilayerError:  # the free rim is so wrong here that no law is found with it
         return rigs_around(campaign, joint, minima[0], _silent, settings, fineness), minima[0].z
     return problem.rigs, found[0].z
-
-
-def _is_sharp(joint: JointProblem, found: Minimum) -> bool:
-    f = np.concatenate([data.frequency for data in joint.data])
-    modulus = joint.space.modulus(joint.law_coordinates(found.z), f)
-    return float(np.min(modulus.imag / modulus.real)) < _SHARP
 
 
 def _silent(text: str) -> None:

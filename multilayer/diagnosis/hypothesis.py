@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray, distinct_rows
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
-from multilayer.diagnosis.effects.finite_size import RESOLUTION
+from multilayer.diagnosis.effects.finite_size import static_factor
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
 from multilayer.inverse.priors import Parameter, values_of
@@ -22,7 +22,6 @@ from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
-from multilayer.rig.shape_factor import static_shape_factor
 
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _TINY = 1e-200  # motions that underflow are far off, not infinitely
@@ -270,7 +269,8 @@ class Hypothesis(BaseHypothesis[Effect]):
         if not self._is_known(setting):
             # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
             shape = configuration.specimen_radius / (2 * configuration.specimen_thickness)
-            return self._chain_motion(setting, chain, _static(self.campaign.specimen.poisson_ratio, shape))
+            held = static_factor(self.campaign.specimen.poisson_ratio, round(shape, 6))
+            return self._chain_motion(setting, chain, held)
         near = self._near[setting.data.name]
         modulus, height = chain.modulus, configuration.specimen_thickness
         if chain.skin is not None:
@@ -303,11 +303,6 @@ def rig_hypothesis(hypothesis: AnyHypothesis) -> Hypothesis:
 def held_factor(poisson_ratio: float) -> float:
     """Return the modulus of laterally held compression over Young's."""
     return float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
-
-
-@lru_cache(maxsize=64)
-def _static(poisson_ratio: float, shape: float) -> float:
-    return static_shape_factor(max(poisson_ratio, 0.0), shape, resolution=RESOLUTION)
 
 
 def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:

@@ -31,7 +31,6 @@ def minimise(
     method: Literal["trf", "dogbox"] = "trf",
     *,
     scaled: bool = False,
-    together: bool = False,
 ) -> Minimum:
     """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
 
@@ -49,8 +48,6 @@ def minimise(
     scaled : bool
         Measure steps by what they change in the residuals, not in standard deviations of the prior: where some
         coordinates matter a thousand times as much as others, as with sharp resonances.
-    together : bool
-        Compute the derivative with every residual: for problems where one costs little more than the other.
     """
     n = start.size
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
@@ -62,8 +59,8 @@ def minimise(
             last[key] = problem.linearised(z)
         return last[key]
 
-    def residual(z: RealArray) -> RealArray:
-        return np.concatenate([both(z)[0] if together else problem.residual(z), z])
+    def residual(z: RealArray) -> RealArray:  # most are followed by their derivative, which then has cost one batch
+        return np.concatenate([both(z)[0], z])
 
     def derivative(z: RealArray) -> RealArray:
         return np.concatenate([both(z)[1], np.eye(n)])
