@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis.afresh import sought_afresh
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects
@@ -132,6 +133,8 @@ def _singles(
     begun = run_all(call, [*first, *tasks.values()], executor)
     rigs, found = begun.pop(0) if finite else ({}, {})
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
+    # all but those with finite elements, which hold around one law only
+    found = sought_afresh(nominal, found, rest, executor)
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
 
 

@@ -134,7 +134,7 @@ def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None =
     # what is stated of the laboratory may have been dragged far off to explain what the effect explains
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
     bases = (start, np.where(stated, 0.0, start)) if np.any(start[stated]) else (start,)
-    own = _starting_points(hypothesis, missing)
+    own = starting_points(hypothesis, missing)
     points = np.stack([np.concatenate([base, at]) for base in bases for at in own])
     residuals, priors = hypothesis.residual(points), np.sum(points**2, axis=-1)
     sizes = _discrepancies(float(np.nanmin(np.sum(residuals**2, axis=-1) + priors)) / residuals.shape[-1])
@@ -148,6 +148,23 @@ def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None =
         chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in kinds)]))
     ways = ((), sizes) if sizes else ((),)
     return Begun(hypothesis, tuple((way, _first_steps(hypothesis, points[chosen], way)) for way in ways))
+
+
+def begin_eased(hypothesis: AnyHypothesis, starts: RealArray, per_datum: float, kept: int) -> Begun:
+    """Return the first steps from some starts, each with a discrepancy; of where they lead, the best.
+
+    Parameters
+    ----------
+    hypothesis : AnyHypothesis
+    starts : array, shape (m, d)
+    per_datum : float
+        Chi-square per datum of the nominal model, which says how large the discrepancy is: above 4.
+    kept : int
+        How many ways are gone on with.
+    """
+    sizes = _discrepancies(per_datum)
+    ways = sorted((_first_steps(hypothesis, start[None], sizes) for start in starts), key=lambda one: one.cost)
+    return Begun(hypothesis, tuple((sizes, one) for one in ways[:kept]))
 
 
 def _discrepancies(per_datum: float) -> tuple[float, ...]:
@@ -205,7 +222,7 @@ def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:
     return Softened(hypothesis, LawErrors.of(basis))
 
 
-def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
+def starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
     """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
     if not missing:
         return [np.empty(0)]

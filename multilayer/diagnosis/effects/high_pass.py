@@ -15,7 +15,7 @@ class HighPass(Effect):
     law = "T / (1 - i fc/f)"
     separated_by = "phase at low frequencies; swapped channels"
     source = "AC coupling of 0.1 to 10 Hz with components of 10 to 20 %; a fault reaches 50 Hz"
-    parameters = (signed("cut_off", 8.0, "Hz"),)
+    parameters = (signed("cut_off", 15.0, "Hz"),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """The top channel is high-passed (the base channel for a negative cut-off)."""

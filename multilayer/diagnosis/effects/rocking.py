@@ -16,7 +16,7 @@ class Rocking(Effect):
     separated_by = "a centred sensor, or two opposite ones"
     source = "off-centre sensors: some per cent of the base's motion"
     parameters = (
-        signed("share", 0.03), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
+        signed("share", 0.04), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
     )  # fmt: skip
 
     starts = tuple(
