@@ -321,6 +321,10 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     group = _group(found, best)
     if reason := _mistrust(found, best, shrinkage):
         return Decision("unknown", best, group, reason, guarded=True)
+    shares = found.probabilities()
+    if sum(p for names, p in shares.items() if any(set(one) <= set(names) for one in group)) < shares[UNKNOWN]:
+        text = f"{in_words(best)} explains most, but that it is something else is more probable"
+        return Decision("unknown", best, group, text)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
+from multilayer.diagnosis.blind_draw import draw
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
@@ -16,6 +17,7 @@ from multilayer.errors import InputError
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.sources import read_fit
 from multilayer.rig import TwoPlateRig
+from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench
 from tests.inverse.test_joint import campaign_and_signals
 
@@ -187,3 +189,15 @@ def test_campaigns_of_an_independent_solver(shared: Path, name, without, verdict
     if cause is not None:
         assert record["group"][0] == [cause]
         assert record["gap"]["shrinkage"] > 0.9
+
+
+def test_a_reading_that_is_buried_is_dug_out():
+    """A rocking plate's resonance as high as the sample's own: the nominal model fits it, and no descent leads back."""
+    sealed = draw(149, 7)
+    assert sealed.effects == ("rocking",)
+    made = make_campaign(sealed.settings, sealed.seed)
+    effects = chosen_effects(["rocking", "channel_gain", "sensor_mass"])
+    record = diagnose_campaign(made.campaign, made.recordings, effects).record
+    assert record["group"] == [["rocking"]]
+    size = next(c for c in record["causes"] if c["effects"] == ["rocking"])["parameters"]["rocking.share"]
+    assert size["low"] < sealed.truth["rocking.share"] < size["high"]
