@@ -1,19 +1,20 @@
 """What the decision asks of causes, by itself."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.discrepancy import size_p_value
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
-from multilayer.diagnosis.fitting import fit
+from multilayer.diagnosis.fitting import fit, fit_effects
 from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.ranking import UNKNOWN, Hypotheses, decide, undone
 from multilayer.testing.benches import joint_bench
+from tests.inverse.test_joint import campaign_and_signals
 
 
 class OtherGain(EFFECTS["channel_gain"]):
@@ -95,12 +96,9 @@ def with_and_without(hypothesis):
 @pytest.mark.parametrize(("behind", "verdict"), [(20.0, "effect"), (1.0, "unknown")])
 def test_what_is_less_probable_than_something_else_is_not_named(behind, verdict):
     """The evidence of an effect must be ahead by more than the share of such verdicts that was wrong."""
-    campaign, joint = joint_bench()
-    data = [replace(one, ratio=1.05 * one.ratio, variance=1e-4 + 0 * one.variance) for one in joint.data]
-    hypothesis = Hypothesis(campaign, replace(joint, data=data))
     names = ("channel_gain",)
-    nominal, gain = fit(hypothesis, np.zeros(len(joint.parameters))), hypothesis.with_effects(EFFECTS[names[0]]())
-    fitted = {names: fit(gain, nominal.minimum.z)}
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
     evidence = {(): -1000.0, names: -10.0, UNKNOWN: -10.0 - behind}
     decision = decide(Hypotheses(nominal, fitted, evidence, 1), {names: Shrinkage(100.0, 1.0, "all")})
     assert decision.verdict == verdict, decision.reason
