@@ -88,7 +88,7 @@ def shrinkage(
     foretold = run_all(_foretold, tasks, executor)
     folded = [foretold[i : i + len(pairs)] for i in range(0, len(foretold), len(pairs))]
     gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in folded]
-    scores = [-0.5 * sum(float(residual @ residual) + wide for residual, wide in parts) for parts in folded]
+    scores = [sum(score for _, score in parts) for parts in folded]
     if before is None:
         before, gaps, scores = gaps[0], gaps[1:], scores[1:]
     return [Shrinkage(before, gap, how, score) for gap, score in zip(gaps, scores, strict=True)]
@@ -97,23 +97,38 @@ def shrinkage(
 def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tuple[RealArray, float]:
     """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
 
-    And the logarithm of the determinant of that covariance. The task is a fit, and the data that are kept and left.
-
-    What the kept data tell of the error that an effect's law makes everywhere is foretold, too.
+    And the logarithm of their density as foretold, in which the effects' laws may be wrong, too. The task is a fit, and
+    the data that are kept and left. What the kept data tell of the error that a law makes everywhere is foretold.
     """
     one, kept, left = task
     seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
-
-    def basis(z: RealArray) -> tuple[RealArray, RealArray]:
-        common, own = law_parts(seen, z, one.hypothesis)
-        return np.concatenate([common, own], axis=1), law_parts(unseen, z, one.hypothesis)[0]
-
-    soft = Softened(seen, LawErrors.of(basis(one.minimum.z)[0])) if one.errors else seen
-    found = minimised(soft, one.minimum.z)
+    start = one.minimum.z
+    common, own = law_parts(seen, start, one.hypothesis)
+    soft = Softened(seen, LawErrors.of(np.concatenate([common, own], axis=1))) if one.errors else seen
+    found = minimised(soft, start)
     residual, slopes = unseen.linearised(found.z)
-    unforeseen = LawErrors.of(np.linalg.solve(np.linalg.cholesky(found.precision), slopes.T).T)
-    if one.errors:
-        known, common = basis(found.z)
-        amounts = np.linalg.solve(np.eye(known.shape[1]) + known.T @ known, known.T @ seen.residual(found.z))
-        residual = residual - common @ amounts[: common.shape[1]]
-    return unforeseen.whitened(residual), unforeseen.log_determinant
+    open_of_unknowns = LawErrors.of(_spread(slopes, found.precision))
+    if not one.errors:
+        return open_of_unknowns.whitened(residual), _log_density(open_of_unknowns, residual)
+    values, known = seen.linearised(found.z)
+    common, own = law_parts(seen, found.z, one.hypothesis)
+    elsewhere, anew = law_parts(unseen, found.z, one.hypothesis)
+    known = np.concatenate([known, common, own], axis=1)
+    n, k = slopes.shape[1], common.shape[1]
+    errors = known[:, n:]
+    amounts = np.linalg.solve(np.eye(errors.shape[1]) + errors.T @ errors, errors.T @ values)
+    residual = residual - elsewhere @ amounts[:k]
+    told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
+    spread = _spread(told, np.eye(known.shape[1]) + known.T @ known)
+    every = LawErrors.of(np.concatenate([spread, anew], axis=1))
+    return open_of_unknowns.whitened(residual), _log_density(every, residual)
+
+
+def _spread(slopes: RealArray, precision: RealArray) -> RealArray:
+    """Return columns B with B B^T the covariance of what unknowns of a precision change."""
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(precision), slopes.T).T)
+
+
+def _log_density(errors: LawErrors, residual: RealArray) -> float:
+    whitened = errors.whitened(residual)
+    return -0.5 * float(whitened @ whitened) - 0.5 * errors.log_determinant
