@@ -9,11 +9,12 @@ import pytest
 from multilayer import diagnosis
 from multilayer.diagnosis.blind_draw import draw
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
-from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects import EFFECTS, delamination
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.errors import InputError
+from multilayer.inverse.joint import solve_joint
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.sources import read_fit
 from multilayer.rig import TwoPlateRig
@@ -116,6 +117,30 @@ def test_a_constriction_is_that_of_finite_elements():
     np.testing.assert_allclose(part, TwoPlateRig(*sizes, **stiff).transmissibility(f, softer), rtol=2e-3)
     whole = TwoPlateRig(*sizes, **stiff).transmissibility(f, np.array([modulus]))
     assert abs(part - whole)[0] > 4 * abs(part - TwoPlateRig(*sizes, **stiff).transmissibility(f, softer))[0]
+
+
+@pytest.mark.parametrize("bonded", [0.85, 0.7])
+def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded):
+    """It comes nearer to these than springs at the faces, whatever their stiffness."""
+    campaign, joint = joint_bench()
+    nominal, hypothesis = Hypothesis(campaign, joint), Hypothesis(campaign, joint, (EFFECTS["delamination"](),))
+    setting, law = nominal.settings[1], solve_joint(joint)[0].z
+    modulus = joint.space.modulus(joint.law_coordinates(law), setting.frequency)
+    configuration = setting.configuration
+    sizes = (configuration.specimen_radius, configuration.specimen_thickness, 80.0, 0.0)
+    rig = TwoPlateRig(*sizes, configuration.top_plate_thickness)
+    part = rig.replaced(bonded_fraction=bonded).transmissibility(setting.frequency, modulus)
+    missing = np.log(part / rig.transmissibility(setting.frequency, modulus))
+    constriction = hypothesis.effects[0].parameters[0].prior.coordinate(np.geomspace(5e-3, 0.3, 40))
+    z = np.stack([np.concatenate([law, [one, 0.0]]) for one in constriction])
+
+    def error():
+        found = np.log(hypothesis.predict(setting, z)[0] / nominal.predict(setting, law)[0])
+        return np.sqrt(np.mean(np.abs(found - missing) ** 2, axis=-1)).min()
+
+    rim = error()
+    monkeypatch.setattr(delamination, "_RIM", 1e6)
+    assert rim < 0.5 * error()
 
 
 @pytest.mark.parametrize("name", CHAINS)
