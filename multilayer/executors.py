@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from importlib import import_module
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
+from threading import Thread
 from typing import Any, TypeVar
 from warnings import warn
 
@@ -194,13 +196,25 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
             context = get_context("forkserver")
             context.set_forkserver_preload([*modules])
             forkserver.ensure_running()
-            with ProcessPoolExecutor(jobs, context) as pool:
+            with ProcessPoolExecutor(jobs, context, _end_with_parent) as pool:
                 yield pool
         else:
-            with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+            with ProcessPoolExecutor(jobs, get_context("spawn"), _end_with_parent) as pool:
                 for _ in range(jobs):
                     pool.submit(_import_all, modules)
                 yield pool
+
+
+def _end_with_parent() -> None:
+    """End this process as soon as the one that began it has ended, however: a pool's worker would wait for ever."""
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
 
 
 def _import_all(modules: Sequence[str]) -> None:

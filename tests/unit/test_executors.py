@@ -2,9 +2,11 @@
 
 import os
 import signal
+import subprocess
 import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
+from textwrap import dedent
 
 import pytest
 
@@ -101,6 +103,22 @@ def test_a_local_worker_computes_with_one_thread(monkeypatch):
         assert run_all(threads, [0], pool, ignore) == [["1", "1", "1"]]
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_workers_end_with_the_process_that_began_them():
+    """However it ends: what inherits its output would keep that open."""
+    code = """
+        import time
+        from multilayer.executors import local_pool
+        with local_pool(2) as pool:
+            print(pool.submit(abs, -3).result(), flush=True)
+            time.sleep(60)
+    """
+    command = [sys.executable, "-c", dedent(code)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout.readline() == "3\n"
+        parent.kill()
+        assert parent.communicate(timeout=20)[0] == ""
 
 
 def test_one_job_is_this_process():
