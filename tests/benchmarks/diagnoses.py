@@ -6,8 +6,12 @@ Run it as ``python -m tests.benchmarks.diagnoses > docs/validation/diagnosis.md`
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -16,6 +20,7 @@ from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.inverse.sources import read_fit
 from multilayer.media.elastic import p_wave_modulus
+from multilayer.threads import THREADS
 from tests.benchmarks.scoring import true_modulus
 
 CAMPAIGNS = Path(__file__).parents[2] / ".." / "shared" / "campaigns"
@@ -28,6 +33,14 @@ the effect. "Gap" is chi-square per datum on held-out data, nominal and with the
 
 | campaign | truth | verdict | cause | p | size, 90 % interval | true | gap before | after | shrinkage | moduli |
 |---|---|---|---|---|---|---|---|---|---|---|"""
+
+TIME = """## Time
+
+Seconds of `multilayer diagnose CAMPAIGN --jobs 2`, from start to exit, all effects, files and figures written; the better
+of two runs, each process with one thread, on {cores} cores.
+
+| campaign | configurations | bursts | seconds |
+|---|---|---|---|"""
 
 WITHOUT = """## With the true effect removed
 
@@ -68,9 +81,13 @@ def _moduli(name: str, unknowns: dict[str, Any]) -> str:
 def main() -> None:
     """Diagnose, compare and print the page."""
     lines, sentences, without = [HEADING], [], [WITHOUT]
+    times = [TIME.format(cores=os.cpu_count())]
     for folder in sorted(path for path in CAMPAIGNS.iterdir() if path.is_dir()):
         print(folder.name, file=sys.stderr)  # noqa: T201
         job = read_fit(folder)
+        bursts = sum(len(one.bursts) for one in job.campaign.configurations)
+        taken = min(_seconds(folder) for _ in range(2))
+        times.append(f"| `{folder.name}` | {len(job.campaign.configurations)} | {bursts} | {taken:.1f} |")
         record = diagnose_campaign(job.campaign, job.recordings).record
         truth = json.loads(folder.with_name(f"{folder.name}.truth.json").read_text())
         lines.append(row(folder.name, truth, record))
@@ -78,7 +95,19 @@ def main() -> None:
         if (effect := truth["effect"]) in EFFECTS.names():
             said = diagnose_campaign(job.campaign, job.recordings, chosen_effects(without=[effect])).record
             without.append(f"| `{folder.name}` | {effect} | {said['verdict']} | {said['sentence']} |")
-    print("\n".join([*lines, "", _of_glue(), "", *without, "", "## In words", "", *sentences]))  # noqa: T201
+    print("\n".join([*lines, "", _of_glue(), "", *without, "", *times, "", "## In words", "", *sentences]))  # noqa: T201
+
+
+def _seconds(folder: Path) -> float:
+    """Return how long the command takes, as a user types it."""
+    with TemporaryDirectory() as out:
+        command = [sys.executable, "-m", "multilayer", "diagnose", str(folder), "--out", out, "--jobs", "2"]
+        start = perf_counter()
+        done = subprocess.run(command, capture_output=True, env=os.environ | dict.fromkeys(THREADS, "1"), check=False)
+        taken = perf_counter() - start
+    if done.returncode not in (0, 1):
+        raise RuntimeError(done.stderr.decode())
+    return taken
 
 
 def _of_glue() -> str:
