@@ -36,8 +36,8 @@ the effect. "Gap" is chi-square per datum on held-out data, nominal and with the
 
 TIME = """## Time
 
-Seconds of `multilayer diagnose CAMPAIGN --jobs 2`, from start to exit, all effects, files and figures written; the better
-of two runs, each process with one thread, on {cores} cores.
+Seconds of `multilayer diagnose CAMPAIGN --jobs 2`, from start to exit, all effects, files and figures written; the
+better of two runs, each process with one thread, on {cores} cores.
 
 | campaign | configurations | bursts | seconds |
 |---|---|---|---|"""
