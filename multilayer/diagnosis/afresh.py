@@ -49,7 +49,7 @@ def sought_afresh(
         Where fits run; in this process when left out.
     """
     least = min((one.minimum.cost for one in found.values()), default=0.0)
-    if least < _LOST * len(nominal.minimum.residual):
+    if not effects or least < _LOST * len(nominal.minimum.residual):
         return dict(found)
     tasks = {
         (name,): partial(_begin, nominal.hypothesis.with_effects(effect), nominal.minimum)
