@@ -91,8 +91,9 @@ class Begun:
     ----------
     hypothesis : AnyHypothesis
     ways : tuple of (tuple of float, Minimum)
-        Where the best start has come to straight, and, of what is far off, with a discrepancy that is let go by and by:
-        the sizes of that, and the minimum with the first of them. Either way may end in a wrong valley.
+        Sizes of a discrepancy that is let go by and by, none of the straight way, and the minimum with the first of them.
+        Any way may end in a wrong valley. Those of `begin` are the straight one, and one with a discrepancy of what is
+        far off.
     """
 
     hypothesis: AnyHypothesis
