@@ -91,9 +91,9 @@ class Begun:
     ----------
     hypothesis : AnyHypothesis
     ways : tuple of (tuple of float, Minimum)
-        Sizes of a discrepancy that is let go by and by, none of the straight way, and the minimum with the first of them.
-        Any way may end in a wrong valley. Those of `begin` are the straight one, and one with a discrepancy of what is
-        far off.
+        Sizes of a discrepancy that is let go by and by, none of the straight way, and the minimum with the first of
+        them. Any way may end in a wrong valley. Those of `begin` are the straight one, and one with a discrepancy of
+        what is far off.
     """
 
     hypothesis: AnyHypothesis
