@@ -22,6 +22,10 @@ from multilayer.inverse.problem import Minimum, Problem
 
 K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate
+_WIDEST, _TINY = (
+    100.0,
+    1e-300,
+)  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
 _UPDATES = 2  # of the errors of laws: where they are taken, the minimum moves a little
@@ -73,7 +77,9 @@ class Fitted:
         value = self.hypothesis.parameters[index].prior.value
         z = float(self.minimum.z[index])
         here, ahead, behind = (float(value(np.asarray(x))) for x in (z, z + _STEP, z - _STEP))
-        open_by_law = self._size_error(name) * abs(here) * 2 * _STEP / abs(ahead - behind)
+        # far beyond a bound of the prior the value does not move any more: its whole range is open
+        slope = max(abs(ahead - behind) / (2 * _STEP), abs(here) / _WIDEST, _TINY)
+        open_by_law = self._size_error(name) * abs(here) / slope
         spread = float(np.hypot(np.sqrt(self.minimum.covariance[index, index]), open_by_law))
         reach = spread * float(ndtri(0.5 + probability / 2))
         return here, float(value(np.asarray(z - reach))), float(value(np.asarray(z + reach)))

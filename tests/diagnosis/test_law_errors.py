@@ -8,6 +8,7 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis
 from multilayer.inverse.least_squares import minimise
+from multilayer.inverse.problem import Minimum
 from multilayer.testing.benches import joint_bench
 from tests.inverse.gaussian import linear
 
@@ -68,3 +69,14 @@ def test_what_acts_on_the_sample_is_wrong_as_a_modulus_is():
     slopes = Hypothesis(campaign, joint).modulus_slopes(z[:-1])
     for change, slope, relative in zip(hypothesis.law_change(0, z), slopes, stiffening, strict=True):
         np.testing.assert_allclose(change, relative * slope, rtol=0.02)
+
+
+def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
+    campaign, joint = joint_bench()
+    hypothesis = Hypothesis(campaign, joint, (EFFECTS["skin"](),))
+    for far in (-60.0, 60.0):
+        z = np.concatenate([np.zeros(len(joint.parameters)), [0.0, far]])
+        values = np.zeros(3)
+        found = Fitted(hypothesis, Minimum(z, 0.0, values, np.zeros((3, len(z)))))
+        value, low, high = found.interval("skin.ratio")
+        assert 1 <= low <= value <= high < 100.001
