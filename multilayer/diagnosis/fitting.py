@@ -298,7 +298,9 @@ def finish_all(
         for key, one in begun.items()
         if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
     }
-    tasks = [(key, end) for key, one in begun.items() if key not in hopeless for end in one.ends]
+    going = {key: one.ends for key, one in begun.items() if key not in hopeless}
+    # the long ways first: workers then end together
+    tasks = [(key, end) for way in (1, 0) for key, ends in going.items() for end in ends[way : way + 1]]
     found: dict[K, list[Fitted]] = {key: [begun[key].given_up()] for key in hopeless}
     for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)

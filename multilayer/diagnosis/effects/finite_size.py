@@ -15,7 +15,7 @@ from multilayer.rig.shape_factor import static_shape_factor
 
 _REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: relative to the stated one, and as high as the factor is tabulated
 _KNOTS = 5  # Chebyshev's: right to 2e-3 at S = 1, to 2e-4 at S = 1/2
-_RESOLUTION = 0.5  # of the mesh of a static shape factor: right to 1e-5, in half the time
+_RESOLUTION = 0.5  # of the mesh of a static shape factor: right to 2e-4 up to nu = 0.48 and S = 1.8
 
 
 class FiniteSize(Effect):
