@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from multilayer.diagnosis.result import Diagnosis
 
-_MODULES = ("multilayer.diagnosis.diagnose",)  # that workers need
+_MODULES = ("multilayer.cli", "multilayer.diagnosis.diagnose")  # that workers need
 _DRAWING = ("multilayer.report.diagnosis_figures", "matplotlib.figure", "matplotlib.backends.backend_svg")
 _MOST_JOBS = 4  # there are some twenty fits, most of them short
 
