@@ -22,10 +22,8 @@ from multilayer.inverse.problem import Minimum, Problem
 
 K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate
-_WIDEST, _TINY = (
-    100.0,
-    1e-300,
-)  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open
+_WIDEST = 100.0  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open at most
+_TINY = 1e-300
 _TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
 _ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
 _UPDATES = 2  # of the errors of laws: where they are taken, the minimum moves a little
@@ -298,11 +296,10 @@ def finish_all(
         for key, one in begun.items()
         if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
     }
-    going = {key: one.ends for key, one in begun.items() if key not in hopeless}
-    # the long ways first: workers then end together
-    tasks = [(key, end) for way in (1, 0) for key, ends in going.items() for end in ends[way : way + 1]]
+    tasks = [(way, key, end) for key, one in begun.items() if key not in hopeless for way, end in enumerate(one.ends)]
+    tasks.sort(key=lambda task: -task[0])  # the long ways first: workers then end together
     found: dict[K, list[Fitted]] = {key: [begun[key].given_up()] for key in hopeless}
-    for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
+    for (_, key, _), end in zip(tasks, run_all(call, [end for *_, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)
     return {key: _best(found[key]) for key in begun}
 

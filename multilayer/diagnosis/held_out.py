@@ -102,22 +102,25 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tupl
     """
     one, kept, left = task
     seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
+
+    def errors(part: AnyHypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
+        return law_parts(part, z, one.hypothesis)
+
     start = one.minimum.z
-    common, own = law_parts(seen, start, one.hypothesis)
-    soft = Softened(seen, LawErrors.of(np.concatenate([common, own], axis=1))) if one.errors else seen
+    soft = Softened(seen, LawErrors.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
     found = minimised(soft, start)
     residual, slopes = unseen.linearised(found.z)
     open_of_unknowns = LawErrors.of(_spread(slopes, found.precision))
     if not one.errors:
         return open_of_unknowns.whitened(residual), _log_density(open_of_unknowns, residual)
-    values, known = seen.linearised(found.z)
-    common, own = law_parts(seen, found.z, one.hypothesis)
-    elsewhere, anew = law_parts(unseen, found.z, one.hypothesis)
-    known = np.concatenate([known, common, own], axis=1)
-    n, k = slopes.shape[1], common.shape[1]
-    errors = known[:, n:]
-    amounts = np.linalg.solve(np.eye(errors.shape[1]) + errors.T @ errors, errors.T @ values)
-    residual = residual - elsewhere @ amounts[:k]
+    here, slopes_here = seen.linearised(found.z)
+    common, own = errors(seen, found.z)
+    elsewhere, anew = errors(unseen, found.z)
+    laws = np.concatenate([common, own], axis=1)
+    amounts = np.linalg.solve(np.eye(laws.shape[1]) + laws.T @ laws, laws.T @ here)
+    residual = residual - elsewhere @ amounts[: common.shape[1]]
+    # unknowns and errors of laws together; what is each configuration's own is not seen elsewhere
+    known = np.concatenate([slopes_here, laws], axis=1)
     told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
     spread = _spread(told, np.eye(known.shape[1]) + known.T @ known)
     every = LawErrors.of(np.concatenate([spread, anew], axis=1))

@@ -171,6 +171,11 @@ class Hypotheses:
         mistaken = (1 - right) * sum(shares[n] for n in known)
         return shares | {n: right * shares[n] for n in known} | {UNKNOWN: shares[UNKNOWN] + mistaken}
 
+    def probability_with(self, causes: Sequence[tuple[str, ...]]) -> float:
+        """Return the probability of some causes; with a second effect of little use beside it, it is the same one."""
+        shares = self.probabilities().items()
+        return sum(p for names, p in shares if any(set(one) <= set(names) for one in causes))
+
     def probability_of(self, decision: Decision) -> float:
         """Return the probability that a verdict is right.
 
@@ -182,8 +187,7 @@ class Hypotheses:
             return max(probabilities[()], RIGHT_NO_GAP)
         if decision.verdict == "unknown":
             return max(probabilities[UNKNOWN], RIGHT_GUARDED if decision.guarded else 0.0)
-        # with a second effect of little use beside it, it is the same cause
-        return sum(p for names, p in probabilities.items() if set(decision.best) <= set(names))
+        return self.probability_with([decision.best])
 
 
 def tolerant_evidence(fitted: Fitted) -> float:
@@ -321,8 +325,7 @@ def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) ->
     group = _group(found, best)
     if reason := _mistrust(found, best, shrinkage):
         return Decision("unknown", best, group, reason, guarded=True)
-    shares = found.probabilities()
-    if sum(p for names, p in shares.items() if any(set(one) <= set(names) for one in group)) < shares[UNKNOWN]:
+    if found.probability_with(group) < found.probabilities()[UNKNOWN]:
         text = f"{in_words(best)} explains most, but that it is something else is more probable"
         return Decision("unknown", best, group, text)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
