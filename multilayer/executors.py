@@ -194,7 +194,7 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
             from multiprocessing import forkserver
 
             context = get_context("forkserver")
-            context.set_forkserver_preload([*modules])
+            context.set_forkserver_preload([*modules, "multilayer.frozen"])
             forkserver.ensure_running()
             with ProcessPoolExecutor(jobs, context, _end_with_parent) as pool:
                 yield pool

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from functools import partial
 from itertools import combinations
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.executors import run_all
 
+Alive: TypeAlias = Sequence[tuple[Fitted, float]]  # hypotheses with their probabilities
 _MOST = 1e4  # nats
 
 
@@ -30,11 +34,12 @@ C = TypeVar("C", bound=Change)
 
 
 def rank_changes(
-    alive: Sequence[tuple[Fitted, float]],
+    alive: Alive,
     menu: Sequence[C],
     nothing: C,
     predict: Callable[[Fitted, C], Any],
     distance: Callable[[Any, Any, Fitted], float],
+    executor: Executor | None = None,
 ) -> list[dict[str, Any]]:
     """Return the entries of ``next_experiment``, the most informative for its cost first.
 
@@ -49,6 +54,8 @@ def rank_changes(
     distance : callable
         Gives half the squared distance, nats, of two predictions in units of their common uncertainty; its third
         argument is the first one's hypothesis.
+    executor : Executor, optional
+        Where predictions are made; in this process when left out. `menu` and `predict` must be fit for pickling.
 
     Notes
     -----
@@ -58,10 +65,10 @@ def rank_changes(
     if len(alive) < 2:
         return []
     found = []
-    as_before = [predict(fitted, nothing)[0] for fitted, _ in alive]
-    for change in menu:
-        predictions = [predict(fitted, change) for fitted, _ in alive]
-        if all(np.allclose(new[0], old, rtol=1e-9) for new, old in zip(predictions, as_before, strict=True)):
+    foretold = run_all(partial(_predictions, predict, [fitted for fitted, _ in alive]), [nothing, *menu], executor)
+    as_before = foretold[0]
+    for change, predictions in zip(menu, foretold[1:], strict=True):
+        if all(np.allclose(new[0], old[0], rtol=1e-9) for new, old in zip(predictions, as_before, strict=True)):
             continue  # of no consequence for what is still alive: a mere repetition
         best: tuple[float, int, int] = (-1.0, 0, 1)
         gains, weights = 0.0, 0.0
@@ -79,6 +86,10 @@ def rank_changes(
             }
         )
     return sorted(found, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
+
+
+def _predictions(predict: Callable[[Fitted, C], Any], alive: Sequence[Fitted], change: C) -> list[Any]:
+    return [predict(fitted, change) for fitted in alive]
 
 
 def half_squared(delta: RealArray, spread: RealArray) -> float:

@@ -97,7 +97,7 @@ def diagnose_campaign(
     tell("effects one by one")
     judgement = judge(nominal, singles, usable, tell, executor)
     name = campaign.folder.resolve().name
-    record = judgement.record(next_experiments, seed) | {
+    record = judgement.record(partial(next_experiments, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, judgement.corrected),
         "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **judgement.fit_numbers()},
     }

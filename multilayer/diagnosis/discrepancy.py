@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
-from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
+from multilayer.chance import exceeding
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.law_errors import smooth_basis
 
@@ -34,21 +34,21 @@ def tolerant_p_value(fitted: Fitted, size: float) -> float:
     The misfit is chi-square distributed for a linear model with normal priors: the bootstrap's answer in closed form.
     """
     excess = _Leftover.of(fitted).explained(size)
-    return float(chi2.sf(fitted.minimum.cost - excess, len(fitted.minimum.residual)))
+    return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
 
 
 def nuisance_p_value(fitted: Fitted) -> float:
     """Return the probability that what the laboratory states is as far off, all of it together, as the fit takes it."""
     stated = np.array([parameter.nuisance for parameter in fitted.hypothesis.parameters], dtype=bool)
     amounts = fitted.minimum.z[stated]
-    return float(chi2.sf(amounts @ amounts, len(amounts))) if len(amounts) else 1.0
+    return exceeding(float(amounts @ amounts), len(amounts)) if len(amounts) else 1.0
 
 
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability that effects are as far from their usual sizes, all their parameters together."""
     own = len(fitted.hypothesis.effect_parameters)
     amounts = fitted.minimum.z[len(fitted.minimum.z) - own :]
-    return float(chi2.sf(amounts @ amounts, own)) if own else 1.0
+    return exceeding(float(amounts @ amounts), own) if own else 1.0
 
 
 def law_p_value(fitted: Fitted) -> float:
@@ -61,7 +61,7 @@ def law_p_value(fitted: Fitted) -> float:
     weights = fitted.errors.sizes**2 / (1 + fitted.errors.sizes**2)
     amounts = np.sqrt(weights) * (fitted.minimum.residual @ fitted.errors.directions)
     scale = float(np.sum(weights**2) / np.sum(weights))
-    return float(chi2.sf(amounts @ amounts / scale, np.sum(weights) / scale))
+    return exceeding(float(amounts @ amounts) / scale, float(np.sum(weights)) / scale)
 
 
 @dataclass(frozen=True)

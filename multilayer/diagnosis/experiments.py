@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.box_hill import half_squared, rank_changes
+from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
@@ -20,6 +22,10 @@ _STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level
 _AIRLESS = ("saturating_air",)
+
+
+def _same(setting: Setting) -> Setting:
+    return setting
 
 
 @dataclass(frozen=True)
@@ -40,21 +46,17 @@ class Experiment:
 
     change: str
     cost: float
-    setting: Callable[[Setting], Setting] = lambda setting: setting
+    setting: Callable[[Setting], Setting] = _same
     swapped: bool = False
     without: tuple[str, ...] = ()
 
 
-def _other(**factors: float) -> Callable[[Setting], Setting]:
+def _resized(setting: Setting, **factors: float) -> Setting:
     """Return a setting with dimensions multiplied."""
-
-    def changed(setting: Setting) -> Setting:
-        old = setting.configuration
-        sizes = {name: getattr(old, name) * factor for name, factor in factors.items()}
-        data = replace(setting.data, thickness=sizes.get("specimen_thickness", setting.data.thickness))
-        return replace(setting, configuration=old.model_copy(update=sizes), data=data)
-
-    return changed
+    old = setting.configuration
+    sizes = {name: getattr(old, name) * factor for name, factor in factors.items()}
+    data = replace(setting.data, thickness=sizes.get("specimen_thickness", setting.data.thickness))
+    return replace(setting, configuration=old.model_copy(update=sizes), data=data)
 
 
 def _level(setting: Setting) -> Setting:
@@ -71,10 +73,10 @@ def _reversed(setting: Setting) -> Setting:
 
 
 MENU = (
-    Experiment("specimen_thickness x 2", 2.0, _other(specimen_thickness=2.0)),
-    Experiment("specimen_thickness x 0.5", 2.0, _other(specimen_thickness=0.5)),
-    Experiment("top_plate_thickness x 3", 1.0, _other(top_plate_thickness=3.0)),
-    Experiment("specimen_radius x 0.5", 2.0, _other(specimen_radius=0.5)),
+    Experiment("specimen_thickness x 2", 2.0, partial(_resized, specimen_thickness=2.0)),
+    Experiment("specimen_thickness x 0.5", 2.0, partial(_resized, specimen_thickness=0.5)),
+    Experiment("top_plate_thickness x 3", 1.0, partial(_resized, top_plate_thickness=3.0)),
+    Experiment("specimen_radius x 0.5", 2.0, partial(_resized, specimen_radius=0.5)),
     Experiment(f"level x {_QUIET:g}", 0.5, _level),
     Experiment("channels swapped", 0.5, swapped=True),
     Experiment("sensor in the centre, or two opposite ones", 0.5, without=_CENTRED),
@@ -83,9 +85,9 @@ MENU = (
 )
 
 
-def next_experiments(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
+def next_experiments(alive: Alive, executor: Executor | None = None) -> list[dict[str, Any]]:
     """Return the entries of ``next_experiment``: changes of the first configuration, see `box_hill.rank_changes`."""
-    return rank_changes(alive, MENU, Experiment("none", 0.0), _predict, _distance)
+    return rank_changes(alive, MENU, Experiment("none", 0.0), _predict, _distance, executor)
 
 
 def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:

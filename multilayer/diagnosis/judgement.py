@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from multilayer.diagnosis.box_hill import Alive
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.held_out import Shrinkage, shrinkage
@@ -20,7 +21,6 @@ from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
 
 Progress = Callable[[str], None]
-Alive = Sequence[tuple[Fitted, float]]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
 
 

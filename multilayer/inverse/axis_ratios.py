@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.inverse.correlated import ALIKE, Verdict, combined, probability, verdict_of
@@ -15,7 +15,7 @@ AXES = ("x", "y", "z")
 LEVEL = 0.95  # of intervals
 Interval: TypeAlias = tuple[float, float, float]
 """A value and the ends of its interval."""
-_SIGMAS = float(norm.ppf(0.5 + LEVEL / 2))
+_SIGMAS = float(ndtri(0.5 + LEVEL / 2))
 _FREE = len(AXES) - 1  # numbers that say all of three distances from their mean
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
+from multilayer.chance import exceeding
 
 Verdict: TypeAlias = Literal["seen", "hint", "none"]
 ALIKE = 0.01  # least probability at which values at several frequencies are taken for one
@@ -22,7 +22,7 @@ def verdict_of(probability: float) -> Verdict:
 
 def birge(chi_square: float, degrees: int) -> float:
     """Return Birge's ratio where the scatter is more than chance, else 1: the factor on all standard deviations."""
-    if not degrees or chi2.sf(chi_square, degrees) > _CHANCE:
+    if not degrees or exceeding(chi_square, degrees) > _CHANCE:
         return 1.0
     return float(np.sqrt(chi_square / degrees))
 
@@ -42,4 +42,4 @@ def distance(difference: RealArray, covariance: RealArray) -> float:
 def probability(difference: RealArray, covariance: RealArray, degrees: int | None = None) -> float:
     """Return the probability of a difference as large as this by chance; 1 where there is nothing to differ."""
     count = len(difference) if degrees is None else degrees
-    return float(chi2.sf(distance(difference, covariance), count)) if count > 0 else 1.0
+    return exceeding(distance(difference, covariance), count) if count > 0 else 1.0

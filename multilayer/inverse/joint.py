@@ -13,7 +13,7 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows
 from multilayer.errors import InputError
@@ -474,7 +474,7 @@ def _descents(problem: JointProblem, tolerance: float, start: RealArray) -> list
     Where resonances are sharp, thickness and density must move before the law can: with a large model error they can.
     """
     direct = minimise(problem, start, tolerance=tolerance)
-    if direct.converged and direct.cost < chi2.isf(_IMPROBABLE, direct.residual.size):
+    if direct.converged and direct.cost < chdtri(direct.residual.size, _IMPROBABLE):
         return [direct]
     eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
     return [direct, minimise(problem, eased.z, tolerance=tolerance)]

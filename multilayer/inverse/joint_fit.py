@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import MultilayerError
 from multilayer.frames import Frame, Tabular
@@ -90,7 +90,7 @@ class JointFit(Tabular):
     @property
     def p_value(self) -> float:
         """Probability of a misfit as large as this if law, rig and stated uncertainties are right."""
-        return float(chi2.sf(self.best.cost, self.n_data))
+        return exceeding(self.best.cost, self.n_data)
 
     def moduli(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
         """Return E1 + i E2 at frequencies (n,), Hz, and the covariance of (E1, E2), shape (n, 2, 2), Pa."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from multilayer.arrays import RealArray
+from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.inverse.correlated import ALIKE, Verdict, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen
@@ -115,7 +115,7 @@ class PreloadResult:
     def p_value(self) -> float:
         """Probability of a scatter as large as this by the stated errors; nan where nothing is left to scatter."""
         degrees = self.solution.degrees
-        return float(chi2.sf(self.solution.chi_square, degrees)) if degrees else float("nan")
+        return exceeding(self.solution.chi_square, degrees) if degrees else float("nan")
 
     @property
     def verdict(self) -> str:

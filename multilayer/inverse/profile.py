@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
@@ -88,7 +88,7 @@ class Profile(Posterior):
             raise InputError(f"a probability of {probability:g} is not allowed; it must lie between 0 and 1")
         fine = np.linspace(self.z[0], self.z[-1], _FINE)
         rise = CubicSpline(self.z, self.cost)(fine)
-        inside = fine[rise - rise.min() <= chi2.ppf(probability, 1)]
+        inside = fine[rise - rise.min() <= chdtri(1, 1 - probability)]
         ends = self.parameters[self.index(self.name)].prior.value(inside[[0, -1]])
         return float(ends[0]), float(ends[1])
 

@@ -11,10 +11,10 @@ from typing import Literal
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.special import spence
-from scipy.stats import chi2, norm
+from scipy.special import ndtr, spence
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.chance import exceeding
 from multilayer.errors import InputError
 from multilayer.media.laws.spectral import step_relaxation
 
@@ -229,11 +229,11 @@ class _Best:
 
     @property
     def p_value(self) -> float:
-        return float(chi2.sf(self.chi_square, self.freedom)) if self.freedom > 0 else float("nan")
+        return exceeding(self.chi_square, self.freedom) if self.freedom > 0 else float("nan")
 
     def rejected(self, significance: float) -> bool:
         """Return whether all residuals together, or the largest one of so many, would be too great a chance."""
-        outlier = self.residual.size * 2 * norm.sf(float(np.max(np.abs(self.residual))))
+        outlier = self.residual.size * 2 * ndtr(-float(np.max(np.abs(self.residual))))
         return self.freedom > 0 and min(self.p_value, outlier) < significance / 2
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from multilayer.report.style import any_script
@@ -33,15 +35,31 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
         What it shows, for those who have the page read aloud.
     """
     from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     buffer = io.StringIO()
+    canvas: Any = FigureCanvasSVG(figure)  # savefig would draw all of it twice, first to lay it out
     # text stays text: it can be found, read aloud and takes the page's font and colour
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}), any_script():
-        figure.savefig(buffer, format="svg", transparent=True, metadata=_NO_METADATA)
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}), any_script(), _without_background(figure):
+        canvas.print_svg(buffer, metadata=_NO_METADATA)
     root = ElementTree.fromstring(buffer.getvalue())
     _cleaned(root, name)
     root.set("aria-label", label)
     return ElementTree.tostring(root, encoding="unicode", method="html")
+
+
+@contextmanager
+def _without_background(figure: Figure) -> Iterator[None]:
+    parts: list[Any] = [figure, *figure.axes, *(inset for axis in figure.axes for inset in axis.child_axes)]
+    patches = [part.patch for part in parts]
+    shown = [patch.get_visible() for patch in patches]
+    for patch in patches:
+        patch.set_visible(False)
+    try:
+        yield
+    finally:
+        for patch, before in zip(patches, shown, strict=True):
+            patch.set_visible(before)
 
 
 def _cleaned(root: ElementTree.Element, name: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -66,7 +67,7 @@ def diagnose_tube(
     singles = _singles(nominal, usable, executor)
     tell("effects one by one")
     judgement = judge(nominal, singles, usable, tell, executor)
-    record = judgement.record(next_measurements, seed) | {
+    record = judgement.record(partial(next_measurements, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, judgement.corrected),
         "warnings": _warnings(nominal),
         "inputs": _inputs(file, name, nominal) | judgement.fit_numbers(),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.box_hill import half_squared, rank_changes
+from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes
 from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.tube.data import TubeData
@@ -20,6 +21,14 @@ from multilayer.stack import Stack
 _STEP = 1e-3
 _MOST = 1e4  # nats
 _CAVITY = 0.05  # m
+
+
+def _same_stack(stack: Stack) -> Stack:
+    return stack
+
+
+def _same_tube(tube: Tube) -> Tube:
+    return tube
 
 
 @dataclass(frozen=True)
@@ -40,8 +49,8 @@ class Change:
 
     change: str
     cost: float
-    stack: Callable[[Stack], Stack] = lambda stack: stack
-    tube: Callable[[Tube], Tube] = lambda tube: tube
+    stack: Callable[[Stack], Stack] = _same_stack
+    tube: Callable[[Tube], Tube] = _same_tube
     without: tuple[str, ...] = ()
 
 
@@ -75,9 +84,9 @@ MENU = (
 )
 
 
-def next_measurements(alive: Sequence[tuple[Fitted, float]]) -> list[dict[str, Any]]:
+def next_measurements(alive: Alive, executor: Executor | None = None) -> list[dict[str, Any]]:
     """Return the entries of ``next_experiment``: changes of the first measurement, see `box_hill.rank_changes`."""
-    return rank_changes(alive, MENU, Change("none", 0.0), _predict, _distance)
+    return rank_changes(alive, MENU, Change("none", 0.0), _predict, _distance, executor)
 
 
 def _first(fitted: Fitted) -> TubeData:

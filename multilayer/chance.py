@@ -1,0 +1,10 @@
+"""What chance makes of squares of normal errors."""
+
+from __future__ import annotations
+
+from scipy.special import chdtrc  # scipy.stats gives the same, and takes as long to import as all the rest of scipy
+
+
+def exceeding(chi_square: float, degrees: float) -> float:
+    """Return the probability that chi-square with `degrees` of freedom (above 0, not only whole) is larger."""
+    return float(chdtrc(degrees, max(chi_square, 0.0)))  # rounding may have made it negative
