@@ -15,7 +15,9 @@ from multilayer.units import field_unit
 class Model(BaseModel):
     """A frozen pydantic model that refuses unknown fields and names the nearest one it has."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True, defer_build=True
+    )
 
     @model_validator(mode="wrap")
     @classmethod

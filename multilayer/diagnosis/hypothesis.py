@@ -161,7 +161,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         rows = z.reshape(-1, z.shape[-1])
         samples = self._samples(rows, stiffening)
         n_law, n_nominal = len(self.joint.law_parameters), len(self.nominal_parameters)
-        felt = distinct_rows(rows[:, :n_law], rows[:, n_nominal:])[1].astype(float)
+        felt = np.concatenate([rows[:, :n_law], rows[:, n_nominal:]], axis=1)
         found = []
         for setting in self.settings:
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import minimum_filter
 from scipy.optimize import least_squares
 
 from multilayer.arrays import RealArray
@@ -48,6 +47,8 @@ def valleys(values: RealArray, axes: tuple[RealArray, ...], most: int) -> list[R
     axes : tuple of array
         Coordinates along each axis of `values`.
     """
+    from scipy.ndimage import minimum_filter  # here, for many a command does without, and starts sooner
+
     lowest = values == minimum_filter(values, size=3, mode="nearest")
     points = np.argwhere(lowest)
     order = np.argsort(values[lowest])[:most]

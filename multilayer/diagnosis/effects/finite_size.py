@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
@@ -64,9 +65,7 @@ def _softness(stated: float, shape: float) -> tuple[Callable[[Any], Any], float,
 
     A polynomial: 1/g goes straight to that of an incompressible disc, g itself rises without bound where S is large.
     """
-    from scipy.interpolate import BarycentricInterpolator
-
     lowest, highest = stated * (1 - _REACH), max(stated, min(stated * (1 + _REACH), _HIGHEST))
     ratios = 0.5 * (lowest + highest) - 0.5 * (highest - lowest) * np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1))
     factors = [static_shape_factor(float(ratio), shape, resolution=_RESOLUTION) for ratio in ratios]
-    return BarycentricInterpolator(ratios, 1 / np.array(factors)), lowest, highest
+    return Chebyshev.fit(ratios, 1 / np.array(factors), _KNOTS - 1), lowest, highest
