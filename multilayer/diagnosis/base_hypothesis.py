@@ -11,7 +11,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Values
-from multilayer.inverse.priors import Parameter, values_of
+from multilayer.inverse.priors import Parameter, Priors
 from multilayer.inverse.problem import by_forward_differences
 
 E = TypeVar("E", bound=BaseEffect)
@@ -54,6 +54,10 @@ class BaseHypothesis(ABC, Generic[E]):
         )
 
     @cached_property
+    def _effect_priors(self) -> Priors:
+        return Priors.of(self.effect_parameters)
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The nominal model's, then the effects'."""
         return (*self.nominal_parameters, *self.effect_parameters)
@@ -81,7 +85,7 @@ class BaseHypothesis(ABC, Generic[E]):
 
     def effect_values(self, z: RealArray) -> Sequence[Values]:
         """Return the parameters of every effect, each of shape (..., 1), of coordinates of all shape (..., d)."""
-        flat = values_of(self.effect_parameters, z[..., len(self.nominal_parameters) :])
+        flat = self._effect_priors.named(z[..., len(self.nominal_parameters) :])
         return [
             {p.name: flat[f"{effect.name}.{p.name}"][..., None] for p in effect.parameters} for effect in self.effects
         ]

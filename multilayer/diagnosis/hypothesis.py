@@ -15,7 +15,7 @@ from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting
 from multilayer.diagnosis.effects.finite_size import static_factor
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
-from multilayer.inverse.priors import Parameter, values_of
+from multilayer.inverse.priors import Parameter
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
@@ -196,11 +196,10 @@ class Hypothesis(BaseHypothesis[Effect]):
 
     def _samples(self, z: RealArray, stiffening: float = 1.0) -> _Samples:
         """Return what coordinates of shape (m, d) say."""
-        own = self.joint.nuisances.parameters
         n_law = len(self.joint.law_parameters)
         kept, like = distinct_rows(z[:, :n_law])
         laws = self.joint.law_coordinates(z[kept])
-        nuisances = values_of(own, z[:, n_law : n_law + len(own)])
+        nuisances = self.joint.nuisances.priors.named(z[:, n_law : len(self.nominal_parameters)])
         return _Samples(self.joint.space, laws, stiffening, like, nuisances, self.effect_values(z))
 
     def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:

@@ -20,7 +20,7 @@ from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.inverse.burst import BurstData
 from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
-from multilayer.inverse.priors import Parameter, Prior, values_of
+from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.inverse.problem import Minimum, by_forward_differences
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
@@ -245,6 +245,11 @@ class Nuisances:
             if spread > 0
         )
 
+    @cached_property
+    def priors(self) -> Priors:
+        """Theirs."""
+        return Priors.of(self.parameters)
+
     def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> RigChange:
         """Return the changes of the rig in one configuration."""
         names = ("density", f"thickness[{data.thickness:g}]", "top_plate_mass")
@@ -280,8 +285,9 @@ class Nuisances:
             Gives ln(top/base) without the channels' gains and delays, shape (k, n), of k of the m samples.
         """
         kept, place = distinct_rows(felt, *self.of_rig(values, data).parts)
-        difference = (log_motion(kept) - data.log_ratio)[place] + self.of_channels(values, data)
-        return np.asarray(difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi))
+        difference = np.asarray((log_motion(kept) - data.log_ratio)[place] + self.of_channels(values, data))
+        difference.imag = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
+        return difference
 
 
 @dataclass(frozen=True)
@@ -321,6 +327,10 @@ class JointProblem:
         )
 
     @cached_property
+    def _law_priors(self) -> Priors:
+        return Priors.of(self.law_parameters)
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Law, then nuisances."""
         return (*self.law_parameters, *self.nuisances.parameters)
@@ -347,7 +357,7 @@ class JointProblem:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
         n = len(self.law_parameters)
         rows = z.reshape(-1, z.shape[-1])
-        values = values_of(self.nuisances.parameters, rows[:, n:])
+        values = self.nuisances.priors.named(rows[:, n:])
         law = self.law_coordinates(rows)
         found = []
         for data in self.data:
@@ -362,8 +372,7 @@ class JointProblem:
 
     def law_coordinates(self, z: RealArray) -> RealArray:
         """Return the point of the law's space, shape (..., n_law)."""
-        parts = [p.prior.value(z[..., i]) for i, p in enumerate(self.law_parameters)]
-        return np.stack(parts, axis=-1)
+        return self._law_priors.values(z[..., : len(self.law_parameters)])
 
     def log_motion(
         self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]

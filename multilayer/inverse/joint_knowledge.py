@@ -14,7 +14,6 @@ from multilayer.inverse.joint import ConfigurationData, JointProblem
 from multilayer.inverse.joint_fit import JointFit
 from multilayer.inverse.knowledge import LAPLACE, Tell, knowledge
 from multilayer.inverse.posterior import Band, Posterior
-from multilayer.inverse.priors import values_of
 
 MODULI = ("E1_pa", "E2_pa", "loss_factor")
 _LEVELS = (0.68, 0.90)
@@ -119,6 +118,6 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
 
 
 def _log_motion(problem: JointProblem, data: ConfigurationData, z: RealArray) -> ComplexArray:
-    values = values_of(problem.nuisances.parameters, z[..., len(problem.law_parameters) :])
+    values = problem.nuisances.priors.named(z[..., len(problem.law_parameters) :])
     moved = problem.log_motion(data, problem.space.modulus(problem.law_coordinates(z), data.frequency), values)
     return np.asarray(moved + problem.nuisances.of_channels(values, data))

@@ -7,13 +7,16 @@ knows what kind of prior there is.
 
 from __future__ import annotations
 
-from typing import Any, Self
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 from pydantic import Field, model_validator
 from scipy.special import ndtr, ndtri
 
-from multilayer.arrays import ArrayLike, RealArray
+from multilayer.arrays import ArrayLike, IndexArray, RealArray
 from multilayer.models import Model
 
 _EDGE = 8.0  # beyond this z a uniform prior is at its bound to 15 digits
@@ -58,60 +61,49 @@ class Prior(Model):
 
     def value(self, z: ArrayLike) -> RealArray:
         """Return the parameter at standard normal coordinates, any shape."""
-        x = np.asarray(z, dtype=float)
-        if self.fixed is not None:
-            return np.full(x.shape, self.fixed)
-        if self.uniform is not None or self.loguniform is not None:
-            low, high = self._ends()
-            share = low + (high - low) * ndtr(x)
-            return np.asarray(np.exp(share) if self.loguniform is not None else share)
-        centre, spread = self._centre()
-        inside = centre + spread * (x if self.bounds is None else self._cut(x))
-        return np.asarray(np.exp(inside) if self.lognormal is not None else inside)
+        return Priors((self,)).values(np.asarray(z, dtype=float)[..., None])[..., 0]
 
     def coordinate(self, value: ArrayLike) -> RealArray:
         """Return the coordinate of a value; the inverse of `value`, within bounds."""
         v = np.asarray(value, dtype=float)
         if self.fixed is not None:
             return np.zeros(v.shape)
-        logarithmic = self.lognormal is not None or self.loguniform is not None
-        x = np.log(np.maximum(v, np.finfo(float).tiny)) if logarithmic else v
-        if self.uniform is not None or self.loguniform is not None:
-            low, high = self._ends()
-            return np.asarray(np.clip(ndtri(np.clip((x - low) / (high - low), 0, 1)), -_EDGE, _EDGE))
-        centre, spread = self._centre()
-        inside = (x - centre) / spread
-        if self.bounds is None:
-            return np.asarray(inside)
-        low, high = self._shares()
-        return np.asarray(np.clip(ndtri(np.clip((ndtr(inside) - low) / (high - low), 0, 1)), -_EDGE, _EDGE))
+        x = np.log(np.maximum(v, np.finfo(float).tiny)) if self.kind in _LOGARITHMIC else v
+        offset, slope = self.line
+        inside = (x - offset) / slope
+        if self.kind not in _FLAT:
+            if self.bounds is None:
+                return np.asarray(inside)
+            low, high = self.shares
+            inside = (ndtr(inside) - low) / (high - low)
+        return np.asarray(np.clip(ndtri(np.clip(inside, 0, 1)), -_EDGE, _EDGE))
 
-    def _centre(self) -> tuple[float, float]:
-        if self.lognormal is not None:
-            return float(np.log(self.lognormal[0])), self.lognormal[1]
-        assert self.normal is not None
-        return self.normal
+    @property
+    def line(self) -> tuple[float, float]:
+        """Offset and slope of the value, or of its logarithm.
 
-    def _ends(self) -> tuple[float, float]:
-        if self.loguniform is not None:
-            return float(np.log(self.loguniform[0])), float(np.log(self.loguniform[1]))
-        assert self.uniform is not None
-        return self.uniform
+        By the standard normal number, cut or not; of a flat prior by its probability.
+        """
+        if self.fixed is not None:
+            return self.fixed, 0.0
+        pair = getattr(self, self.kind)
+        if self.kind in _FLAT:
+            low, high = np.log(pair) if self.kind in _LOGARITHMIC else pair
+            return float(low), float(high - low)
+        return float(np.log(pair[0]) if self.kind in _LOGARITHMIC else pair[0]), pair[1]
 
-    def _shares(self) -> tuple[float, float]:
-        """Return the probabilities below the two bounds, uncut."""
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Probabilities below the two bounds, uncut."""
         assert self.bounds is not None
-        centre, spread = self._centre()
-        ends = np.log(np.maximum(self.bounds, 1e-300)) if self.lognormal is not None else np.array(self.bounds)
+        centre, spread = self.line
+        ends = np.log(np.maximum(self.bounds, 1e-300)) if self.kind in _LOGARITHMIC else np.array(self.bounds)
         low, high = ndtr((ends - centre) / spread)
         return float(low), float(high)
 
-    def _cut(self, x: RealArray) -> RealArray:
-        low, high = self._shares()
-        return np.asarray(ndtri(low + (high - low) * ndtr(x)))
-
 
 _KINDS = ("normal", "lognormal", "uniform", "loguniform", "fixed")
+_FLAT, _LOGARITHMIC = ("uniform", "loguniform"), ("lognormal", "loguniform")
 
 
 def _problems(prior: Prior) -> list[str]:
@@ -140,7 +132,60 @@ class Parameter(Model):
     nuisance: bool = False
 
 
-def values_of(parameters: tuple[Parameter, ...], z: ArrayLike) -> dict[str, Any]:
-    """Return parameters by name, each of shape (...), at coordinates of shape (..., n)."""
-    x = np.asarray(z, dtype=float)
-    return {parameter.name: parameter.prior.value(x[..., i]) for i, parameter in enumerate(parameters)}
+@dataclass(frozen=True)
+class Priors:
+    """The priors of some parameters, for coordinates of all of them at once.
+
+    Attributes
+    ----------
+    priors : tuple of Prior
+    names : tuple of str
+        Of the parameters.
+    """
+
+    priors: tuple[Prior, ...]
+    names: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, parameters: Sequence[Parameter]) -> Priors:
+        """Return those of parameters."""
+        return cls(tuple(one.prior for one in parameters), tuple(one.name for one in parameters))
+
+    @cached_property
+    def _line(self) -> tuple[RealArray, RealArray]:
+        offsets, slopes = np.array([prior.line for prior in self.priors]).reshape(-1, 2).T
+        return offsets, slopes
+
+    @cached_property
+    def _cut(self) -> tuple[IndexArray, RealArray, RealArray]:
+        """Which are cut, and the probabilities below their bounds."""
+        cut = [i for i, prior in enumerate(self.priors) if prior.bounds is not None]
+        low, high = np.array([self.priors[i].shares for i in cut]).reshape(-1, 2).T
+        return np.array(cut, dtype=np.intp), low, high
+
+    @cached_property
+    def _flat(self) -> IndexArray:
+        return np.array([i for i, prior in enumerate(self.priors) if prior.kind in _FLAT], dtype=np.intp)
+
+    @cached_property
+    def _logarithmic(self) -> IndexArray:
+        return np.array([i for i, prior in enumerate(self.priors) if prior.kind in _LOGARITHMIC], dtype=np.intp)
+
+    def values(self, z: ArrayLike) -> RealArray:
+        """Return the parameters at standard normal coordinates, both of shape (..., n)."""
+        x = np.array(z, dtype=float)
+        if self._flat.size:
+            x[..., self._flat] = ndtr(x[..., self._flat])
+        cut, low, high = self._cut
+        if cut.size:
+            x[..., cut] = ndtri(low + (high - low) * ndtr(x[..., cut]))
+        offsets, slopes = self._line
+        found = offsets + slopes * x
+        if self._logarithmic.size:
+            found[..., self._logarithmic] = np.exp(found[..., self._logarithmic])
+        return np.asarray(found)
+
+    def named(self, z: ArrayLike) -> dict[str, RealArray]:
+        """Return the parameters by name, each of shape (...), at coordinates of shape (..., n)."""
+        values = self.values(z)
+        return {name: values[..., i] for i, name in enumerate(self.names)}

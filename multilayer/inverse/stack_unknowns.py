@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.inverse.field_priors import MistakeError, field_limits, is_modulus, pair, prior_of
 from multilayer.inverse.law_fit import law_template
-from multilayer.inverse.priors import Parameter, Prior
+from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace
@@ -112,9 +113,13 @@ class Unknown:
     start: RealArray
     space: LawSpace | None = None
 
+    @cached_property
+    def _priors(self) -> Priors:
+        return Priors.of(self.parameters)
+
     def values(self, z: RealArray) -> RealArray:
         """Return the quantities, SI, of coordinates, both of shape (..., n)."""
-        box = np.stack([p.prior.value(z[..., i]) for i, p in enumerate(self.parameters)], axis=-1)
+        box = self._priors.values(z)
         return box if self.space is None else np.exp(self.space.logs(box))
 
     def columns(self, z: RealArray) -> Iterator[tuple[Target, RealArray]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import log
 from typing import Any, get_args
 
@@ -43,6 +44,11 @@ class _Tie:
     known: float
     message: str
     product: str
+
+    @cached_property
+    def others(self) -> RealArray:
+        """Powers of all but the last."""
+        return np.where(np.arange(self.powers.size) == self.last, 0.0, self.powers)
 
 
 @dataclass(frozen=True)
@@ -119,15 +125,14 @@ class LawSpace:
         y = np.array(z, dtype=float)
         for tie in self.ties:
             unknown, power = self.unknowns[tie.last], tie.powers[tie.last]
-            others = y @ np.where(np.arange(len(self.unknowns)) == tie.last, 0.0, tie.powers) + tie.known
+            others = y @ tie.others + tie.known
             y[..., tie.last] = np.clip((z[..., tie.last] - others) / power, unknown.low, unknown.high)
         return y
 
     def _fields(self, logs: Any) -> dict[str, Any]:
         """Return fields by name; `logs` holds one entry per unknown."""
         fields = dict(self.known)
-        for unknown, y in zip(self.unknowns, logs, strict=True):
-            value = np.exp(y)
+        for unknown, value in zip(self.unknowns, np.exp(logs), strict=True):
             fields[unknown.field] = value if unknown.index is None else (*fields.get(unknown.field, ()), value)
         return fields
 
