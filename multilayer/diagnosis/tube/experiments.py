@@ -19,7 +19,6 @@ from multilayer.layers.fluid import Fluid
 from multilayer.stack import Stack
 
 _STEP = 1e-3
-_MOST = 1e4  # nats
 _CAVITY = 0.05  # m
 
 
