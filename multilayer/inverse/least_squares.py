@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.executors import run_all
@@ -131,7 +132,6 @@ def hopeful(minimum: Minimum, others: Sequence[Minimum]) -> bool:
 
 def draw_prior(n: int, count: int, seed: int) -> RealArray:
     """Return quasi-random points of the prior, shape (count, n), the first of them its centre."""
-    from scipy.special import ndtri
     from scipy.stats import qmc  # here, for it takes as long to import as all the rest of scipy
 
     points = ndtri(np.clip(qmc.Sobol(n, rng=np.random.default_rng(seed)).random(count), 1e-9, 1 - 1e-9))

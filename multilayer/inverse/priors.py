@@ -61,7 +61,7 @@ class Prior(Model):
 
     def value(self, z: ArrayLike) -> RealArray:
         """Return the parameter at standard normal coordinates, any shape."""
-        return Priors((self,)).values(np.asarray(z, dtype=float)[..., None])[..., 0]
+        return np.asarray(Priors((self,)).values(np.asarray(z, dtype=float)[..., None])[..., 0])
 
     def coordinate(self, value: ArrayLike) -> RealArray:
         """Return the coordinate of a value; the inverse of `value`, within bounds."""

@@ -50,6 +50,8 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
 
 @contextmanager
 def _without_background(figure: Figure) -> Iterator[None]:
+    """Leave out what lies behind a figure and its axes; the figure is given back as it was."""
+    resolution = figure.dpi  # that of SVG would stay
     parts: list[Any] = [figure, *figure.axes, *(inset for axis in figure.axes for inset in axis.child_axes)]
     patches = [part.patch for part in parts]
     shown = [patch.get_visible() for patch in patches]
@@ -60,6 +62,7 @@ def _without_background(figure: Figure) -> Iterator[None]:
     finally:
         for patch, before in zip(patches, shown, strict=True):
             patch.set_visible(before)
+        figure.dpi = resolution
 
 
 def _cleaned(root: ElementTree.Element, name: str) -> None:
