@@ -14,6 +14,8 @@ from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
+from pydantic import BaseModel
+
 from multilayer.errors import MultilayerError, PluginWarning, suggest
 
 T = TypeVar("T")
@@ -191,6 +193,11 @@ def subclass_fault(base: type, field: str) -> Callable[[str, Any], str]:
         missing: frozenset[str] = getattr(item, "__abstractmethods__", frozenset())
         if missing:
             return f"it defines no {', '.join(sorted(missing))}"
+        if issubclass(item, BaseModel):
+            try:
+                item.model_rebuild()
+            except Exception as error:  # whatever its fields' types and bounds make pydantic say
+                return f"its fields make no model: {' '.join(str(error).split())}"
         fields: dict[str, Any] = getattr(item, "model_fields", {})
         stated = fields[field].default if field in fields else getattr(item, field, None)
         return "" if stated == name else f"its '{field}' is {stated!r}; it must be {name!r}, the name it is found under"
