@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from scipy.special import chdtrc  # scipy.stats gives the same, and takes as long to import as all the rest of scipy
+from scipy.special import chdtrc, chdtri  # scipy.stats gives the same, and takes as long to import as all else of it
 
 
 def exceeding(chi_square: float, degrees: float) -> float:
     """Return the probability that chi-square with `degrees` of freedom (above 0, not only whole) is larger."""
     return float(chdtrc(degrees, max(chi_square, 0.0)))  # rounding may have made it negative
+
+
+def exceeded(probability: float, degrees: float) -> float:
+    """Return the value that chi-square exceeds with a probability: the inverse of `exceeding`."""
+    return float(chdtri(degrees, probability))

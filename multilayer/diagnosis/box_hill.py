@@ -31,6 +31,12 @@ class Change(Protocol):
 
 
 C = TypeVar("C", bound=Change)
+T = TypeVar("T")
+
+
+def unchanged(part: T) -> T:
+    """Return a part of an experiment that a change leaves alone: by name, as other processes need it."""
+    return part
 
 
 def rank_changes(
@@ -65,9 +71,9 @@ def rank_changes(
     if len(alive) < 2:
         return []
     found = []
-    foretold = run_all(partial(_predictions, predict, [fitted for fitted, _ in alive]), [nothing, *menu], executor)
-    as_before = foretold[0]
-    for change, predictions in zip(menu, foretold[1:], strict=True):
+    hypotheses = [fitted for fitted, _ in alive]
+    as_before, *foretold = run_all(partial(_predictions, predict, hypotheses), [nothing, *menu], executor)
+    for change, predictions in zip(menu, foretold, strict=True):
         if all(np.allclose(new[0], old[0], rtol=1e-9) for new, old in zip(predictions, as_before, strict=True)):
             continue  # of no consequence for what is still alive: a mere repetition
         best: tuple[float, int, int] = (-1.0, 0, 1)

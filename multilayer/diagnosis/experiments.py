@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes
+from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
@@ -22,10 +22,6 @@ _STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level
 _AIRLESS = ("saturating_air",)
-
-
-def _same(setting: Setting) -> Setting:
-    return setting
 
 
 @dataclass(frozen=True)
@@ -46,7 +42,7 @@ class Experiment:
 
     change: str
     cost: float
-    setting: Callable[[Setting], Setting] = _same
+    setting: Callable[[Setting], Setting] = unchanged
     swapped: bool = False
     without: tuple[str, ...] = ()
 

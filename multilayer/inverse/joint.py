@@ -13,9 +13,9 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtri
 
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows
+from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.inverse.burst import BurstData
@@ -483,7 +483,7 @@ def _descents(problem: JointProblem, tolerance: float, start: RealArray) -> list
     Where resonances are sharp, thickness and density must move before the law can: with a large model error they can.
     """
     direct = minimise(problem, start, tolerance=tolerance)
-    if direct.converged and direct.cost < chdtri(direct.residual.size, _IMPROBABLE):
+    if direct.converged and direct.cost < exceeded(_IMPROBABLE, direct.residual.size):
         return [direct]
     eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
     return [direct, minimise(problem, eased.z, tolerance=tolerance)]

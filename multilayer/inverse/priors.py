@@ -159,17 +159,17 @@ class Priors:
     @cached_property
     def _cut(self) -> tuple[IndexArray, RealArray, RealArray]:
         """Which are cut, and the probabilities below their bounds."""
-        cut = [i for i, prior in enumerate(self.priors) if prior.bounds is not None]
+        cut = np.flatnonzero([prior.bounds is not None for prior in self.priors])
         low, high = np.array([self.priors[i].shares for i in cut]).reshape(-1, 2).T
-        return np.array(cut, dtype=np.intp), low, high
+        return cut, low, high
 
     @cached_property
     def _flat(self) -> IndexArray:
-        return np.array([i for i, prior in enumerate(self.priors) if prior.kind in _FLAT], dtype=np.intp)
+        return np.flatnonzero([prior.kind in _FLAT for prior in self.priors])
 
     @cached_property
     def _logarithmic(self) -> IndexArray:
-        return np.array([i for i, prior in enumerate(self.priors) if prior.kind in _LOGARITHMIC], dtype=np.intp)
+        return np.flatnonzero([prior.kind in _LOGARITHMIC for prior in self.priors])
 
     def values(self, z: ArrayLike) -> RealArray:
         """Return the parameters at standard normal coordinates, both of shape (..., n)."""

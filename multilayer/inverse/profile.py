@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.special import chdtri
 
 from multilayer.arrays import RealArray
+from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.posterior import Posterior, covariance_root, index_of
@@ -88,7 +88,7 @@ class Profile(Posterior):
             raise InputError(f"a probability of {probability:g} is not allowed; it must lie between 0 and 1")
         fine = np.linspace(self.z[0], self.z[-1], _FINE)
         rise = CubicSpline(self.z, self.cost)(fine)
-        inside = fine[rise - rise.min() <= chdtri(1, 1 - probability)]
+        inside = fine[rise - rise.min() <= exceeded(1 - probability, 1)]
         ends = self.parameters[self.index(self.name)].prior.value(inside[[0, -1]])
         return float(ends[0]), float(ends[1])
 

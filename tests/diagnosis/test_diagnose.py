@@ -122,8 +122,8 @@ def test_a_constriction_is_that_of_finite_elements():
 
 
 @pytest.mark.parametrize("bonded", [0.85, 0.7])
-@pytest.mark.parametrize("index", [0, 1])
-def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded, index):
+@pytest.mark.parametrize(("index", "most"), [(0, 0.5), (1, 0.95)])
+def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded, index, most):
     """Of a lossy sample it comes nearer to these than springs at the faces do, whatever their stiffness."""
     campaign, joint = joint_bench()
     given, f = Hypothesis(campaign, joint).settings[index], np.linspace(80, 1800, 60)
@@ -145,8 +145,8 @@ def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded, index
 
     rim = error()
     monkeypatch.setattr(delamination, "_RIM", 1e6)
-    assert rim < 0.95 * error()
-    assert rim < 0.45 * np.sqrt(np.mean(np.abs(missing) ** 2))
+    assert rim < most * error()
+    assert rim < 0.35 * np.sqrt(np.mean(np.abs(missing) ** 2))
 
 
 @pytest.mark.parametrize("name", CHAINS)

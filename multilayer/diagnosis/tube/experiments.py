@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes
+from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.tube.data import TubeData
@@ -20,14 +20,6 @@ from multilayer.stack import Stack
 
 _STEP = 1e-3
 _CAVITY = 0.05  # m
-
-
-def _same_stack(stack: Stack) -> Stack:
-    return stack
-
-
-def _same_tube(tube: Tube) -> Tube:
-    return tube
 
 
 @dataclass(frozen=True)
@@ -48,8 +40,8 @@ class Change:
 
     change: str
     cost: float
-    stack: Callable[[Stack], Stack] = _same_stack
-    tube: Callable[[Tube], Tube] = _same_tube
+    stack: Callable[[Stack], Stack] = unchanged
+    tube: Callable[[Tube], Tube] = unchanged
     without: tuple[str, ...] = ()
 
 
