@@ -35,4 +35,9 @@ def distinct_rows(*columns: RealArray) -> tuple[IndexArray, IndexArray]:
     return kept, np.searchsorted(kept, alike)
 
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray", "distinct_rows"]
+def half_turn(phase: RealArray) -> RealArray:
+    """Return phases, rad, as the same angles from -pi to pi."""
+    return np.asarray(np.mod(phase + np.pi, 2 * np.pi) - np.pi)
+
+
+__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray", "distinct_rows", "half_turn"]

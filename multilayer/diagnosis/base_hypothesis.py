@@ -71,17 +71,18 @@ class BaseHypothesis(ABC, Generic[E]):
         """Return residual and derivative, from one batch."""
         return by_forward_differences(self.residual, z)
 
-    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
+    def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change: all that it does."""
         others, rest = self.without(index, z)
-        return [full - bare for full, bare in zip(self.log_ratios(z), others.log_ratios(rest), strict=True)]
+        pairs = zip(self.log_ratios(z) if shown is None else shown, others.log_ratios(rest), strict=True)
+        return [full - bare for full, bare in pairs]
 
     def without(self, index: int, z: RealArray) -> tuple[Self, RealArray]:
-        """Return the hypothesis without one of its effects, and the coordinates, shape (d,), that are left."""
+        """Return the hypothesis without one of its effects, and the coordinates, shape (..., d), that are left."""
         own = len(self.effects[index].parameters)
         first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
         others = self.with_effects(*self.effects[:index], *self.effects[index + 1 :])
-        return others, np.delete(z, np.s_[first : first + own])
+        return others, np.delete(z, np.s_[first : first + own], axis=-1)
 
     def effect_values(self, z: RealArray) -> Sequence[Values]:
         """Return the parameters of every effect, each of shape (..., 1), of coordinates of all shape (..., d)."""

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.afresh import sought_afresh
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
-from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects
+from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polished
 from multilayer.diagnosis.free_rim import ROUGH, free_rim
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
+from multilayer.diagnosis.multistart import improved, is_lost, valleys_with
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
@@ -133,8 +133,11 @@ def _singles(
     begun = run_all(call, [*first, *tasks.values()], executor)
     rigs, found = begun.pop(0) if finite else ({}, {})
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
-    # all but those with finite elements, which hold around one law only
-    found = sought_afresh(nominal, found, rest, executor)
+    if is_lost(nominal, found.values()):
+        # all but those with finite elements, which hold around one law only
+        known = {(name,): partial(valleys_with, nominal, effect) for name, effect in rest.items()}
+        found = improved(found, known, executor)
+    found = polished(found, executor)
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
 
 

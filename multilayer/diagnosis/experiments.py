@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray
+from multilayer.arrays import ComplexArray, half_turn
 from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
@@ -104,7 +104,7 @@ def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, Comp
 def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:
     """Return half the squared distance of two predictions, nats."""
     difference = a[0] - b[0]
-    difference = difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi)
+    difference = difference.real + 1j * half_turn(difference.imag)
     w = whitening(rig_hypothesis(fitted.hypothesis).data[0], MODEL_ERROR)
     columns = np.concatenate([a[1], b[1]], axis=1)
     return half_squared(*(np.concatenate([w @ part.real, w @ part.imag]) for part in (difference, columns)))

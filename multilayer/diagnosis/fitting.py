@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
 from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.problem import Minimum, Problem
@@ -24,10 +24,10 @@ K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate
 _WIDEST = 100.0  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open at most
 _TINY = 1e-300
-_TOLERANCE = 1e-5  # of the cost, relative: some hundredths of a nat
-_ROUGH = 1e-3  # that of the rough minimum where errors of laws are taken
-_UPDATES = 2  # of the errors of laws: where they are taken, the minimum moves a little
-_FEW, _MOST = 15, 60  # steps after which starts are compared, and after which a descent is given up
+_TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
+_ROUGH = 1e-3  # that of minima that are compared
+_FEW, _SOME, _MOST = 15, 30, 100  # steps after which starts, and ends, are compared, and a descent is given up
+ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
 _TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
@@ -120,7 +120,7 @@ class Begun:
 
 def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
-    return _best([end() for end in begin(hypothesis, start, followed=followed).ends])
+    return _polish(best_of([end() for end in begin(hypothesis, start, followed=followed).ends]))
 
 
 def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Begun:
@@ -146,30 +146,13 @@ def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None =
     if sizes:
         residuals = LawErrors.of(sizes[0] * smooth_basis(hypothesis)).whitened(residuals)
     costs = np.sum(residuals**2, axis=-1) + priors
-    order = np.argsort(costs)
+    order = np.argsort(costs, kind="stable")
     chosen = list(order[: followed or (1 if missing < 2 else 2)])
     if sizes:  # far off, the cost of a start says little: the best of either kind is followed
         kinds = range(len(bases))
         chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in kinds)]))
     ways = ((), sizes) if sizes else ((),)
     return Begun(hypothesis, tuple((way, _first_steps(hypothesis, points[chosen], way)) for way in ways))
-
-
-def begin_eased(hypothesis: AnyHypothesis, starts: RealArray, per_datum: float, kept: int) -> Begun:
-    """Return the first steps from some starts, each with a discrepancy; of where they lead, the best.
-
-    Parameters
-    ----------
-    hypothesis : AnyHypothesis
-    starts : array, shape (m, d)
-    per_datum : float
-        Chi-square per datum of the nominal model, which says how large the discrepancy is: above 4.
-    kept : int
-        How many ways are gone on with.
-    """
-    sizes = _discrepancies(per_datum)
-    ways = sorted((_first_steps(hypothesis, start[None], sizes) for start in starts), key=lambda one: one.cost)
-    return Begun(hypothesis, tuple((sizes, one) for one in ways[:kept]))
 
 
 def _discrepancies(per_datum: float) -> tuple[float, ...]:
@@ -193,27 +176,39 @@ def _first_steps(hypothesis: AnyHypothesis, starts: RealArray, sizes: Sequence[f
 
 
 def _finish(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float]) -> Fitted:
-    """Return the minimum reached from a start, with the errors of laws there."""
+    """Return roughly the minimum reached from a start, with the errors of laws there."""
     z = start
     for size in sizes:
         z = _approached(_softened(hypothesis, z, size), z).z
+    return at_minimum(hypothesis, z, *ROUGHLY)
+
+
+def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
+    """Return the minimum reached from a start near it, with the errors of laws there."""
     if not any(effect.law_error for effect in hypothesis.effects):
-        return Fitted(hypothesis, minimised(hypothesis, z))
-    if not sizes:
-        z = _approached(hypothesis, z).z
-    for _ in range(_UPDATES):
-        errors = LawErrors.of(law_basis(hypothesis, z))
-        found = minimised(Softened(hypothesis, errors), z)
-        z = found.z
-    return Fitted(hypothesis, found, errors)
+        return Fitted(hypothesis, minimised(hypothesis, start, most, tolerance))
+    embedded = Embedded(hypothesis)
+    found = minimised(embedded, start, most, tolerance)
+    return Fitted(hypothesis, found, embedded.errors(found.z))
 
 
-def minimised(problem: Problem, start: RealArray) -> Minimum:
+def polished(fits: Mapping[K, Fitted], executor: Executor | None = None) -> dict[K, Fitted]:
+    """Return fits at their minima, from near there; those that explain far less than the best are left as they are."""
+    least = min((one.minimum.cost for one in fits.values()), default=0.0)
+    near = [key for key, one in fits.items() if one.minimum.cost < _BEHIND * least]
+    return {**fits, **dict(zip(near, run_all(_polish, [fits[key] for key in near], executor), strict=True))}
+
+
+def _polish(fitted: Fitted) -> Fitted:
+    return at_minimum(fitted.hypothesis, fitted.minimum.z)
+
+
+def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:
     """Return the minimum reached from a start.
 
     From afar it takes more steps than `_approached`, and comes nearer where the valley is narrow.
     """
-    return minimise(problem, start, _MOST, _TOLERANCE, "trf", scaled=True)
+    return minimise(problem, start, most, tolerance, "trf", scaled=True)
 
 
 def _approached(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
@@ -244,7 +239,7 @@ def fit_effects(
     starts: Mapping[str, RealArray] | None = None,
     executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect by itself.
+    """Return the fit of every effect by itself, roughly: see `polished`.
 
     Parameters
     ----------
@@ -277,7 +272,7 @@ def finish_all(
     rivals: Sequence[Fitted] = (),
     behind: float = _BEHIND,
 ) -> dict[K, Fitted]:
-    """Return the fits that have begun, by the same keys; those that are far behind another, either way, are given up.
+    """Return roughly the fits that have begun, by the same keys; those far behind another, either way, are given up.
 
     Parameters
     ----------
@@ -301,8 +296,9 @@ def finish_all(
     found: dict[K, list[Fitted]] = {key: [begun[key].given_up()] for key in hopeless}
     for (_, key, _), end in zip(tasks, run_all(call, [end for *_, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)
-    return {key: _best(found[key]) for key in begun}
+    return {key: best_of(found[key]) for key in begun}
 
 
-def _best(ends: Sequence[Fitted]) -> Fitted:
+def best_of(ends: Sequence[Fitted]) -> Fitted:
+    """Return the fit with the most evidence."""
     return max(ends, key=lambda one: one.log_evidence)

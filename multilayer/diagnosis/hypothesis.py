@@ -9,12 +9,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray, distinct_rows
+from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray, distinct_rows, half_turn
 from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.effects.finite_size import static_factor
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
+from multilayer.inverse.least_squares import draw_prior
 from multilayer.inverse.priors import Parameter
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
@@ -28,6 +29,11 @@ _TINY = 1e-200  # motions that underflow are far off, not infinitely
 _STEP = 1e-3  # of ln E
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
+_THINNED = 3  # every how many bins of a burst are kept for a first search
+_FAR_OFF = 50.0  # of ln(ratio)
+# of a search all over the prior: resonances relative to the band, moduli, angles of loss, and points they are chosen from
+_AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1), 4096
+_NEAR_LEVEL, _NEAR_ANGLE, _LIKELY = 0.5, 0.15, 0.02  # what counts as near a level and an angle; against odd laws
 
 
 @dataclass(frozen=True)
@@ -147,6 +153,45 @@ class Hypothesis(BaseHypothesis[Effect]):
         """Return the same with residuals of some data only."""
         return replace(self, seen=tuple(data))
 
+    @property
+    def thinned(self) -> Hypothesis:
+        """The same with two bins of each burst."""
+        return self.of([data.thinned(_THINNED) for data in self.data])
+
+    @cached_property
+    def scattered(self) -> RealArray:
+        """Laws whose moduli and losses are evenly spread where the sample's resonance may lie; nuisances as stated.
+
+        A law's parameters are as good as nothing to choose starts by: what a campaign sees of it first is how stiff and
+        how lossy the sample is in the middle of the band.
+        """
+        f = np.concatenate([data.frequency for data in self.data])
+        band, middle = (f.min(), f.max()), np.sqrt(f.min() * f.max())
+        stiff = [
+            (setting.plate_mass / setting.area + self.campaign.specimen.density * h / 3) * h
+            for setting in self.settings
+            for h in [setting.configuration.specimen_thickness]
+        ]
+        low, high = _AROUND[0] * band[0], _AROUND[1] * band[1]
+        levels = np.linspace(
+            *np.log([(2 * np.pi * low) ** 2 * min(stiff), (2 * np.pi * high) ** 2 * max(stiff)]), _LEVELS
+        )
+        laws = draw_prior(len(self.joint.law_parameters), _LAWS, 0)
+        e = self.joint.space.modulus(self.joint.law_coordinates(laws), np.array([middle]))[:, 0]
+        off = (
+            ((np.log(np.abs(e)) - levels[:, None, None]) / _NEAR_LEVEL) ** 2
+            + ((np.angle(e) - np.array(_ANGLES)[:, None]) / _NEAR_ANGLE) ** 2
+            + _LIKELY * np.sum(laws**2, axis=-1)
+        )
+        chosen = laws[np.unique(np.argmin(off, axis=-1))]
+        rest = np.zeros((len(chosen), len(self.nominal_parameters) - chosen.shape[1]))
+        return np.concatenate([chosen, rest], axis=1)
+
+    def bounded(self, difference: ComplexArray) -> ComplexArray:
+        """Return ``2 (a - b)/(|a| + |b|)`` for a difference of ln a and ln b: smooth where the phase turns over."""
+        real = np.clip(difference.real, -_FAR_OFF, _FAR_OFF)
+        return np.asarray(2 * (np.exp(real + 1j * difference.imag) - 1) / (np.exp(real) + 1))
+
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
         w = self._whitening[index]
@@ -172,27 +217,30 @@ class Hypothesis(BaseHypothesis[Effect]):
             found.append(difference.reshape(*z.shape[:-1], -1))
         return found
 
-    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
+    def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
 
         Where it acts on the reading, what it adds over what is read: of a tenth more crosstalk c the logarithm of T + c
         feels 0.1 c/(T + c), however deep T lies below c. Of one that acts on the sample, what the change of modulus
         does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
         """
-        change = super().law_change(index, z)
+        others, rest = self.without(index, z)
+        bare = others.log_ratios(rest)
+        full = self.log_ratios(z) if shown is None else shown
+        change = [_turned(a - b) for a, b in zip(full, bare, strict=True)]
         if not self.effects[index].moves_resonances:
             # where it takes the reading away: an error of what little is left is no small one, see `law_errors`
             return [1 - np.exp(-np.maximum(one.real, -1.0) - 1j * one.imag) for one in change]
-        others, rest = self.without(index, z)
         return [
-            float(np.abs(np.vdot(slope, one)) / np.vdot(slope, slope).real) * slope
-            for slope, one in zip(others.modulus_slopes(rest), change, strict=True)
+            np.asarray(np.abs(_product(slope, one)) / np.maximum(_product(slope, slope).real, _TINY) * slope)
+            for slope, one in zip(others.modulus_slopes(rest, bare), change, strict=True)
         ]
 
-    def modulus_slopes(self, z: RealArray) -> list[ComplexArray]:
-        """Return the derivative of `log_ratios` by the logarithm of the sample's modulus."""
-        ends = [self._log_ratios(z, factor) for factor in (np.exp(_STEP), np.exp(-_STEP))]
-        return [(high - low) / (2 * _STEP) for high, low in zip(*ends, strict=True)]
+    def modulus_slopes(self, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
+        """Return the derivative of `log_ratios`, which may be known already, by the logarithm of the sample's modulus."""
+        here = self.log_ratios(z) if shown is None else shown
+        stiffer = self._log_ratios(z, np.exp(_STEP))
+        return [_turned(high - low) / _STEP for high, low in zip(stiffer, here, strict=True)]
 
     def _samples(self, z: RealArray, stiffening: float = 1.0) -> _Samples:
         """Return what coordinates of shape (m, d) say."""
@@ -284,6 +332,16 @@ class Hypothesis(BaseHypothesis[Effect]):
         thicker = np.asarray(chain.thickness - height)
         motion = near.log_motion(setting.frequency, modulus / scale, np.asarray(density.real), thicker.real)
         return np.asarray(np.exp(motion))
+
+
+def _turned(difference: ComplexArray) -> ComplexArray:
+    """Return a difference of ln(ratio), its phase within half a turn."""
+    return np.asarray(difference.real + 1j * half_turn(difference.imag))
+
+
+def _product(a: ComplexArray, b: ComplexArray) -> ComplexArray:
+    """Return the inner product over the last axis, which stays with length 1."""
+    return np.asarray(np.sum(a.conj() * b, axis=-1, keepdims=True))
 
 
 def rig_hypothesis(hypothesis: AnyHypothesis) -> Hypothesis:

@@ -75,7 +75,7 @@ class AnyHypothesis(Protocol):
         """Return the hypothesis of other effects, of the kind it admits."""
 
     def without(self, index: int, z: RealArray) -> tuple[Self, RealArray]:
-        """Return the hypothesis without one of its effects, and the coordinates, shape (d,), that are left."""
+        """Return the hypothesis without one of its effects, and the coordinates, shape (..., d), that are left."""
 
     def of(self, data: Sequence[Any]) -> Self:
         """Return the same with residuals of some data only."""
@@ -95,8 +95,11 @@ class AnyHypothesis(Protocol):
         That is ln(ratio) of the rig, and the reflection coefficient itself of a tube, which may be 0.
         """
 
-    def law_change(self, index: int, z: RealArray) -> list[ComplexArray]:
-        """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`."""
+    def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
+        """Return what the law of one of the effects, wrong by its whole size, would change in `log_ratios`.
+
+        Of coordinates of shape (..., d); `shown` are the `log_ratios` there where they are known already.
+        """
 
 
 __all__ = ["AnyData", "AnyHypothesis"]

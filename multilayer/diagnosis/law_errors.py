@@ -9,14 +9,15 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.inverse.priors import Parameter
+from multilayer.inverse.problem import around, differences
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
 _KEPT = 1e-4  # eigenvalues of its covariance kept, relative
 _MOST = 3.0  # of ln(ratio) or its error where what is read nearly vanishes: no small change any more
-_LEAST = 0.03  # standard deviations of the data: smaller errors change nothing
+_LEAST = 0.003  # standard deviations of the data: smaller errors change nothing
 _ROUNDING = 1e-12  # of the largest, squared: smaller ones are not resolved
 
 
@@ -83,6 +84,61 @@ class Softened:
         return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
 
 
+@dataclass(frozen=True)
+class Embedded:
+    """A hypothesis together with the errors of its effects' laws: a `Problem` in the hypothesis' own unknowns.
+
+    The data are ``r(z) + B(z) a`` with a ~ N(0, 1) (see `law_parts`). Of every z the best a is known in closed form,
+    ``a = -(1 + B^T B)^-1 B^T r``, and what is left to be made small is ``r^T (1 + B B^T)^-1 r``. `Softened` holds B where
+    it was: to take B anew where that leads, again and again, need not end, and where it ends hangs on the start. Here B
+    follows z, and a minimum is one of a single function.
+
+    Notes
+    -----
+    Variable projection: G. H. Golub & V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432. The derivative is
+    ``(1 + B B^T)^(-1/2) d(r + B a)`` with a held: exact for the cost, and Gauss and Newton's for its curvature (L.
+    Kaufman, BIT 15 (1975) 49-57).
+
+    Attributes
+    ----------
+    hypothesis : AnyHypothesis
+    """
+
+    hypothesis: AnyHypothesis
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the hypothesis."""
+        return self.hypothesis.parameters
+
+    def errors(self, z: RealArray) -> LawErrors:
+        """Return the laws' errors at coordinates of shape (d,)."""
+        return LawErrors.of(law_basis(self.hypothesis, z))
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals, shape (..., n_data)."""
+        rows = z.reshape(-1, z.shape[-1])
+        values = self.hypothesis.residual(rows)
+        whitened = [self.errors(row).whitened(value) for row, value in zip(rows, values, strict=True)]
+        return np.reshape(whitened, (*z.shape[:-1], values.shape[-1]))
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative, shapes (n_data,) and (n_data, d), from one batch."""
+        points = around(z)
+        shown, changes = shown_and_changed(self.hypothesis, points)
+        here = [[change[0] for change in parts] for parts in changes]
+        basis = np.concatenate(_columns(self.hypothesis, here, self.hypothesis.data), axis=1)
+        errors = LawErrors.of(basis)
+        residual = _whitened(self.hypothesis, [values[0] for values in shown])
+        # (1 + B^T B)^-1 B^T = B^T (1 + B B^T)^-1
+        factors = _factors(self.hypothesis, -basis.T @ errors.whitened(errors.whitened(residual)))
+        total = [*shown]
+        for own, parts in zip(factors, changes, strict=True):
+            total = [a + factor * change for a, factor, change in zip(total, own, parts, strict=True)]
+        _, slopes = differences(_whitened(self.hypothesis, total))
+        return errors.whitened(residual), errors.whitened(slopes.T).T
+
+
 def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
     """Return columns B with B B^T the whitened covariance of a smooth unit discrepancy, shape (n_data, k).
 
@@ -126,35 +182,91 @@ def law_parts(
         The hypothesis with all its data, of which this one has a part: the common columns of its parts then belong to
         the same unknown numbers.
     """
-    everything = (whole or hypothesis).data
+    changes = shown_and_changed(hypothesis, z)[1]
+    return _columns(hypothesis, changes, (whole or hypothesis).data)
+
+
+def shown_and_changed(hypothesis: AnyHypothesis, z: RealArray) -> tuple[list[ComplexArray], list[list[ComplexArray]]]:
+    """Return `log_ratios`, and by effect what an error of its law by all of its size changes, as far as that is small.
+
+    Parameters
+    ----------
+    hypothesis : AnyHypothesis
+    z : array, shape (..., d)
+    """
+    shown = hypothesis.log_ratios(z)
+    changes = [
+        [_limited(change) for change in hypothesis.law_change(index, z, shown)]
+        for index, effect in enumerate(hypothesis.effects)
+        if effect.law_error
+    ]
+    return shown, changes
+
+
+def _columns(
+    hypothesis: AnyHypothesis, changes: Sequence[Sequence[ComplexArray]], everything: Sequence[AnyData]
+) -> tuple[RealArray, RealArray]:
+    """Return the columns of `law_parts` from what each effect changes by configuration, shape (n,)."""
+    shapes = _shapes(hypothesis, everything)
+    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    common, own = [np.empty((total, 0))], [np.empty((total, 0))]
+    for size, parts in zip(_sizes(hypothesis, len(everything)), changes, strict=True):
+        blocks = _modulated(hypothesis, parts, shapes)
+        common.append(size * np.concatenate(blocks, axis=0))
+        if len(everything) > 1:
+            own.append(size * block_diag(*blocks))
+    return np.concatenate(common, axis=1), np.concatenate(own, axis=1)
+
+
+def _sizes(hypothesis: AnyHypothesis, configurations: int) -> list[float]:
+    """Return the standard deviation of the error of each law that has one: common to all configurations, or its own."""
+    share = np.sqrt(0.5) if configurations > 1 else 1.0
+    return [float(share * effect.law_error) for effect in hypothesis.effects if effect.law_error]
+
+
+def _shapes(hypothesis: AnyHypothesis, everything: Sequence[AnyData]) -> list[RealArray]:
+    """Return by configuration smooth functions of ln f, shape (k, n), whose sum with normal weights is an error."""
     at = np.log(np.concatenate([data.frequency for data in everything]))
     knots = np.arange(at.min(), at.max() + _LAW_LENGTH / 2, _LAW_LENGTH / 2)
     sizes, vectors = np.linalg.eigh(_kernel(knots, knots, _LAW_LENGTH))
     kept = sizes > 1e-3 * sizes[-1]
-    shape = vectors[:, kept] / np.sqrt(sizes[kept])
-    share = np.sqrt(0.5) if len(everything) > 1 else 1.0
-    total = sum(2 * len(data.frequency) for data in hypothesis.data)
-    common, own = [np.empty((total, 0))], [np.empty((total, 0))]
-    for index, effect in enumerate(hypothesis.effects):
-        if effect.law_error:
-            blocks = _modulated(hypothesis, hypothesis.law_change(index, z), knots, shape)
-            common.append(share * effect.law_error * np.concatenate(blocks, axis=0))
-            if len(everything) > 1:
-                own.append(share * effect.law_error * block_diag(*blocks))
-    return np.concatenate(common, axis=1), np.concatenate(own, axis=1)
+    weights = vectors[:, kept] / np.sqrt(sizes[kept])
+    return [(_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ weights).T for data in hypothesis.data]
+
+
+def _factors(hypothesis: AnyHypothesis, amounts: RealArray) -> list[list[ComplexArray]]:
+    """Return by effect with a law's error, and configuration, that relative error, shape (n,), of some amounts."""
+    shapes = _shapes(hypothesis, hypothesis.data)
+    sizes = _sizes(hypothesis, len(shapes))
+    width, half = 2 * len(shapes[0]), len(shapes[0])
+    common, own = np.split(amounts, [width * len(sizes)])
+    rows = common.reshape(len(sizes), 1, width)
+    rows = rows + own.reshape(len(sizes), len(shapes), width) if len(shapes) > 1 else rows
+    return [
+        [np.asarray(size * (row[:half] + 1j * row[half:]) @ shape) for row, shape in zip(weights, shapes, strict=True)]
+        for size, weights in zip(sizes, rows, strict=True)
+    ]
+
+
+def _whitened(hypothesis: AnyHypothesis, logs: Sequence[ComplexArray]) -> RealArray:
+    return np.concatenate([hypothesis.whitened(i, values) for i, values in enumerate(logs)], axis=-1)
 
 
 def _modulated(
-    hypothesis: AnyHypothesis, signature: Sequence[ComplexArray], knots: RealArray, shape: RealArray
+    hypothesis: AnyHypothesis, signature: Sequence[ComplexArray], shapes: Sequence[RealArray]
 ) -> list[RealArray]:
     """Return by configuration the whitened columns of a signature with smooth relative errors of unit size."""
     blocks = []
-    for i, (data, own) in enumerate(zip(hypothesis.data, signature, strict=True)):
-        smooth = (_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ shape).T
-        limited = own / np.maximum(np.abs(own) / _MOST, 1.0)
+    for i, (limited, smooth) in enumerate(zip(signature, shapes, strict=True)):
         parts = [hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T]
         blocks.append(np.concatenate(parts, axis=1))
     return blocks
+
+
+def _limited(change: ComplexArray) -> ComplexArray:
+    """Return a change of ln(ratio) no larger than what still is a small error of it; nothing where it is not known."""
+    known = np.where(np.isfinite(change), change, 0.0)
+    return np.asarray(known / np.maximum(np.abs(known) / _MOST, 1.0))
 
 
 def _kernel(a: RealArray, b: RealArray, length: float) -> RealArray:

@@ -19,7 +19,7 @@ from multilayer.diagnosis.discrepancy import (
     tolerant_p_value,
 )
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import Begun, Fitted, begin, finish_all
+from multilayer.diagnosis.fitting import Begun, Fitted, begin, finish_all, polished
 from multilayer.diagnosis.held_out import Shrinkage
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
@@ -212,7 +212,7 @@ def compare(
         pairs = _promising(singles, best, effects, several=several, strained=strained)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
         begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
-        for (names, second), pair in finish_all(begun, executor, behind=_PAIR_BEHIND).items():
+        for (names, second), pair in polished(finish_all(begun, executor, behind=_PAIR_BEHIND), executor).items():
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score

@@ -90,6 +90,17 @@ class ConfigurationData:
             variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments,
         )  # fmt: skip
 
+    def thinned(self, every: int) -> ConfigurationData:
+        """Return the data with one in so many of each burst's bins, the same number from either end."""
+        place = np.arange(len(self.burst)) - np.searchsorted(self.burst, self.burst)
+        count = np.bincount(self.burst)[self.burst]
+        inside = place % every == (np.minimum(every, count) - 1) // 2
+        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
+        return replace(
+            self, frequency=self.frequency[inside], burst=self.burst[inside], ratio=self.ratio[inside],
+            variance=self.variance[inside], stretch_moments=moments,
+        )  # fmt: skip
+
 
 def whitening(data: ConfigurationData, model_error: float) -> RealArray:
     """Return the matrix W that makes one part of ln(ratio) independent and of unit variance."""

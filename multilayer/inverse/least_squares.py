@@ -20,7 +20,18 @@ _CHUNK = 32
 _MOST = 200  # evaluations from one start
 _ALIKE = 0.1  # standard deviations: minima nearer than this are one
 TIGHT = 1e-8
+_SMALL_STEP = 1e-6  # relative: one that has arrived, where the cost is not asked for more exactly
 _HOPELESS = 4.0
+_SHORT = 1e-6  # step of a derivative, of a coordinate
+_DAMPING, _EASED, _HARDENED = (
+    1e-2,
+    5.0,
+    5.0,
+)  # of the diagonal; what an accepted step divides it by, a refused one multiplies
+_LEAST_DAMPING, _STUCK = 1e-8, 1e6
+_STRIDE = 1.0  # of a coordinate, at most in a step: the prior's standard deviation
+_AT_ONCE = 256  # points
+_SLOW = 2  # accepted steps that gain next to nothing, after which a descent has arrived
 
 
 def minimise(
@@ -67,10 +78,81 @@ def minimise(
 
     found = least_squares(
         residual, start, jac=derivative, method=method, x_scale="jac" if scaled else 1.0, max_nfev=most,
-        ftol=tolerance, xtol=1e-6, gtol=1e-6,
+        ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
     )  # fmt: skip
     values, slopes = both(found.x)
     return Minimum(found.x, float(values @ values), values, slopes, bool(found.success))
+
+
+def descend(
+    residual: Callable[[RealArray], RealArray], starts: RealArray, most: int, tolerance: float = 1e-3
+) -> tuple[RealArray, RealArray]:
+    """Return where many starts lead, each a descent by Levenberg and Marquardt, all of them advancing together.
+
+    A batch of a hundred points costs little more than one: many starts at once are cheaper than few one by one. For the
+    search of valleys; `minimise` finds their floor.
+
+    Parameters
+    ----------
+    residual : callable
+        Whitened residuals, shape (k, n_data), of coordinates of shape (k, n), without the priors' row z.
+    starts : array, shape (m, n)
+    most : int
+        Steps.
+    tolerance : float
+        Relative fall of the cost below which a step counts as slow; a descent ends with two of them in a row.
+
+    Returns
+    -------
+    points : array, shape (m, n)
+    costs : array, shape (m,)
+        Squared residuals, and z squared; infinite where there is no response.
+
+    Notes
+    -----
+    D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431-441: the damping is in proportion to the diagonal.
+    """
+    z = np.array(starts, dtype=float)
+    values = in_pieces(residual, z)
+    cost = _total(values, z)
+    m, n = z.shape
+    damping, slow = np.full(m, _DAMPING), np.zeros(m, dtype=int)
+    going, moved = np.isfinite(cost), np.ones(m, dtype=bool)
+    precision, slope = np.zeros((m, n, n)), np.zeros((m, n))
+    for _ in range(most):
+        if (new := np.flatnonzero(going & moved)).size:
+            ahead = in_pieces(residual, (z[new, None] + _SHORT * np.eye(n)).reshape(-1, n)).reshape(len(new), n, -1)
+            derivative = np.nan_to_num((ahead - values[new, None]) / _SHORT)
+            precision[new] = derivative @ derivative.transpose(0, 2, 1) + np.eye(n)
+            slope[new] = np.einsum("mid,md->mi", derivative, values[new]) + z[new]
+            moved[new] = False
+        if not (at := np.flatnonzero(going)).size:
+            break
+        diagonal = np.einsum("mii->mi", precision[at])
+        damped = precision[at] + (damping[at, None] * diagonal)[:, None] * np.eye(n)
+        step = -np.linalg.solve(damped, slope[at, :, None])[..., 0]
+        trial = z[at] + step / np.maximum(np.abs(step).max(axis=-1, keepdims=True) / _STRIDE, 1.0)
+        tried = in_pieces(residual, trial)
+        costs = _total(tried, trial)
+        lower = costs < cost[at]
+        won, lost = at[lower], at[~lower]
+        slow[won] = np.where(cost[won] - costs[lower] < tolerance * cost[won], slow[won] + 1, 0)
+        z[won], values[won], cost[won], moved[won] = trial[lower], tried[lower], costs[lower], True
+        damping[won] = np.maximum(damping[won] / _EASED, _LEAST_DAMPING)
+        damping[lost] *= _HARDENED
+        going &= (slow < _SLOW) & (damping < _STUCK)
+    return z, cost
+
+
+def in_pieces(function: Callable[[RealArray], RealArray], points: RealArray) -> RealArray:
+    """Return a function of many points, shape (m, n), of some of them at a time."""
+    return np.concatenate([function(points[i : i + _AT_ONCE]) for i in range(0, len(points), _AT_ONCE)])
+
+
+def _total(values: RealArray, z: RealArray) -> RealArray:
+    """Return squared residuals and z squared, infinite where there is no response."""
+    cost = np.sum(values**2, axis=-1) + np.sum(z**2, axis=-1)
+    return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
 
 
 def search(
@@ -140,9 +222,7 @@ def draw_prior(n: int, count: int, seed: int) -> RealArray:
 
 
 def _cost(problem: Problem, z: RealArray) -> RealArray:
-    values = problem.residual(z)
-    cost = np.sum(values**2, axis=-1) + np.sum(z**2, axis=-1)
-    return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
+    return _total(problem.residual(z), z)
 
 
 def distinct(minima: Sequence[Minimum]) -> list[Minimum]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.diagnosis.effects.tube import TubeEffect
-from multilayer.diagnosis.fitting import Fitted, fit_effects
+from multilayer.diagnosis.fitting import Fitted, fit_effects, polished
 from multilayer.diagnosis.judgement import Progress, judge
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.tube.experiments import next_measurements
@@ -108,11 +108,12 @@ def _singles(
     hypothesis = tube_hypothesis(nominal)
     found = fit_effects(nominal, effects, executor=executor)
     if np.max(np.abs(nominal.minimum.z - hypothesis.start)) < _FAR:
-        return found
+        return polished(found, executor)
     residual, jacobian = hypothesis.linearised(hypothesis.start)
     unfitted = Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
     others = fit_effects(Fitted(hypothesis, unfitted), effects, executor=executor)
-    return {names: min(one, others[names], key=lambda fitted: fitted.minimum.cost) for names, one in found.items()}
+    best = {names: min(one, others[names], key=lambda fitted: fitted.minimum.cost) for names, one in found.items()}
+    return polished(best, executor)
 
 
 def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
