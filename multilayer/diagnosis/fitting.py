@@ -188,7 +188,7 @@ def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, t
     if not any(effect.law_error for effect in hypothesis.effects):
         return Fitted(hypothesis, minimised(hypothesis, start, most, tolerance))
     embedded = Embedded(hypothesis)
-    found = minimised(embedded, start, most, tolerance)
+    found = embedded.minimum(minimised(embedded, start, most, tolerance))
     return Fitted(hypothesis, found, embedded.errors(found.z))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -11,13 +11,14 @@ from scipy.linalg import block_diag
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import around, differences
+from multilayer.inverse.problem import Minimum, around, differences
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
 _KEPT = 1e-4  # eigenvalues of its covariance kept, relative
 _MOST = 3.0  # of ln(ratio) or its error where what is read nearly vanishes: no small change any more
 _LEAST = 0.003  # standard deviations of the data: smaller errors change nothing
+_TINY = 1e-12
 _ROUNDING = 1e-12  # of the largest, squared: smaller ones are not resolved
 
 
@@ -88,16 +89,17 @@ class Softened:
 class Embedded:
     """A hypothesis together with the errors of its effects' laws: a `Problem` in the hypothesis' own unknowns.
 
-    The data are ``r(z) + B(z) a`` with a ~ N(0, 1) (see `law_parts`). Of every z the best a is known in closed form,
-    ``a = -(1 + B^T B)^-1 B^T r``, and what is left to be made small is ``r^T (1 + B B^T)^-1 r``. `Softened` holds B where
-    it was: to take B anew where that leads, again and again, need not end, and where it ends hangs on the start. Here B
-    follows z, and a minimum is one of a single function.
+    The data are ``r(z) + B(z) a`` with a ~ N(0, 1), see `law_parts`. With a integrated out, minus twice the logarithm of
+    the density is ``r^T C^-1 r + ln |C|``, ``C = 1 + B B^T``: the sum of squares of this problem's residuals. The last
+    of them is the root of the second term, which C >= 1 makes real. `Softened` holds B where it was. To take B anew
+    where that leads, again and again, need not end, and where it ends hangs on the start; here B follows z, and a
+    minimum is one of a single function.
 
     Notes
     -----
-    Variable projection: G. H. Golub & V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432. The derivative is
-    ``(1 + B B^T)^(-1/2) d(r + B a)`` with a held: exact for the cost, and Gauss and Newton's for its curvature (L.
-    Kaufman, BIT 15 (1975) 49-57).
+    The derivative is ``C^(-1/2) d(r + B a)`` with the best amounts ``a = -B^T C^-1 r`` held: exact for the gradient, and
+    Gauss and Newton's for the curvature (variable projection: G. H. Golub & V. Pereyra, SIAM J. Numer. Anal. 10 (1973)
+    413-432; L. Kaufman, BIT 15 (1975) 49-57).
 
     Attributes
     ----------
@@ -116,27 +118,36 @@ class Embedded:
         return LawErrors.of(law_basis(self.hypothesis, z))
 
     def residual(self, z: RealArray) -> RealArray:
-        """Return whitened residuals, shape (..., n_data)."""
+        """Return whitened residuals, shape (..., n_data + 1)."""
         rows = z.reshape(-1, z.shape[-1])
-        values = self.hypothesis.residual(rows)
-        whitened = [self.errors(row).whitened(value) for row, value in zip(rows, values, strict=True)]
-        return np.reshape(whitened, (*z.shape[:-1], values.shape[-1]))
+        pairs = zip(map(self.errors, rows), self.hypothesis.residual(rows), strict=True)
+        found = [np.append(errors.whitened(values), np.sqrt(errors.log_determinant)) for errors, values in pairs]
+        return np.reshape(found, (*z.shape[:-1], -1))
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative, shapes (n_data,) and (n_data, d), from one batch."""
-        points = around(z)
-        shown, changes = shown_and_changed(self.hypothesis, points)
+        """Return residual and derivative, shapes (n_data + 1,) and (n_data + 1, d), from one batch."""
+        hypothesis = self.hypothesis
+        shown, changes = shown_and_changed(hypothesis, around(z))
         here = [[change[0] for change in parts] for parts in changes]
-        basis = np.concatenate(_columns(self.hypothesis, here, self.hypothesis.data), axis=1)
+        basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
         errors = LawErrors.of(basis)
-        residual = _whitened(self.hypothesis, [values[0] for values in shown])
-        # (1 + B^T B)^-1 B^T = B^T (1 + B B^T)^-1
-        factors = _factors(self.hypothesis, -basis.T @ errors.whitened(errors.whitened(residual)))
+        residual = _whitened(hypothesis, [values[0] for values in shown])
+        factors = _factors(hypothesis, -basis.T @ errors.whitened(errors.whitened(residual)))
         total = [*shown]
         for own, parts in zip(factors, changes, strict=True):
             total = [a + factor * change for a, factor, change in zip(total, own, parts, strict=True)]
-        _, slopes = differences(_whitened(self.hypothesis, total))
-        return errors.whitened(residual), errors.whitened(slopes.T).T
+        slopes = differences(_whitened(hypothesis, total))[1]
+        # d ln |C| = 2 tr(B^T C^-1 dB)
+        root = np.sqrt(errors.log_determinant)
+        inverse = errors.whitened(errors.whitened(basis.T))
+        growth = differences(_traced(hypothesis, changes, inverse))[1] / max(root, _TINY)
+        values = np.append(errors.whitened(residual), root)
+        return values, np.concatenate([errors.whitened(slopes.T).T, growth[None]])
+
+    def minimum(self, found: Minimum) -> Minimum:
+        """Return a minimum of this problem as one of the hypothesis, its data whitened by `errors`."""
+        residual = found.residual[:-1]
+        return replace(found, misfit=float(residual @ residual), residual=residual, jacobian=found.jacobian[:-1])
 
 
 def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
@@ -246,6 +257,25 @@ def _factors(hypothesis: AnyHypothesis, amounts: RealArray) -> list[list[Complex
         [np.asarray(size * (row[:half] + 1j * row[half:]) @ shape) for row, shape in zip(weights, shapes, strict=True)]
         for size, weights in zip(sizes, rows, strict=True)
     ]
+
+
+def _traced(hypothesis: AnyHypothesis, changes: Sequence[Sequence[ComplexArray]], weights: RealArray) -> RealArray:
+    """Return ``tr(W B)``, shape (m,), for bases B of changes of shape (m, n) each, and W of shape (k, n_data)."""
+    shapes = _shapes(hypothesis, hypothesis.data)
+    sizes = _sizes(hypothesis, len(shapes))
+    width, count = 2 * len(shapes[0]), len(shapes)
+    ends = np.cumsum([2 * len(data.frequency) for data in hypothesis.data])
+    found = np.zeros(len(changes[0][0]))
+    for e, (size, parts) in enumerate(zip(sizes, changes, strict=True)):
+        for i, (change, smooth, end) in enumerate(zip(parts, shapes, ends, strict=True)):
+            rows = np.s_[end - 2 * change.shape[-1] : end]
+            weight = weights[e * width : (e + 1) * width, rows]
+            if count > 1:
+                first = width * (len(sizes) + e * count + i)
+                weight = weight + weights[first : first + width, rows]
+            both = np.concatenate([smooth, 1j * smooth])[:, None] * change
+            found += size * np.einsum("kn,kmn->m", weight, hypothesis.whitened(i, both))
+    return found
 
 
 def _whitened(hypothesis: AnyHypothesis, logs: Sequence[ComplexArray]) -> RealArray:
