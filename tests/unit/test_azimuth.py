@@ -230,3 +230,10 @@ class TestFlag:
         found = diffuse_field(panel(GAP), [100.0, 5000.0])
         assert np.all(found.angles == 15)
         assert np.all(diffuse_field(panel(GAP, board()), [100.0, 5000.0]).angles >= 30 * 15)
+
+    def test_what_a_layer_that_is_not_costs(self):
+        frequency = np.geomspace(100.0, 5000.0, 12)
+        same = {name: BOARD[name] for name in ("thickness", "density", "loss_factor")}
+        plate = ElasticPlate(**same, young_modulus=BOARD["young_modulus_x"], poisson_ratio=0.3)
+        ours, theirs = (diffuse_field(panel(layer), frequency).angles.sum() for layer in (board(), plate))
+        assert 30 < ours / theirs < 200
