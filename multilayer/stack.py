@@ -189,6 +189,11 @@ class Stack(Model):
             kinds[self._place(contact)] = contact.kind
         return tuple(kinds)
 
+    @property
+    def isotropic_in_plane(self) -> bool:
+        """Whether the azimuth of a wave makes no difference to any layer."""
+        return all(layer.isotropic_in_plane for layer in self.layers)
+
     def at_rest(self, *, on_base: bool = False) -> tuple[Layer, ...]:
         """Return the layers as they are under the weight of those that lie on them.
 

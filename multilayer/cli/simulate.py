@@ -35,6 +35,9 @@ def simulate(
 ) -> None:
     """Compute absorption, impedance and transmission loss of a stack, for every case of its sweep.
 
+    A diffuse field is averaged over all azimuths, and stops at the limit angle of 78 degrees, also with a finite_size:
+    write {diffuse: {max_angle: 90}} for all of it.
+
     Writes simulation.csv, simulation.json, report.html and figures. Exit status: 0 done, 2 the input cannot be used
     (nothing is written).
 

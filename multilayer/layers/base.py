@@ -30,6 +30,10 @@ class Layer(Model):
     A layer type is a subclass with a `Literal` field ``type``, fields typed from `multilayer.units`, and `faces`. It
     becomes known under the entry point ``multilayer.layers`` of the same name. See ``docs/design.md``.
 
+    A type whose response depends on `Wave.azimuth` says ``isotropic_in_plane = False``; a diffuse field is averaged
+    over the azimuth then. Its field ``azimuth``, if it has one, is its orientation and added to that of the wave. Half
+    a turn changes nothing, as is true of every layer that is its own mirror image along axis 3.
+
     Fields hold plain numbers when read from a file; code may put arrays there (`Stack.replaced`), which then broadcast
     against frequency and angle.
     """
@@ -41,6 +45,7 @@ class Layer(Model):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical ones, on which a plugin's type is tried
     composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
     vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
+    isotropic_in_plane: ClassVar[bool] = True  # the azimuth of a wave makes no difference
 
     def _repr_html_(self) -> str:
         rows = [(str(name), str(text)) for name, text in self.__repr_args__()]
@@ -65,7 +70,7 @@ class Layer(Model):
         Parameters
         ----------
         wave : Wave
-            Frequency, trace wavenumber and ambient gas.
+            Frequency, trace wavenumber, azimuth and ambient gas.
         """
         raise NotImplementedError
 
@@ -102,7 +107,9 @@ class Layer(Model):
             return (self,)
         return (self.model_copy(update={"thickness": thickness / n}),) * n
 
-    def transfer_matrix(self, frequency: ArrayLike, angle: ArrayLike = 0.0, gas: Gas | None = None) -> ComplexArray:
+    def transfer_matrix(
+        self, frequency: ArrayLike, angle: ArrayLike = 0.0, gas: Gas | None = None, *, azimuth: ArrayLike = 0.0
+    ) -> ComplexArray:
         """Return the transfer matrix T of Allard & Atalla, V(front) = T V(back).
 
         Parameters
@@ -113,19 +120,21 @@ class Layer(Model):
             Degrees from the normal in `gas`.
         gas : Gas, optional
             Incident and saturating gas; dry air at 20 degC when left out.
+        azimuth : array
+            Degrees about the normal.
 
         Returns
         -------
         complex array, shape (..., n_state, n_state)
-            ``...`` is the shape of `frequency` followed by that of `angle`.
+            ``...`` is the shape of `frequency` followed by those of `angle` and `azimuth`.
 
         Notes
         -----
         For reading and for thin layers: T of a layer much thicker than its waves' decay lengths holds numbers of
         the size exp(abs(Im k) h), and no arithmetic can use it. The solver works from the face matrices instead.
         """
-        faces = self.faces(Wave.incident(frequency, angle, gas or dry_air()))
-        shape = np.shape(frequency) + np.shape(angle)
+        faces = self.faces(Wave.incident(frequency, angle, gas or dry_air(), azimuth))
+        shape = np.shape(frequency) + np.shape(angle) + np.shape(azimuth)
         front, back = (
             np.broadcast_to(m, m.shape[:2] + shape).transpose(*range(2, 2 + len(shape)), 1, 0)
             for m in (faces.front, faces.back)

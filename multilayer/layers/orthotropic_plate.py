@@ -24,8 +24,9 @@ class OrthotropicPlate(Layer):
 
     Fields: `thickness` (m), `density` (kg/m3), `young_modulus_x`, `young_modulus_y`, `shear_modulus_xy` (Pa; numbers,
     complex numbers or laws), `poisson_ratio_xy` (of contraction along y under tension along x), `loss_factor` (of all
-    moduli), `azimuth` (degrees, from the axis x of the plate to the plane of incidence). State (p, v3): a solid or
-    poroelastic neighbour slips on it. Holds while bending waves are longer than about six thicknesses.
+    moduli), `azimuth` (degrees, from the axis x of the plate to the plane of incidence of a single wave; in a diffuse
+    field, which is averaged over all planes of incidence, the plate's orientation beside other layers'). State (p, v3):
+    a solid or poroelastic neighbour slips on it. Holds while bending waves are longer than about six thicknesses.
     """
 
     type: Literal["orthotropic_plate"] = "orthotropic_plate"
@@ -40,6 +41,7 @@ class OrthotropicPlate(Layer):
 
     summary: ClassVar[str] = "thin orthotropic plate in bending (Kirchhoff), neighbours slip on it"
     composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
+    isotropic_in_plane: ClassVar[bool] = False
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -62,7 +64,7 @@ class OrthotropicPlate(Layer):
         moduli = (self.young_modulus_x, self.young_modulus_y, self.shear_modulus_xy)
         ex, ey, g = (complex_modulus(modulus, self.loss_factor, wave.frequency) for modulus in moduli)
         nu_yx = self.poisson_ratio_xy * ey / ex
-        angle = np.deg2rad(self.azimuth)
+        angle = np.deg2rad(self.azimuth + np.asarray(wave.azimuth))
         along, across = np.cos(angle) ** 2, np.sin(angle) ** 2
         plane = 1 - self.poisson_ratio_xy * nu_yx
         bending = (ex * along**2 + ey * across**2 + 2 * nu_yx * ex * along * across) / plane

@@ -24,14 +24,18 @@ class Wave:
         Wavenumber along the layers, rad/m, of a shape that broadcasts with `frequency`.
     ambient : Gas
         The fluid on the excitation side, which also saturates the pores.
+    azimuth : float or array
+        Degrees about the normal, from a direction on the stack to the plane of incidence; of a shape that broadcasts
+        with `kx`. Only layers that are not isotropic in their plane know it.
     """
 
     frequency: RealArray
     kx: RealArray
     ambient: Gas
+    azimuth: RealArray | float = 0.0
 
     @classmethod
-    def incident(cls, frequency: ArrayLike, angle: ArrayLike, ambient: Gas) -> Wave:
+    def incident(cls, frequency: ArrayLike, angle: ArrayLike, ambient: Gas, azimuth: ArrayLike = 0.0) -> Wave:
         """Return the field of a plane wave arriving through `ambient`.
 
         Parameters
@@ -40,19 +44,26 @@ class Wave:
             Hz.
         angle : array
             Degrees from the normal, in [0, 90). Every angle meets every frequency: shapes add up.
+        ambient : Gas
+        azimuth : array
+            Degrees about the normal, any; every azimuth meets every angle and frequency.
 
         Raises
         ------
         InputError
-            For a frequency that is not positive or an angle outside [0, 90).
+            For a frequency that is not positive, an angle outside [0, 90) or an azimuth that is not finite.
         """
-        f, theta = np.asarray(frequency, dtype=float), np.asarray(angle, dtype=float)
+        f, theta, psi = (np.asarray(values, dtype=float) for values in (frequency, angle, azimuth))
         if not (np.all(f > 0) and np.all(np.isfinite(f))):
             raise InputError("a frequency is zero, negative or not finite; frequencies must be above 0 Hz")
         if not np.all((theta >= 0) & (theta < 90)):
             raise InputError("an angle of incidence lies outside the range from 0 to below 90 degrees")
-        f = f.reshape(f.shape + (1,) * theta.ndim)
-        return cls(f, 2 * np.pi * f / ambient.sound_speed * np.sin(np.deg2rad(theta)), ambient)
+        if not np.all(np.isfinite(psi)):
+            raise InputError("an azimuth is not finite; azimuths are degrees about the normal")
+        f = f.reshape(f.shape + (1,) * (theta.ndim + psi.ndim))
+        kx = 2 * np.pi * f / ambient.sound_speed * np.sin(np.deg2rad(theta)).reshape(theta.shape + (1,) * psi.ndim)
+        # what does not depend on the azimuth has its axes all the same
+        return cls(f, np.broadcast_to(kx, kx.shape[: kx.ndim - psi.ndim] + psi.shape) if psi.ndim else kx, ambient, psi)
 
     @cached_property
     def omega(self) -> RealArray:

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
+from multilayer.arrays import ArrayLike, IndexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning, suggest
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
@@ -22,31 +22,16 @@ from multilayer.response.finite_size import (
     finite_transmission,
     radiation_at,
 )
+from multilayer.response.quadrature import NODES, Tolerance, integrate
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
 Weighting: TypeAlias = Callable[[RealArray], RealArray]
 WeightingName: TypeAlias = Literal["uniform", "gaussian"]
 
-# Gauss-Kronrod pair of 7 and 15 nodes on [-1, 1] (QUADPACK, Piessens et al. 1983, routine qk15)
-_NODES = np.array([
-    0.991455371120812639206854697526329, 0.949107912342758524526189684047851, 0.864864423359769072789712788640926,
-    0.741531185599394439863864773280788, 0.586087235467691130294144691693137, 0.405845151377397166906606412076961,
-    0.207784955007898467600689403773245, 0.0,
-])  # fmt: skip
-_KRONROD = np.array([
-    0.022935322010529224963732008058970, 0.063092092629978553290700663189204, 0.104790010322250183839876322541518,
-    0.140653259715525918745189590510238, 0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
-    0.204432940075298892414161999234649, 0.209482141084727828012999174891714,
-])  # fmt: skip
-_GAUSS = np.array([
-    0.129484966168869693270611432679082, 0.279705391489276667901467771423780, 0.381830050505118944950369775488975,
-    0.417959183673469387755102040816327,
-])  # fmt: skip
-NODES = np.concatenate([-_NODES, _NODES[-2::-1]])
-KRONROD = np.concatenate([_KRONROD, _KRONROD[-2::-1]])
-GAUSS = np.zeros(15)
-GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
+# of azimuths to start with: no sector of 10 degrees lies between two of their 30
+_FIRST_PANELS = 2
+_HALF_TURN = 180.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,7 +53,7 @@ class DiffuseField(Tabular):
     absorption_error, transmission_loss_error : array
         Estimated errors of the quadrature, the second in dB (None without transmission).
     angles : array of int
-        Angles that were computed per frequency.
+        Directions that were computed per frequency.
     """
 
     frequency: RealArray
@@ -104,6 +89,9 @@ def diffuse_field(
 ) -> DiffuseField:
     """Return absorption and transmission loss in a diffuse field.
 
+    Averaged over the azimuth too where a layer is not isotropic in its plane. The integral stops at `max_angle`, also
+    with a `window`.
+
     Parameters
     ----------
     stack : Stack
@@ -111,7 +99,7 @@ def diffuse_field(
     frequency : array, shape (n_frequency,) or ()
         Hz.
     max_angle : float
-        Degrees from the normal, above 0 and at most 90; 78 is customary.
+        Degrees from the normal, above 0 and at most 90: the whole half-space. 78 is customary for infinite panels.
     weighting : str or callable
         Relative intensity by angle: ``uniform``, ``gaussian`` for exp(-2 theta^2), theta in radians (Kang, Ih, Kim &
         Kim, J. Acoust. Soc. Am. 107 (2000) 1413-1420), or a function of the angle in degrees.
@@ -121,7 +109,7 @@ def diffuse_field(
     tolerance_db, tolerance : float
         Largest estimated error of the transmission loss (dB) and of the absorption.
     max_panels : int
-        Panels of 15 angles per frequency at most.
+        Panels of 15 angles at most, per frequency (and azimuth), and of 15 azimuths, per frequency.
     workers : int
         Threads.
 
@@ -139,7 +127,10 @@ def diffuse_field(
     -----
     Allard & Atalla 2009, eqs. (11.88) and (12.1): the integral over the angle of ``tau w sin cos`` over that of ``w
     sin cos``, in the variable sin^2, where the weight of the sphere is constant. Gauss-Kronrod panels are halved where
-    the two rules disagree, frequency by frequency: coincidence dips of lightly damped plates are narrow.
+    the two rules disagree, frequency by frequency: coincidence dips of lightly damped plates are narrow. Of a stack
+    with a layer that is not isotropic in its plane such integrals are integrated over half a turn of the azimuth by the
+    same rules, each with half of the tolerance; their errors add up. A window's radiation is its mean over the azimuth
+    all the same, so that the result is the mean over all orientations of the window on the panel.
     """
     if not 0 < max_angle <= 90:
         raise InputError(f"a largest angle of {max_angle:g} degrees is not allowed; it must be above 0 and at most 90")
@@ -147,13 +138,18 @@ def diffuse_field(
         raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
     f, weight = np.asarray(frequency, dtype=float), _weighting(weighting)
     upper, speed = float(np.sin(np.deg2rad(max_angle)) ** 2), stack.ambient.gas.sound_speed
+    allowed, turned_alike = Tolerance(tolerance, tolerance_db * np.log(10) / 10), stack.isotropic_in_plane
 
     def compute(piece: RealArray) -> list[RealArray]:
         some = np.atleast_1d(piece)
         radiation = None if window is None else _radiation(window, 2 * np.pi * some / speed, upper)
-        return _Quadrature(stack, some, weight, radiation, tolerance_db, tolerance).integrate(upper, max_panels)
+        directions = _Directions(stack, some, weight, radiation, upper, allowed, max_panels)
+        rows, taken = directions.over_angles() if turned_alike else directions.over_azimuths()
+        whole, *means = rows
+        return [*(mean / whole for mean in means), taken]
 
-    parts = in_chunks(compute, stack, f, 2 * len(NODES), workers)
+    n_directions = 2 * len(NODES) * (1 if turned_alike else _FIRST_PANELS * len(NODES))
+    parts = in_chunks(compute, stack, f, n_directions, workers)
     alpha, tau, alpha_error, tau_error, angles = (np.concatenate(p).reshape(f.shape) for p in zip(*parts, strict=True))
     through = not np.all(np.isnan(tau))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -191,61 +187,58 @@ def _radiation(window: Window, wavenumber: RealArray, upper: float) -> Radiation
 
 
 @dataclass(frozen=True)
-class _Quadrature:
-    """Adaptive integration over s = sin^2(angle), all frequencies side by side."""
+class _Directions:
+    """Integrals over s = sin^2(angle), and over the azimuth where it makes a difference; all frequencies side by side.
+
+    Rows of results are those of `quadrature.Integrand`.
+    """
 
     stack: Stack
     frequency: RealArray
     weighting: Weighting
     radiation: Radiation | None
-    tolerance_db: float
-    tolerance: float
+    upper: float
+    tolerance: Tolerance
+    max_panels: int
 
-    def integrate(self, upper: float, max_panels: int) -> list[RealArray]:
-        """Return means of absorption and transmission, their errors, and the number of angles, per frequency."""
+    def over_angles(self) -> tuple[RealArray, RealArray]:
+        """Return integrals over s at azimuth 0, and the number of directions, per frequency."""
+        everything = np.arange(len(self.frequency))
+        return self._over_angles(everything, np.zeros(len(everything)), self.tolerance)
+
+    def over_azimuths(self) -> tuple[RealArray, RealArray]:
+        """Return integrals over s and over half a turn of the azimuth, and the number of directions, per frequency.
+
+        Half of the tolerance is for either. What is integrated over s has no ridge left: where coincidence passes the
+        largest angle it has a step at most, to which panels are halved.
+        """
         n = len(self.frequency)
-        which, low, high = np.arange(n), np.zeros(n), np.full(n, upper)
-        done = np.zeros((5, n))  # sums of: weight, alpha, tau, error of alpha, error of tau
-        angles = np.zeros(n)
-        panels = np.ones(n)
-        while len(which):
-            values, errors = self._panels(which, low, high)
-            np.add.at(angles, which, len(NODES))
-            scale = done.copy()
-            for k in range(3):
-                np.add.at(scale[k], which, values[k])
-            again = self._too_coarse(values, errors, scale[:, which], (high - low) / upper)
-            again &= (panels[which] < max_panels) & (high - low > 1e-9 * upper)
-            kept = ~again
-            for k, part in enumerate((*values, *errors)):
-                np.add.at(done[k], which[kept], part[kept])
-            np.add.at(panels, which[again], 1)
-            middle = 0.5 * (low + high)[again]
-            which = np.concatenate([which[again]] * 2)
-            low, high = np.concatenate([low[again], middle]), np.concatenate([middle, high[again]])
-        weight, alpha, tau, alpha_error, tau_error = done
-        return [alpha / weight, tau / weight, alpha_error / weight, tau_error / weight, angles]
+        directions, half = np.zeros(n), self.tolerance.halved
 
-    def _too_coarse(self, values: RealArray, errors: RealArray, total: RealArray, share: RealArray) -> BoolArray:
-        """Tell which panels err by more than their share of the tolerance."""
-        allowed = self.tolerance_db * np.log(10) / 10 * total[2]
-        with np.errstate(invalid="ignore"):  # without transmission there is nothing to compare
-            coarse_tau = errors[1] > np.maximum(share, 0.05) * allowed
-        return np.asarray((errors[0] > np.maximum(share, 0.05) * self.tolerance * total[0]) | coarse_tau)
+        def integrand(which: IndexArray, azimuth: RealArray) -> RealArray:
+            rows, taken = self._over_angles(which.ravel(), azimuth.ravel(), half, first=_FIRST_PANELS)
+            np.add.at(directions, which.ravel(), taken)
+            return rows.reshape(len(rows), *which.shape)
 
-    def _panels(self, which: IndexArray, low: RealArray, high: RealArray) -> tuple[RealArray, RealArray]:
-        """Return integrals of weight, absorption and transmission over panels, and errors of the last two."""
-        half = 0.5 * (high - low)
-        s = (0.5 * (high + low))[:, None] + half[:, None] * NODES
-        alpha, tau = self._response(np.broadcast_to(which[:, None], s.shape), s)
-        weight = self.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
-        fine = half * np.array([(weight * v) @ KRONROD for v in (np.ones_like(s), alpha, tau)])
-        coarse = half * np.array([(weight * v) @ GAUSS for v in (alpha, tau)])
-        return fine, np.abs(fine[1:] - coarse)
+        rows, _ = integrate(integrand, n, _HALF_TURN, half, self.max_panels, first=_FIRST_PANELS)
+        return rows, directions
 
-    def _response(self, which: IndexArray, s: RealArray) -> tuple[RealArray, RealArray]:
+    def _over_angles(
+        self, which: IndexArray, azimuth: RealArray, tolerance: Tolerance, first: int = 1
+    ) -> tuple[RealArray, RealArray]:
+        """Return integrals over s at pairs of frequencies, by their indices, and azimuths."""
+
+        def integrand(pairs: IndexArray, s: RealArray) -> RealArray:
+            alpha, tau = self._response(which[pairs], s, azimuth[pairs])
+            weight = self.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
+            exact = np.zeros_like(s)
+            return np.array([weight, weight * alpha, weight * tau, exact, exact])
+
+        return integrate(integrand, len(which), self.upper, tolerance, self.max_panels, first)
+
+    def _response(self, which: IndexArray, s: RealArray, azimuth: RealArray) -> tuple[RealArray, RealArray]:
         gas, frequency = self.stack.ambient.gas, self.frequency[which]
-        wave = Wave(frequency, 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s), gas)
+        wave = Wave(frequency, 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s), gas, azimuth)
         front = wave_impedance(wave, gas.density, gas.sound_speed)
         system = build_system(self.stack, wave, HalfSpace(front))
         solution = solve_or_explain(system)

@@ -70,13 +70,15 @@ class PowerBalance:
         return np.asarray(1 - self.reflected - self.transmitted - self.dissipated.sum(axis=0))
 
 
-def fields(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, points: int = 21) -> list[LayerState]:
+def fields(
+    stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, points: int = 21, *, azimuth: ArrayLike = 0.0
+) -> list[LayerState]:
     """Return velocities and stresses through the thickness of every layer.
 
     Parameters
     ----------
     stack : Stack
-    frequency, angle : array
+    frequency, angle, azimuth : array
         As for `plane_wave`.
     points : int
         Positions per layer, both faces included, at least 2. A layer that is no homogeneous slab (a thin plate, a
@@ -86,7 +88,7 @@ def fields(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, points: i
     -----
     Each layer is solved as ``points - 1`` bonded slices: no exponential grows, however thick the layer.
     """
-    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+    wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
     slices = [layer.sliced(max(points, 2) - 1) for layer in stack.at_rest()]
     faces = [_faces(cuts, wave) for cuts in slices]
     contacts: list[Contact] = []
@@ -133,13 +135,15 @@ def _face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray,
     return multiply(face.front, column)[:, 0], multiply(face.back, column)[:, 0]
 
 
-def power_balance(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) -> PowerBalance:
+def power_balance(
+    stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, *, azimuth: ArrayLike = 0.0
+) -> PowerBalance:
     """Return how the power of an incident plane wave divides into reflection, transmission and each layer's losses.
 
     Parameters
     ----------
     stack : Stack
-    frequency, angle : array
+    frequency, angle, azimuth : array
         As for `plane_wave`.
 
     Notes
@@ -147,7 +151,7 @@ def power_balance(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0) ->
     The loss of a layer is the difference of the normal power fluxes at its two faces, by the power pairs of its state
     family; contacts pass power on unchanged.
     """
-    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+    wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
     system = build_system(stack, wave, _incident(wave))
     solution = solve(system)
     assert isinstance(system.head, HalfSpace)

@@ -12,7 +12,13 @@ from multilayer.stack import Stack
 
 
 def insertion_loss(
-    stack: Stack, reference: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, *, max_angle: float | None = None
+    stack: Stack,
+    reference: Stack,
+    frequency: ArrayLike,
+    angle: ArrayLike = 0.0,
+    *,
+    max_angle: float | None = None,
+    azimuth: ArrayLike = 0.0,
 ) -> RealArray:
     """Return the transmission loss of `stack` minus that of `reference`, dB.
 
@@ -26,21 +32,21 @@ def insertion_loss(
         Degrees, for plane waves.
     max_angle : float, optional
         Take a diffuse field up to this angle in place of plane waves.
+    azimuth : array
+        Degrees about the normal, for plane waves.
 
     Raises
     ------
     InputError
         When one of the two has no half-space behind.
     """
-    losses = [_loss(panel, frequency, angle, max_angle) for panel in (stack, reference)]
+    losses = []
+    for panel in (stack, reference):
+        if max_angle is None:
+            loss = plane_wave(panel, frequency, angle, azimuth=azimuth).transmission_loss
+        else:
+            loss = diffuse_field(panel, frequency, max_angle).transmission_loss
+        if loss is None:
+            raise InputError("an insertion loss needs a half-space behind both stacks; write 'termination: ambient'")
+        losses.append(loss)
     return np.asarray(losses[0] - losses[1])
-
-
-def _loss(stack: Stack, frequency: ArrayLike, angle: ArrayLike, max_angle: float | None) -> RealArray:
-    if max_angle is None:
-        loss = plane_wave(stack, frequency, angle).transmission_loss
-    else:
-        loss = diffuse_field(stack, frequency, max_angle).transmission_loss
-    if loss is None:
-        raise InputError("an insertion loss needs a half-space behind both stacks; write 'termination: ambient'")
-    return loss

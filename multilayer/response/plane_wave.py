@@ -18,11 +18,11 @@ from multilayer.stack import Stack
 
 @dataclass(frozen=True, repr=False)
 class PlaneWave(Tabular):
-    """Response of a stack to a plane wave; arrays of shape ``(..., *frequency.shape, *angle.shape)``.
+    """Response of a stack to a plane wave; arrays of shape ``(..., *frequency.shape, *angle.shape, *azimuth.shape)``.
 
     Attributes
     ----------
-    frequency, angle : array
+    frequency, angle, azimuth : array
         Hz and degrees, as asked.
     reflection : complex array
         Reflected over incident pressure at the front face.
@@ -44,17 +44,23 @@ class PlaneWave(Tabular):
     surface_impedance: ComplexArray
     absorption: RealArray
     transmission_loss: RealArray | None
+    azimuth: RealArray | float = 0.0
 
     @property
     def frame(self) -> Frame:
-        """The response over (samples,) frequency and angle."""
-        names = [item.name for item in fields(self) if item.name not in ("frequency", "angle")]
+        """The response over (samples,) frequency and angle, and azimuth where it was asked for."""
+        along: dict[str, RealArray] = {"frequency": self.frequency, "angle": self.angle}
+        if np.ndim(self.azimuth) or self.azimuth != 0:
+            along["azimuth"] = np.asarray(self.azimuth)
+        names = [item.name for item in fields(self) if item.name not in ("frequency", "angle", "azimuth")]
         values = {name: getattr(self, name) for name in names}
-        units = {"frequency": "Hz", "angle": "degree", "surface_impedance": "Pa s/m", "transmission_loss": "dB"}
-        return over({"frequency": self.frequency, "angle": self.angle}, values, units)
+        units = {"frequency": "Hz", "surface_impedance": "Pa s/m", "transmission_loss": "dB"}
+        return over(along, values, units | dict.fromkeys(("angle", "azimuth"), "degree"))
 
 
-def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, workers: int = 1) -> PlaneWave:
+def plane_wave(
+    stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, workers: int = 1, *, azimuth: ArrayLike = 0.0
+) -> PlaneWave:
     """Return the response of `stack` to plane waves arriving through its ambient gas.
 
     Parameters
@@ -67,11 +73,14 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, worke
         Degrees from the normal, from 0 to below 90. Every angle meets every frequency.
     workers : int
         Threads that share a long frequency axis.
+    azimuth : array
+        Degrees about the normal, added to the azimuths of layers that are not isotropic in their plane. Every azimuth
+        meets every angle.
 
     Raises
     ------
     InputError
-        For frequencies or angles out of range.
+        For frequencies, angles or azimuths out of range.
     CouplingError
         When two neighbours cannot touch as the stack says.
 
@@ -81,21 +90,22 @@ def plane_wave(stack: Stack, frequency: ArrayLike, angle: ArrayLike = 0.0, worke
     through the stack's own thickness.
     """
     f = np.asarray(frequency, dtype=float)
-    parts = in_chunks(lambda piece: _plane_wave(stack, piece, angle), stack, f, np.size(angle), workers)
+    n_directions = np.size(angle) * np.size(azimuth)
+    parts = in_chunks(lambda piece: _plane_wave(stack, piece, angle, azimuth), stack, f, n_directions, workers)
     return parts[0] if len(parts) == 1 else _joined(parts)
 
 
 def _joined(parts: list[PlaneWave]) -> PlaneWave:
-    names = [field.name for field in fields(PlaneWave) if field.name != "angle"]
+    names = [field.name for field in fields(PlaneWave) if field.name not in ("angle", "azimuth")]
     columns = {name: [getattr(part, name) for part in parts] for name in names}
     joined: dict[str, Any] = {
         name: None if values[0] is None else np.concatenate(values) for name, values in columns.items()
     }
-    return PlaneWave(angle=parts[0].angle, **joined)
+    return PlaneWave(angle=parts[0].angle, azimuth=parts[0].azimuth, **joined)
 
 
-def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike) -> PlaneWave:
-    wave = Wave.incident(frequency, angle, stack.ambient.gas)
+def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike, azimuth: ArrayLike) -> PlaneWave:
+    wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
     front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
     system = build_system(stack, wave, HalfSpace(front))
     solution = solve_or_explain(system)
@@ -114,6 +124,7 @@ def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike) -> PlaneWa
         surface_impedance=_surface_impedance(front, reflection),
         absorption=1 - np.abs(reflection) ** 2,
         transmission_loss=loss,
+        azimuth=np.asarray(azimuth, dtype=float),
     )
 
 

@@ -118,7 +118,10 @@ class PlaneIncidence(Model):
 
 
 class DiffuseField(Model):
-    """How far from the normal waves of a diffuse field arrive, degrees, and how strong by their angle."""
+    """How far from the normal waves of a diffuse field arrive, degrees, and how strong by their angle.
+
+    The integral stops at `max_angle`, also with a `finite_size`: 78 by custom, 90 for the whole half-space.
+    """
 
     max_angle: Annotated[float, Field(gt=0, le=90), Unit("degree")] = 78.0
     weighting: WeightingName = "uniform"

@@ -26,6 +26,7 @@ from multilayer.stack import Ambient, Stack
 
 FREQUENCIES = (1.0, 31.0, 1e3, 9.7e3, 5e4)  # Hz
 ANGLES = (0.0, 30.0, 60.0, 85.0, 89.9)  # degrees
+AZIMUTHS = (0.0, 37.0, 90.0, 121.0, 217.0)  # degrees; the second and the last are half a turn apart
 
 _CREATED = 1e-12  # share of the incident power
 _DIFFERENT = 1e-9
@@ -63,14 +64,16 @@ def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = 
     The laws: well-formed and finite face matrices; reciprocity; passivity, by the power at its two faces and by what
     it reflects and transmits; energy balance; composition (one layer equals two bonded parts, from a thousandth to
     ten times its thickness); an infinitely thin layer is none; exactly normal incidence is the limit of small angles;
-    finite and continuous response near grazing; arrays of frequency, angle and parameters give what single calls
-    give; a stack file brings the same layer back.
+    finite and continuous response near grazing; the azimuth makes no difference to a layer that is isotropic in its
+    plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave does; arrays of
+    frequency, angle, azimuth and parameters give what single calls give; a stack file brings the same layer back.
 
     Parameters
     ----------
     layer : Layer
         The type must be registered (entry point ``multilayer.layers``, or `LAYERS.register`). A type with a field
-        ``thickness`` that is no homogeneous slab says so by the class attribute ``composes = False``.
+        ``thickness`` that is no homogeneous slab says so by the class attribute ``composes = False``, one that is not
+        isotropic in its plane by ``isotropic_in_plane = False``.
     frequency : array
         Hz, one axis; narrow it for a layer that holds in a band only.
     lossless : bool
@@ -179,6 +182,27 @@ def _grazing_incidence(subject: _Subject) -> Iterator[str]:
             yield from _exceeding(jump, 1e-5, f"{name}: the reflection jumps near {angle} degrees, by", subject)
 
 
+def _azimuth(subject: _Subject) -> Iterator[str]:
+    layer = subject.layer
+    for name, stack in _surrounded(layer).items():
+        turned = _respond(stack, subject, azimuth=AZIMUTHS)
+        straight, turns = turned[..., :1], _difference(turned[..., 1], turned[..., -1])
+        yield from _exceeding(turns, _DIFFERENT, f"{name}: half a turn of the azimuth changes the response by", subject)
+        if layer.isotropic_in_plane:
+            worst = np.max(_difference(turned, straight), axis=-1)
+            what = f"{name}: isotropic_in_plane is true, yet the azimuth changes the response by"
+            yield from _exceeding(worst, _DIFFERENT, what, subject)
+        single = _respond(stack, subject, azimuth=AZIMUTHS[1])
+        what = f"{name}: an array and single numbers of the azimuth differ by"
+        yield from _exceeding(_difference(turned[..., 1], single), _SAMPLES_DIFFERENT, what, subject)
+    if isinstance(getattr(layer, "azimuth", None), float):
+        fields = _surrounded(_with(layer, azimuth=layer.azimuth + AZIMUTHS[1]))  # type: ignore[attr-defined]
+        for name, stack in _surrounded(layer).items():
+            of_wave, of_layer = _respond(stack, subject, azimuth=AZIMUTHS[1]), _respond(fields[name], subject)
+            what = f"{name}: the same turn of the wave and of the field azimuth differ by"
+            yield from _exceeding(_difference(of_wave, of_layer), _DIFFERENT, what, subject)
+
+
 def _broadcasting(subject: _Subject) -> Iterator[str]:
     stack = Stack(layers=(subject.layer,), termination="ambient")
     alone = [plane_wave(stack, float(f), angle) for f in subject.frequency for angle in ANGLES]
@@ -211,7 +235,7 @@ def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
 
 _LAWS: tuple[Law, ...] = (
     _well_formed_faces, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
-    _normal_incidence, _grazing_incidence, _broadcasting, _yaml_round_trip,
+    _normal_incidence, _grazing_incidence, _azimuth, _broadcasting, _yaml_round_trip,
 )  # fmt: skip
 
 
@@ -233,9 +257,9 @@ def _surrounded(*layers: Layer) -> dict[str, Stack]:
     return stacks
 
 
-def _respond(stack: Stack, subject: _Subject, angles: Any = ANGLES) -> ComplexArray:
+def _respond(stack: Stack, subject: _Subject, angles: Any = ANGLES, azimuth: Any = 0.0) -> ComplexArray:
     """Return reflection and transmission along the first axis, zeros where nothing is behind to transmit into."""
-    result = plane_wave(stack, subject.frequency, angles)
+    result = plane_wave(stack, subject.frequency, angles, azimuth=azimuth)
     return np.array([result.reflection, 0 * result.reflection if result.transmission is None else result.transmission])
 
 

@@ -109,6 +109,11 @@ class Graded(Layer):
         """Return the homogeneous material at a depth, as a share of the thickness, from 0 to 1."""
         return _between(self.front, self.back, depth, self.profile)  # type: ignore[no-any-return]
 
+    @property
+    def isotropic_in_plane(self) -> bool:  # type: ignore[override]
+        """Whether both materials are."""
+        return self.front.isotropic_in_plane and self.back.isotropic_in_plane
+
     def sliced(self, n: int) -> tuple[Layer, ...]:
         """Return slices, each between its own two faces."""
         faces = [self.at(depth) for depth in np.linspace(0, 1, n + 1)]

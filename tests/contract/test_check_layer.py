@@ -13,12 +13,16 @@ from multilayer.layers import LAYERS, Layer
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.layers.elastic_solid import ElasticSolid, solid_faces
 from multilayer.layers.fluid import Fluid, fluid_faces
+from multilayer.layers.orthotropic_plate import OrthotropicPlate
 from multilayer.matrix.faces import Faces, from_propagator, stack_entries
 from multilayer.matrix.families import FLUID
+from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import lame
 from multilayer.testing import check_layer
 from multilayer.units import Length
 
+BOARD = {"thickness": 0.01, "density": 450.0, "young_modulus_x": 11e9, "young_modulus_y": 5e8, "poisson_ratio_xy": 0.4,
+         "shear_modulus_xy": 7e8, "loss_factor": 0.02}  # fmt: skip
 SOLID = {"thickness": 0.01, "density": 300.0, "young_modulus": 1e6, "poisson_ratio": 0.3}
 
 
@@ -124,6 +128,33 @@ class ForgetsItsFile(Fluid):
     width: Length = 1.0
 
 
+class ClaimsToBeIsotropic(OrthotropicPlate):
+    isotropic_in_plane: ClassVar[bool] = True
+
+
+class KnowsItsAzimuthOnly(OrthotropicPlate):
+    """Turns with its field, not with the wave: written before waves had azimuths."""
+
+    def faces(self, wave):
+        return super().faces(Wave(wave.frequency, wave.kx, wave.ambient))
+
+
+class HasTwoEnds(Fluid):
+    """Half a turn makes another layer of it."""
+
+    composes: ClassVar[bool] = False
+    isotropic_in_plane: ClassVar[bool] = False
+
+    def faces(self, wave):
+        return sheet(wave, upper_right=100.0 * (2 + np.cos(np.deg2rad(wave.azimuth))))
+
+
+class TakesOneAzimuth(OrthotropicPlate):
+    def faces(self, wave):
+        first = np.ravel(wave.azimuth)[0]
+        return super().faces(Wave(wave.frequency, wave.kx, wave.ambient, np.asarray(first)))
+
+
 WRONG = [
     (CreatesPower, {"thickness": 0.1}, "passivity: some fields leave with more power than they bring"),
     (CreatesPower, {"thickness": 0.1}, "passivity: termination rigid: power is created"),
@@ -138,6 +169,10 @@ WRONG = [
     (NeverThin, {"thickness": 0.1}, "vanishing thickness: .* stays 0.2"),
     (SpecialAtNormalIncidence, {"thickness": 0.1}, "normal incidence: .*: 0 and 1e-6 degrees differ by"),
     (JumpsNearGrazing, {"thickness": 0.1}, "grazing incidence: .*: the reflection jumps near 89.9 degrees"),
+    (ClaimsToBeIsotropic, BOARD, "azimuth: .*: isotropic_in_plane is true, yet the azimuth changes the response by"),
+    (KnowsItsAzimuthOnly, BOARD, "azimuth: .*: the same turn of the wave and of the field azimuth differ by"),
+    (HasTwoEnds, {"thickness": 0.1}, "azimuth: .*: half a turn of the azimuth changes the response by"),
+    (TakesOneAzimuth, BOARD, "azimuth: .*: an array and single numbers of the azimuth differ by"),
     (NotANumber, {"thickness": 0.1}, "well formed faces: the back matrix holds numbers that are not finite"),
     (WrongShape, {"thickness": 0.1}, "well formed faces: the front matrix is 1 x 2, not 2 x 2"),
     (ForgetsItsFile, {"thickness": 0.1, "colour": "blue"}, "yaml round trip: .* comes back as"),

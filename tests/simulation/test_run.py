@@ -21,6 +21,13 @@ from multilayer.stack import Stack
 from tests.simulation.files import FOAM, PANEL
 
 F = [200.0, 500.0, 1300.0]
+BOARD = """
+version: 1
+layers:
+  - {type: orthotropic_plate, name: board, thickness: 14 mm, density: 450, young_modulus_x: 6 GPa,
+     young_modulus_y: 40 MPa, poisson_ratio_xy: 0.3, shear_modulus_xy: 60 MPa, loss_factor: 0.02}
+termination: ambient
+"""
 
 
 @pytest.fixture
@@ -74,6 +81,26 @@ class TestOneCase:
         expected = diffuse_field(read(text).stack, F, window=Window(**size))
         np.testing.assert_array_equal(diffuse.absorption, expected.absorption)
         np.testing.assert_array_equal(diffuse.transmission_loss, expected.transmission_loss)
+
+    @pytest.mark.parametrize("text", [FOAM, PANEL])
+    @pytest.mark.parametrize("size", [None, {"width": 1.4, "height": 1.1}])
+    def test_a_diffuse_field_up_to_grazing_incidence(self, read, text, size):
+        (case,) = simulate(read(text, incidence={"diffuse": {"max_angle": 90}}, finite_size=size)).cases
+        window = None if size is None else Window(**size)
+        np.testing.assert_array_equal(case.absorption, diffuse_field(read(text).stack, F, 90, window=window).absorption)
+        assert np.all(np.isfinite(case.absorption))
+        if case.transmission_loss is not None:
+            assert np.all(np.isfinite(case.transmission_loss))
+
+    def test_a_diffuse_field_does_not_depend_on_how_a_single_plate_lies(self, read):
+        sweep = {"layers.board.azimuth": ["0 deg", "25 deg", "90 deg"]}
+        bands = {"third_octaves": ["100 Hz", "3150 Hz"]}
+        cases = simulate(read(BOARD, incidence="diffuse", frequency=bands, sweep=sweep)).cases
+        for case in cases[1:]:
+            np.testing.assert_allclose(case.transmission_loss, cases[0].transmission_loss, atol=2e-3, rtol=0)
+            assert case.ratings == cases[0].ratings
+        single = simulate(read(BOARD, incidence=70, sweep=sweep)).cases
+        assert np.ptp([case.transmission_loss[-1] for case in single]) > 3
 
     @pytest.mark.parametrize("text", [FOAM, PANEL])
     @pytest.mark.parametrize("angle", [0, 40])

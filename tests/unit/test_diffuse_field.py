@@ -96,3 +96,16 @@ def test_what_is_not_reached_is_said() -> None:
 def test_angles_out_of_range(max_angle: float) -> None:
     with pytest.raises(InputError, match="above 0 and at most 90"):
         diffuse_field(GLASS, 100.0, max_angle)
+
+
+def test_narrow_resonances_of_a_double_wall_need_a_tight_tolerance() -> None:
+    # cavities without losses: dips in the transmission loss that are far narrower than a panel of angles
+    cavity = {"type": "fluid", "thickness": 0.05}
+    wall = Stack.model_validate({"layers": [GLASS.layers[0], cavity, GLASS.layers[0]], "termination": "ambient"})
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    n = 8000
+    s = np.sin(np.deg2rad(78.0)) ** 2 * ((np.arange(n)[:, None] + 0.5 * (1 + nodes)) / n).ravel()
+    loss = plane_wave(wall, 4000.0, np.rad2deg(np.arcsin(np.sqrt(s)))).transmission_loss
+    exact = -10 * np.log10(10 ** (-loss / 10) @ np.tile(weights, n) / (2 * n))
+    found = diffuse_field(wall, 4000.0, tolerance_db=1e-6, max_panels=1000)
+    assert found.transmission_loss == pytest.approx(exact, abs=1e-3)

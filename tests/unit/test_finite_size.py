@@ -6,7 +6,7 @@ from scipy.integrate import dblquad
 from scipy.special import j0
 
 from multilayer.errors import InputError
-from multilayer.response import Window, diffuse_field, radiation_impedance
+from multilayer.response import Window, diffuse_field, plane_wave, radiation_impedance
 from multilayer.stack import Stack
 
 PANEL = Window(1.4, 1.1)
@@ -133,3 +133,50 @@ def test_a_finite_absorber_absorbs_more_than_an_infinite_one() -> None:
 def test_sizes_out_of_range() -> None:
     with pytest.raises(InputError, match="above 0"):
         Window(0.0, 1.0)
+
+
+def _direct(stack: Stack, frequency: np.ndarray, window: Window | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return means of absorption and transmission over the half-space, by Gauss's rule over the cosine."""
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    edges = np.linspace(0, 1, 201) ** 1.5
+    width = np.diff(edges)[:, None]
+    cosine = (edges[:-1, None] + width * (nodes + 1) / 2).ravel()
+    share = (width * weights).ravel() * cosine
+    found = plane_wave(stack, frequency, np.rad2deg(np.arccos(cosine)))
+    alpha = found.absorption
+    tau = 0 * alpha if found.transmission_loss is None else 10 ** (-found.transmission_loss / 10)
+    if window is not None:
+        k0 = 2 * np.pi * frequency[:, None] / stack.ambient.gas.sound_speed
+        radiation = radiation_impedance(window, k0, k0 * np.sqrt(1 - cosine**2))
+        surface = found.surface_impedance / stack.ambient.gas.impedance
+        alpha, tau = 4 * surface.real / (cosine * np.abs(surface + radiation) ** 2), tau * radiation.real * cosine
+    return alpha @ share, tau @ share
+
+
+FLEECE = {"type": "equivalent_fluid", "model": "miki", "thickness": 0.05, "flow_resistivity": 15e3}
+
+
+@pytest.mark.parametrize("window", [None, PANEL])
+def test_up_to_grazing_incidence(window: Window | None) -> None:
+    """Nothing is lost or infinite at 90 degrees, where the absorption of a finite sample is largest."""
+    frequency = np.array([200.0, 500.0, 1500.0, 6000.0])
+    fleece = Stack.model_validate({"layers": [FLEECE]})
+    tight = {"tolerance_db": 1e-5, "tolerance": 2e-6, "max_panels": 400}
+    alpha, _ = _direct(fleece, frequency, window)
+    np.testing.assert_allclose(diffuse_field(fleece, frequency, 90.0, window=window).absorption, alpha, atol=1e-4)
+    found = diffuse_field(fleece, frequency, 90.0, window=window, **tight).absorption
+    np.testing.assert_allclose(found, alpha, rtol=0, atol=tight["tolerance"])
+    _, tau = _direct(GLASS, frequency, window)
+    found = diffuse_field(GLASS, frequency, 90.0, window=window)
+    np.testing.assert_allclose(found.transmission_loss, -10 * np.log10(tau), rtol=0, atol=0.01)
+    found = diffuse_field(GLASS, frequency, 90.0, window=window, **tight)
+    np.testing.assert_allclose(found.transmission_coefficient, tau, rtol=2e-6)
+
+
+def test_a_window_does_not_move_the_limit_angle() -> None:
+    """Without a largest angle of its own it stops at 78 degrees like an infinite panel; 90 leaves nothing out."""
+    default, at_78, at_90 = (
+        diffuse_field(GLASS, 125.0, *limit, window=PANEL).transmission_loss for limit in ((), (78.0,), (90.0,))
+    )
+    assert default == at_78
+    assert [at_78, at_90] == pytest.approx([19.6, 19.3], abs=0.05)

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from multilayer import Stack, load_stack, plane_wave
 from multilayer.config import dump_yaml, parse_yaml
 from multilayer.errors import InputError
 from multilayer.layers import Layer
+from multilayer.layers.fluid import Fluid
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
 from multilayer.response.fields import fields, power_balance
@@ -215,3 +217,13 @@ def test_the_example_of_the_readme():
     stack = Stack.model_validate(parse_yaml(example, Path("stack.yaml")).data)
     absorption = plane_wave(stack, FREQUENCIES).absorption
     assert np.all((absorption > 0) & (absorption <= 1))
+
+
+def test_it_is_isotropic_in_its_plane_as_its_materials_are():
+    class Grooved(Fluid):
+        type: Literal["grooved"] = "grooved"
+        isotropic_in_plane: ClassVar[bool] = False
+
+    for kind, expected in ((Fluid, True), (Grooved, False)):
+        faces = {name: kind(thickness=1.0, density=density) for name, density in (("front", 1.2), ("back", 2.0))}
+        assert Stack(layers=(Graded(thickness=0.05, **faces),)).isotropic_in_plane is expected

@@ -1,0 +1,123 @@
+"""Adaptive quadrature of many spectra side by side: absorption and transmission over directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from multilayer.arrays import BoolArray, IndexArray, RealArray
+
+# Gauss-Kronrod pair of 7 and 15 nodes on [-1, 1] (QUADPACK, Piessens et al. 1983, routine qk15)
+_NODES = np.array([
+    0.991455371120812639206854697526329, 0.949107912342758524526189684047851, 0.864864423359769072789712788640926,
+    0.741531185599394439863864773280788, 0.586087235467691130294144691693137, 0.405845151377397166906606412076961,
+    0.207784955007898467600689403773245, 0.0,
+])  # fmt: skip
+_KRONROD = np.array([
+    0.022935322010529224963732008058970, 0.063092092629978553290700663189204, 0.104790010322250183839876322541518,
+    0.140653259715525918745189590510238, 0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
+    0.204432940075298892414161999234649, 0.209482141084727828012999174891714,
+])  # fmt: skip
+_GAUSS = np.array([
+    0.129484966168869693270611432679082, 0.279705391489276667901467771423780, 0.381830050505118944950369775488975,
+    0.417959183673469387755102040816327,
+])  # fmt: skip
+NODES = np.concatenate([-_NODES, _NODES[-2::-1]])
+KRONROD = np.concatenate([_KRONROD, _KRONROD[-2::-1]])
+GAUSS = np.zeros(15)
+GAUSS[1::2] = np.concatenate([_GAUSS, _GAUSS[-2::-1]])
+
+# Takes indices of items and abscissae, two arrays of shape (n_panels, 15), and gives, shape (5, n_panels, 15): weight,
+# weighted absorption, weighted transmission, and the errors that the last two have already.
+Integrand: TypeAlias = Callable[[IndexArray, RealArray], RealArray]
+
+_LEAST_SHARE = 0.05  # of the tolerance, however narrow a panel
+_LEAST_WIDTH = 1e-9  # of a panel, as a share of the whole
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Largest estimated error of a mean absorption, and of a mean transmission as a share of it."""
+
+    absorption: float
+    transmission: float
+
+    @property
+    def halved(self) -> Tolerance:
+        """Half of it."""
+        return Tolerance(self.absorption / 2, self.transmission / 2)
+
+
+def integrate(
+    integrand: Integrand, n: int, upper: float, tolerance: Tolerance, max_panels: int, first: int = 1
+) -> tuple[RealArray, RealArray]:
+    """Return the integrals of `n` items from 0 to `upper`, with their errors.
+
+    Parameters
+    ----------
+    integrand : callable
+        See `Integrand`.
+    n : int
+        Items, each with panels of its own, all computed at once.
+    upper : float
+    tolerance : Tolerance
+        A panel may err by its share of it.
+    max_panels : int
+        Of each item.
+    first : int
+        Panels to start with.
+
+    Returns
+    -------
+    rows : array, shape (5, n)
+        Integrals of the weight, the absorption and the transmission, and the errors of the last two: those that the
+        integrand has and that of the quadrature.
+    points : array, shape (n,)
+        Abscissae of each item.
+
+    Notes
+    -----
+    Gauss-Kronrod panels of 15 nodes are halved where the rules of 15 and of 7 nodes disagree.
+    """
+    ends = np.linspace(0, upper, first + 1)
+    which = np.repeat(np.arange(n), first)
+    low, high = np.tile(ends[:-1], n), np.tile(ends[1:], n)
+    done, points, panels = np.zeros((5, n)), np.zeros(n), np.full(n, float(first))
+    while len(which):
+        values, errors = _panels(integrand, which, low, high)
+        np.add.at(points, which, len(NODES))
+        scale = done[:3].copy()
+        for row, part in zip(scale, values, strict=False):
+            np.add.at(row, which, part)
+        again = _too_coarse(errors, scale[:, which], (high - low) / upper, tolerance)
+        again &= (panels[which] < max_panels) & (high - low > _LEAST_WIDTH * upper)
+        kept = ~again
+        values[3:] += errors
+        for row, part in zip(done, values, strict=True):
+            np.add.at(row, which[kept], part[kept])
+        np.add.at(panels, which[again], 1)
+        middle = 0.5 * (low + high)[again]
+        which = np.concatenate([which[again]] * 2)
+        low, high = np.concatenate([low[again], middle]), np.concatenate([middle, high[again]])
+    return done, points
+
+
+def _panels(integrand: Integrand, which: IndexArray, low: RealArray, high: RealArray) -> tuple[RealArray, RealArray]:
+    """Return integrals over panels, and errors of the quadrature of absorption and transmission."""
+    half = 0.5 * (high - low)
+    x = (0.5 * (high + low))[:, None] + half[:, None] * NODES
+    rows = integrand(np.broadcast_to(which[:, None], x.shape), x)
+    fine = half * np.array([row @ KRONROD for row in rows])
+    coarse = half * np.array([row @ GAUSS for row in rows[1:3]])
+    return fine, np.abs(fine[1:3] - coarse)
+
+
+def _too_coarse(errors: RealArray, total: RealArray, share: RealArray, tolerance: Tolerance) -> BoolArray:
+    """Tell which panels err by more than their share of the tolerance."""
+    least = np.maximum(share, _LEAST_SHARE)
+    with np.errstate(invalid="ignore"):  # without transmission there is nothing to compare
+        coarse_tau = errors[1] > least * (tolerance.transmission * total[2])
+    return np.asarray((errors[0] > least * tolerance.absorption * total[0]) | coarse_tau)
