@@ -71,7 +71,8 @@ def faces():
         reach = np.abs([ratios.min(axis=1), ratios.max(axis=1)] - mean)
         grid[0, 0].errorbar(POISSON_RATIOS, mean, reach, fmt=f"{mark}-", capsize=2, label=support)
     grid[0, 0].plot(2 * [POISSON_RATIOS[-1] + 0.01], PAPERS_RATIO, "k", linewidth=4, label="paper, 100 Hz")
-    grid[0, 0].set(xlabel="Poisson's ratio", ylabel="E1 FEM / E1 found", ylim=(0, 4.2), title="10, 25 and 50 mm")
+    grid[0, 0].set(xlabel="Poisson's ratio", ylabel="E1 FEM / E1 found", ylim=(0, 4.2))
+    grid[0, 0].set_title("slow compression: mean and range of 10, 25, 50 mm")
     grid[0, 0].legend()
     return figure
 
