@@ -72,7 +72,7 @@ def faces():
         grid[0, 0].errorbar(POISSON_RATIOS, mean, reach, fmt=f"{mark}-", capsize=2, label=support)
     grid[0, 0].plot(2 * [POISSON_RATIOS[-1] + 0.01], PAPERS_RATIO, "k", linewidth=4, label="paper, 100 Hz")
     grid[0, 0].set(xlabel="Poisson's ratio", ylabel="E1 FEM / E1 found", ylim=(0, 4.2))
-    grid[0, 0].set_title("slow compression: mean and range of 10, 25, 50 mm")
+    grid[0, 0].set_title("slow compression of 10, 25, 50 mm")
     grid[0, 0].legend()
     return figure
 
