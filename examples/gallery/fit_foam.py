@@ -34,6 +34,7 @@ plt.show()
 
 # %%
 # E1 and E2 are two views of one causal function. Gross' local form of that relation (eq. 12 of the paper) says how far
-# these moduli are from it: the wiggle at 900 Hz is the free rim of the sample, which a plane wave does not have.
+# these moduli are from it: three times as far as the 4 % that it errs by itself with such losses. The hump of E2 at
+# 900 Hz is the free rim of the sample, which a plane wave does not have.
 check = result.gross_check("h25mm-t1mm")
 print(f"mean relative error of eq. (12): {check.mean_relative_error:.0%}")

@@ -2,63 +2,36 @@
 
 ``python -m examples.reproducing.bonfiglio_pompoli_2015 [FOLDER]``
 
-Material B is in the repository (``examples/foam_b``). A and C are the campaigns ``paper-a`` and ``paper-c`` of the
-folder ``../shared/campaigns``; without it the figures show B alone.
+The materials, and the numbers behind the figures, are those of `bonfiglio_pompoli_numbers`; without the folder
+``../shared/campaigns`` the figures show A and B alone.
 """
-
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from examples.reproducing.bonfiglio_pompoli_numbers import (
+    MATERIALS,
+    MODELS,
+    POISSON_RATIOS,
+    QUASI_STATIC,
+    QUASI_STATIC_HZ,
+    SUPPORTS,
+    fitted,
+    gross_check,
+    job,
+    least_squares,
+    points,
+    slow_ratios,
+    transmissibilities,
+)
 from examples.reproducing.drawing import axes, write
 from multilayer import FitSettings, fit_campaign
-from multilayer.inverse.compare_methods import compare_methods
-from multilayer.inverse.comparison import MethodComparison
-from multilayer.inverse.result import FitResult, GrossCheck
 from multilayer.inverse.settings import QuasiStatic
-from multilayer.inverse.sources import FitJob, read_fit
-from multilayer.media.rod import rod_transmissibility
 from multilayer.signals.envelope import envelope
 
-ROOT = Path(__file__).parents[2]
-SHARED = ROOT.parent / "shared" / "campaigns"
-SOURCES = {"A": SHARED / "paper-a", "B": ROOT / "examples" / "foam_b", "C": SHARED / "paper-c"}
-MATERIALS = [name for name, path in SOURCES.items() if path.is_dir()]
-# Table 1: quasi-static E1 + i E2, Pa
-QUASI_STATIC = {"A": 806919 + 363114j, "B": 121447 + 27933j, "C": 54967 + 4947j}
-QUASI_STATIC_HZ = 5.0
 PAPERS_AXES = {"A": (1e5, 1e7), "B": (1e4, 1e6), "C": (1e3, 1e6)}  # Pa, of Figs. 6 to 8
+PAPERS_RATIO = (3.5, 4.0)  # of Fig. 4 at a Poisson's ratio of 0.45 and 100 Hz
 # the paper's names, and ours; the finite elements are no method of the paper
 METHODS = {"eq-10": "new method", "transfer-function": "dynamic", "finite": "least squares, free rim"}
-
-
-@cache
-def job(material: str) -> FitJob:
-    """Return the campaign of a material."""
-    return read_fit(SOURCES[material])
-
-
-@cache
-def comparison(material: str) -> MethodComparison:
-    """Return what all methods find."""
-    one = job(material)
-    return compare_methods(one.campaign, one.recordings, one.settings, one.calibration)
-
-
-@cache
-def fitted(material: str) -> FitResult:
-    """Return the fit with the paper's model: air above, modulus constant within a burst."""
-    settings = FitSettings(termination="ambient", dispersion="none")
-    return fit_campaign(job(material).campaign, job(material).recordings, settings)
-
-
-def points(material: str, method: str, quantity: str) -> tuple[np.ndarray, ...]:
-    """Return frequency, value and deviation of a quantity at the points that a method calls reliable."""
-    (name,) = comparison(material).configurations
-    found = [p for p in comparison(material).of(name, method) if p.reliable]
-    rows = [(p.frequency, getattr(p, quantity), getattr(p, f"{quantity}_std")) for p in found]
-    return tuple(np.array(rows).T)
 
 
 def signals():
@@ -89,13 +62,28 @@ def envelopes():
     return figure
 
 
+def faces():
+    """Draw Fig. 4 in slow compression, with the sample's faces bonded or free to slide."""
+    figure, grid = axes(1, 1)
+    for support, mark in zip(SUPPORTS, "os^", strict=True):
+        ratios = np.array([slow_ratios(support, nu) for nu in POISSON_RATIOS])
+        mean = ratios.mean(axis=1)
+        reach = np.abs([ratios.min(axis=1), ratios.max(axis=1)] - mean)
+        grid[0, 0].errorbar(POISSON_RATIOS, mean, reach, fmt=f"{mark}-", capsize=2, label=support)
+    grid[0, 0].plot(2 * [POISSON_RATIOS[-1] + 0.01], PAPERS_RATIO, "k", linewidth=4, label="paper, 100 Hz")
+    grid[0, 0].set(xlabel="Poisson's ratio", ylabel="E1 FEM / E1 found", ylim=(0, 4.2))
+    grid[0, 0].set_title("slow compression of 10, 25, 50 mm")
+    grid[0, 0].legend()
+    return figure
+
+
 def moduli():
     """Draw Figs. 6 to 8: storage and loss moduli by every method."""
     figure, grid = axes(2, len(MATERIALS), sharex=True)
     for column, material in zip(grid.T, MATERIALS, strict=True):
         for axis, quantity in zip(column, ("storage_modulus", "loss_modulus"), strict=True):
             for (method, label), mark in zip(METHODS.items(), "so^", strict=True):
-                f, value, std = points(material, method, quantity)
+                f, value, std = points(material, method, "frequency", quantity, f"{quantity}_std")
                 bars = [np.minimum(std, 0.9 * value), std]
                 axis.errorbar(f, value, bars, fmt=mark, capsize=2, markerfacecolor="none", label=label)
             static = getattr(QUASI_STATIC[material], "real" if quantity == "storage_modulus" else "imag")
@@ -112,7 +100,7 @@ def loss_factors():
     """Draw Fig. 9: the loss factors of all materials."""
     figure, grid = axes(1, 1)
     for material in MATERIALS:
-        f, value, std = points(material, "eq-10", "loss_factor")
+        f, value, std = points(material, "eq-10", "frequency", "loss_factor", "loss_factor_std")
         grid[0, 0].errorbar(f, value, std, fmt="o", capsize=2, label=f"material {material}")
     grid[0, 0].set(xlabel="frequency / Hz", ylabel="loss factor", ylim=(0, 1))
     grid[0, 0].legend()
@@ -139,32 +127,6 @@ def convergence():
     return figure
 
 
-def rod(material: str, frequency, modulus) -> np.ndarray:
-    """Return eq. (11) with a modulus of the rod."""
-    campaign = job(material).campaign
-    (configuration,) = campaign.configurations
-    mass = campaign.top_plate.density * configuration.top_plate_thickness
-    return rod_transmissibility(frequency, modulus, campaign.specimen.density, configuration.specimen_thickness, mass)
-
-
-def held(poisson_ratio: float) -> float:
-    """Return (lambda + 2 mu)/E: what the plane-wave model takes a held sample's stiffness for."""
-    return (1 - poisson_ratio) / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
-
-
-def transmissibilities(material: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return frequency and transmissibility as measured, and of eq. (11) with the new and the quasi-static moduli."""
-    bursts = fitted(material).bursts
-    f = np.array([one.frequency for one in bursts])
-    found = np.array([complex(one.storage_modulus, one.loss_modulus) for one in bursts])
-    stiffness = held(job(material).campaign.specimen.poisson_ratio)
-    return {
-        "experimental": (f, np.array([one.measured_transmissibility for one in bursts])),
-        "new method": (f, rod(material, f, stiffness * found)),
-        "QS values": (f, rod(material, f, np.full(f.shape, QUASI_STATIC[material]))),
-    }
-
-
 def transmissibility():
     """Draw Figs. 11 and 12: amplitude and angle of the transmissibility."""
     shown = [name for name in MATERIALS if name != "C"]
@@ -181,21 +143,18 @@ def transmissibility():
 
 def causality():
     """Draw Fig. 13: loss moduli found, and those that eq. (12) makes of the storage moduli where these rise."""
-    figure, grid = axes(1, 1)
-    for i, material in enumerate(MATERIALS):
-        check = gross_check(material)
-        rising = np.where(check.predicted > 0, check.predicted, np.nan)
-        grid[0, 0].semilogy(check.frequency, check.measured, f"C{i}o", label=f"{material}, test")
-        grid[0, 0].semilogy(check.frequency, rising, f"C{i}-", label=f"{material}, eq. (12)")
-    grid[0, 0].set(xlabel="frequency / Hz", ylabel="loss modulus / Pa", ylim=(1e2, 1e8))
+    figure, grid = axes(1, len(MODELS), sharey=True)
+    titles = ("plane waves", "finite elements, free rim")
+    for axis, model, title in zip(grid[0], MODELS, titles, strict=True):
+        for i, material in enumerate(MATERIALS):
+            check = gross_check(least_squares(material, model))
+            rising = np.where(check.predicted > 0, check.predicted, np.nan)
+            axis.semilogy(check.frequency, check.measured, f"C{i}o", label=f"{material}, test")
+            axis.semilogy(check.frequency, rising, f"C{i}-", label=f"{material}, eq. (12)")
+        axis.set(xlabel="frequency / Hz", ylim=(1e2, 1e8), title=title)
+    grid[0, 0].set(ylabel="loss modulus / Pa")
     grid[0, 0].legend(ncols=len(MATERIALS), fontsize=7)
     return figure
-
-
-def gross_check(material: str) -> GrossCheck:
-    """Return eq. (12) beside the loss moduli of the fit."""
-    (configuration,) = job(material).campaign.configurations
-    return fitted(material).gross_check(configuration.name)
 
 
 if __name__ == "__main__":
@@ -203,6 +162,7 @@ if __name__ == "__main__":
         {
             "paper_1_signals": signals,
             "paper_3_envelopes": envelopes,
+            "paper_4_faces": faces,
             "paper_6_to_8_moduli": moduli,
             "paper_9_loss_factors": loss_factors,
             "paper_10_convergence": convergence,

@@ -149,7 +149,8 @@ def _highest(cases: Cases, storage: Grid) -> str:
     nu, f, thickness = cases.design.poisson_ratios[-1], cases.design.frequencies[0], cases.design.thicknesses[-1]
     mask = cases.accepted & cases.where(poisson_ratio=nu, frequency=f, thickness=thickness)
     return f"""Poisson's ratio {nu:g} at {f:g} Hz: {storage[nu, f]}; the paper's 3.5 to 4 are the upper end of that
-    scatter, the samples of {1e3 * thickness:g} mm: {cases.spread("storage", mask)}."""
+    scatter, the samples of {1e3 * thickness:g} mm: {cases.spread("storage", mask)}; or, more likely, those of samples
+    whose faces slide (`examples/reproducing`)."""
 
 
 def _falls(cases: Cases, storage: Grid) -> str:

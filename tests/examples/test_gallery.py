@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from multilayer import load_stack
+from multilayer.media.kramers_kronig import gross_loss_modulus
 
 GALLERY = Path(__file__).parents[2] / "examples" / "gallery"
 
@@ -45,8 +46,12 @@ def biot_or_fluid(found):
 
 
 def fit_foam(found):
-    """Gross' relation says something is wrong with these moduli, as README and tour say."""
-    assert found["check"].mean_relative_error == pytest.approx(0.45, abs=0.01)
+    """Gross' relation is three times as far off as it errs by itself, as README and tour say."""
+    check = found["check"]
+    assert check.mean_relative_error == pytest.approx(0.13, abs=0.005)
+    law = load_stack(GALLERY.parent / "three_layers.yaml").layers[1].young_modulus(check.frequency)
+    itself = np.mean(np.abs(gross_loss_modulus(check.frequency, law.real) / law.imag - 1))
+    assert itself == pytest.approx(0.04, abs=0.005)
 
 
 def joint_law(found):
