@@ -16,8 +16,9 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
-from multilayer.inverse.least_squares import minimise
+from multilayer.inverse.least_squares import minimise, settle
 from multilayer.inverse.problem import Minimum, Problem
 
 K = TypeVar("K")
@@ -27,6 +28,7 @@ _TINY = 1e-300
 _TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
 _ROUGH = 1e-3  # that of minima that are compared
 _FEW, _SOME, _MOST = 15, 30, 100  # steps after which starts, and ends, are compared, and a descent is given up
+_ROUNDS, _STILL = 8, 1e-3  # in which errors of laws and a fit come to agree, and standard deviations it then moves
 ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
@@ -193,14 +195,51 @@ def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, t
 
 
 def polished(fits: Mapping[K, Fitted], executor: Executor | None = None) -> dict[K, Fitted]:
-    """Return fits at their minima, from near there; those that explain far less than the best are left as they are."""
+    """Return fits at their minima, from near there.
+
+    Those that explain far less than the best are left as they are; those that an experiment may have to tell from the
+    best are followed until nothing moves any more.
+    """
     least = min((one.minimum.cost for one in fits.values()), default=0.0)
-    near = [key for key, one in fits.items() if one.minimum.cost < _BEHIND * least]
-    return {**fits, **dict(zip(near, run_all(_polish, [fits[key] for key in near], executor), strict=True))}
+    found = _replaced(fits, lambda one: one.minimum.cost < _BEHIND * least, _polish, executor)
+    best = max((one.log_evidence for one in found.values()), default=0.0)
+    return _replaced(found, lambda one: one.log_evidence > best - ALIVE, _settled, executor)
+
+
+def _replaced(
+    fits: Mapping[K, Fitted],
+    wanted: Callable[[Fitted], bool],
+    change: Callable[[Fitted], Fitted],
+    executor: Executor | None,
+) -> dict[K, Fitted]:
+    keys = [key for key, one in fits.items() if wanted(one)]
+    return {**fits, **dict(zip(keys, run_all(change, [fits[key] for key in keys], executor), strict=True))}
 
 
 def _polish(fitted: Fitted) -> Fitted:
     return at_minimum(fitted.hypothesis, fitted.minimum.z)
+
+
+def _settled(fitted: Fitted) -> Fitted:
+    """Return a fit where nothing moves any more.
+
+    How wrong a law is, is known roughly, and is not to tell how large its effect is: at the end its errors are held as
+    they are where the fit is, and the fit follows, until both agree. Where they never do, the law explains nothing, and
+    the fit stays at the minimum of `Embedded`.
+    """
+    if fitted.errors is None:
+        return fitted
+    hypothesis, errors, z = fitted.hypothesis, fitted.errors, fitted.minimum.z
+    for _ in range(_ROUNDS):
+        found = minimised(Softened(hypothesis, errors), z)
+        moved = float(np.sqrt((found.z - z) @ found.precision @ (found.z - z)))
+        z, held = found.z, errors
+        if moved < _STILL:
+            return Fitted(hypothesis, found, held)
+        errors = LawErrors.of(law_basis(hypothesis, z))
+    embedded = Embedded(hypothesis)
+    found = embedded.minimum(settle(embedded, fitted.minimum.z))
+    return Fitted(hypothesis, found, embedded.errors(found.z))
 
 
 def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:

@@ -223,17 +223,21 @@ class Hypothesis(BaseHypothesis[Effect]):
         Where it acts on the reading, what it adds over what is read: of a tenth more crosstalk c the logarithm of T + c
         feels 0.1 c/(T + c), however deep T lies below c. Of one that acts on the sample, what the change of modulus
         does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
+        What is `Effect.aside` is as in the middle of its prior.
         """
-        others, rest = self.without(index, z)
-        bare = others.log_ratios(rest)
         full = self.log_ratios(z) if shown is None else shown
-        change = [_turned(a - b) for a, b in zip(full, bare, strict=True)]
-        if not self.effects[index].moves_resonances:
+        slopes = self.modulus_slopes(z, full) if self.effects[index].moves_resonances else None
+        if aside := [f"{self.effects[index].name}.{name}" for name in self.effects[index].aside]:
+            z = np.where(np.isin([parameter.name for parameter in self.parameters], aside), 0.0, z)
+            full = self.log_ratios(z)
+        others, rest = self.without(index, z)
+        change = [_turned(a - b) for a, b in zip(full, others.log_ratios(rest), strict=True)]
+        if slopes is None:
             # where it takes the reading away: an error of what little is left is no small one, see `law_errors`
             return [1 - np.exp(-np.maximum(one.real, -1.0) - 1j * one.imag) for one in change]
         return [
             np.asarray(np.abs(_product(slope, one)) / np.maximum(_product(slope, slope).real, _TINY) * slope)
-            for slope, one in zip(others.modulus_slopes(rest, bare), change, strict=True)
+            for slope, one in zip(slopes, change, strict=True)
         ]
 
     def modulus_slopes(self, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:

@@ -19,6 +19,7 @@ from multilayer.diagnosis.ranking import Decision, Hypotheses, compare, decide
 from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
+from multilayer.diagnosis.thresholds import ALIVE
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -72,10 +73,14 @@ class Judgement:
 
     @property
     def alive(self) -> Alive:
-        """The hypotheses an experiment should separate: the group's, or the first and its rival."""
+        """The hypotheses an experiment should separate: the group's, or the first and its rival.
+
+        What is far behind is not alive, and which of such it is hangs on next to nothing.
+        """
         ranked = [names for names in self.found.ranked if names in self.found.fitted]
         tied = [names for names in ranked if names in self.decision.group]
-        chosen = tied if len(tied) > 1 else ranked[:2]
+        near = [names for names in ranked[:2] if self.found.score(ranked[0]) - self.found.score(names) < ALIVE]
+        chosen = tied if len(tied) > 1 else near
         return [(self.found.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
 
     def record(self, next_experiment: Callable[[Alive], list[dict[str, Any]]], seed: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum, around, differences
+from multilayer.inverse.problem import Minimum, astride, central_differences
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
@@ -81,7 +81,7 @@ class Softened:
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative."""
-        residual, slopes = self.hypothesis.linearised(z)
+        residual, slopes = central_differences(self.hypothesis.residual(astride(z)))
         return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
 
 
@@ -127,7 +127,7 @@ class Embedded:
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data + 1,) and (n_data + 1, d), from one batch."""
         hypothesis = self.hypothesis
-        shown, changes = shown_and_changed(hypothesis, around(z))
+        shown, changes = shown_and_changed(hypothesis, astride(z))
         here = [[change[0] for change in parts] for parts in changes]
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
         errors = LawErrors.of(basis)
@@ -136,11 +136,11 @@ class Embedded:
         total = [*shown]
         for own, parts in zip(factors, changes, strict=True):
             total = [a + factor * change for a, factor, change in zip(total, own, parts, strict=True)]
-        slopes = differences(_whitened(hypothesis, total))[1]
+        slopes = central_differences(_whitened(hypothesis, total))[1]
         # d ln |C| = 2 tr(B^T C^-1 dB)
         root = np.sqrt(errors.log_determinant)
         inverse = errors.whitened(errors.whitened(basis.T))
-        growth = differences(_traced(hypothesis, changes, inverse))[1] / max(root, _TINY)
+        growth = central_differences(_traced(hypothesis, changes, inverse))[1] / max(root, _TINY)
         values = np.append(errors.whitened(residual), root)
         return values, np.concatenate([errors.whitened(slopes.T).T, growth[None]])
 

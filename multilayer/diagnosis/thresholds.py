@@ -12,6 +12,7 @@ SECOND_EVIDENCE = 5.0  # nats that a second effect must add to the first
 MOST_UNDONE = 2.0  # times what two effects change together, of the lesser by itself: above, they undo each other
 TIED = 6.0  # nats within which hypotheses are one group: one of stated probability, see TEMPERATURE
 NEAR, MOST_NEAR = 30.0, 5  # nats within which held-out data tell causes apart, and of how many
+ALIVE = 100.0  # nats within which a rival is worth an experiment that tells it from the best
 ABSORBED = 0.1  # share of a signature that the unknowns leave: below, it cannot be seen
 ALIKE = 0.95  # cosine above which two signatures are one
 SEEN_HELD_OUT = 1.3  # chi-square per datum of the nominal model on held-out data: below there is nothing to shrink

@@ -23,6 +23,8 @@ TIGHT = 1e-8
 _SMALL_STEP = 1e-6  # relative: one that has arrived, where the cost is not asked for more exactly
 _HOPELESS = 4.0
 _SHORT = 1e-6  # step of a derivative, of a coordinate
+_LEVEL = 3e-3  # slope, per standard deviation, at which a minimum is reached
+_BETWEEN, _RENEWALS = 40, 4  # steps after which coordinates are taken anew, and how often
 _DAMPING, _EASED, _HARDENED = (
     1e-2,
     5.0,
@@ -82,6 +84,42 @@ def minimise(
     )  # fmt: skip
     values, slopes = both(found.x)
     return Minimum(found.x, float(values @ values), values, slopes, bool(found.success))
+
+
+def settle(problem: Problem, start: RealArray) -> Minimum:
+    """Return the minimum reached from near it by quasi-Newton steps (BFGS), which learn the whole curvature.
+
+    Gauss and Newton's leaves out what the residuals' own curvature adds: where a valley is narrow and bent and the
+    misfit no small one, `minimise` stops on its floor before it has come to the lowest point. Coordinates are those in
+    which Gauss and Newton's curvature is 1 in every direction, taken anew where the steps have not arrived.
+
+    Parameters
+    ----------
+    problem : Problem
+        With derivatives to which the cost falls: right to more digits than `by_forward_differences` gives.
+    start : array, shape (n,)
+    """
+    from scipy.optimize import minimize  # here, for most commands do without
+
+    z = np.array(start)
+    for _ in range(_RENEWALS):
+        _, slopes = problem.linearised(z)
+        factor = np.linalg.inv(np.linalg.cholesky(slopes.T @ slopes + np.eye(z.size))).T
+        found = minimize(
+            partial(_cost_and_slope, problem, z, factor), np.zeros(z.size), jac=True, method="BFGS",
+            options={"gtol": _LEVEL, "maxiter": _BETWEEN},
+        )  # fmt: skip
+        z = z + factor @ found.x
+        if found.success:
+            break
+    values, slopes = problem.linearised(z)
+    return Minimum(z, float(values @ values), values, slopes, bool(found.success))
+
+
+def _cost_and_slope(problem: Problem, origin: RealArray, factor: RealArray, u: RealArray) -> tuple[float, RealArray]:
+    z = origin + factor @ u
+    values, slopes = problem.linearised(z)
+    return 0.5 * float(values @ values + z @ z), factor.T @ (slopes.T @ values + z)
 
 
 def descend(

@@ -12,6 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.inverse.priors import Parameter
 
 _STEP = 1e-4  # of a standard normal coordinate
+_BALANCED = 1e-5  # the same where the place of a minimum hangs on the derivative: neither bent nor lost in rounding
 _SHORT = 1e-6  # the same where residuals are smooth to rounding
 
 
@@ -70,6 +71,18 @@ def around(z: RealArray) -> RealArray:
 def differences(values: RealArray) -> tuple[RealArray, RealArray]:
     """Return a function's value, shape (k,), and derivative, shape (k, n), of its values `around` a point."""
     return values[0], (values[1:] - values[0]).T / _SHORT
+
+
+def astride(z: RealArray) -> RealArray:
+    """Return coordinates (n,), those a step ahead and those a step behind along each axis, shape (2 n + 1, n)."""
+    step = _BALANCED * np.eye(z.size)
+    return np.concatenate([z[None], z + step, z - step])
+
+
+def central_differences(values: RealArray) -> tuple[RealArray, RealArray]:
+    """Return a function's value, shape (k,), and derivative, shape (k, n), of its values `astride` a point."""
+    n = len(values) // 2
+    return values[0], (values[1 : n + 1] - values[n + 1 :]).T / (2 * _BALANCED)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,9 @@ def diagnosis_table(diagnosis: Diagnosis) -> None:
     _print(out, "Which", cause_rows(record, _MOST_ROWS))
     _print(out, "Unknowns", unknown_rows(record))
     experiments = next_rows(record, _MOST_ROWS)
-    if separates := experiments.common(1):
+    if record["causes"] and not experiments.rows:
+        out.print("\nNothing to measure next: no other known effect comes near to the first", style="italic")
+    elif separates := experiments.common(1):
         _print(out, f"What to measure next, to separate {separates}", experiments.without(1))
     else:
         _print(out, "What to measure next", experiments)

@@ -171,11 +171,14 @@ class Effect(BaseEffect):
         Whether it acts as a change of the sample's modulus does, rather than on what is read.
     needs_finite_elements : bool
         Whether the rods are replaced by finite elements of the free rim.
+    aside : tuple of str
+        Parameters that do not say how large the effect is: its law's error does not follow them.
     """
 
     kind = "two-plate rig"
     moves_resonances: ClassVar[bool] = False
     needs_finite_elements: ClassVar[bool] = False
+    aside: ClassVar[tuple[str, ...]] = ()
 
     def applies(self, campaign: Campaign) -> bool:
         """Tell whether the effect can act in a campaign at all."""

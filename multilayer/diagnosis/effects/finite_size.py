@@ -34,6 +34,7 @@ class FiniteSize(Effect):
     needs_finite_elements = True
     parameters = (signed("poisson_error", 0.15),)
     starts = ((0.0,),)
+    aside = ("poisson_error",)
 
     def applies(self, campaign: Campaign) -> bool:
         """Without lateral contraction the rim does not matter."""
