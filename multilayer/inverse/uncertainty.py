@@ -64,7 +64,7 @@ def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) 
     unexplained = float(residual @ residual) * response @ response.T
     own = noise_covariance(problem, x, response) + unexplained
     shifts = {} if known is None else stated_shifts(problem, x, known)
-    top = problem.data.in_band[2]
+    top = problem.data.local[2]
     # a model that is too large finds what a measurement that is too small does
     model = np.stack([response @ problem.as_real(-top), response @ problem.as_real(-1j * top)])
     return ErrorParts(np.asarray(own), {name: response @ shift for name, shift in shifts.items()}, model)
@@ -78,7 +78,7 @@ def solution_covariance(problem: BurstProblem, x: RealArray, known: Uncertainty 
 def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -> RealArray:
     """Return the part of the covariance that comes from white noise in both channels."""
     data = problem.data
-    _, base, _ = data.in_band
+    _, base, _ = data.local
     ratio = problem.predict(x) / base
     # one bin of a sum over n samples; bins of a padded record are not independent unless thinned
     overlap = max(data.n_fft / data.n_samples / data.stride, 1.0)
@@ -89,7 +89,7 @@ def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -
 
 def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> dict[str, RealArray]:
     """Return what one standard deviation of each uncertain quantity does to the residual, by its name."""
-    f, _, top = problem.data.in_band
+    f, _, top = problem.data.local
     here = problem.predict(x)
     shifts: dict[str, ComplexArray] = {
         "channel_gain": known.channel_gain * top,
