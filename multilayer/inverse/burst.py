@@ -170,20 +170,32 @@ class BurstProblem:
         Whether the modulus follows ``E (f/fc)^n``, ``n = (2/pi) atan(E2/E1)``, within the band: the causal law of
         constant loss factor, (i w)^n, which one complex number determines. Its slope is that of eq. (12) for small
         losses. Without it the modulus is constant within the band, as in the paper.
+    bend : float
+        Second derivative of ln E by ln f in the band, which one burst does not determine, see `modulus`.
     """
 
     data: BurstData
     rig: Rig
     dispersive: bool = True
+    bend: float = 0.0
 
     def modulus(self, x: ArrayLike, frequency: RealArray) -> ComplexArray:
-        """Return E1 + i E2, Pa, shape (..., n_frequency), of unknowns of shape (..., 2)."""
+        """Return E1 + i E2, Pa, shape (..., n_frequency), of unknowns of shape (..., 2).
+
+        A causal modulus is a function of i f, real for real arguments: with ``u = ln(f/fc)``, the next term of ``ln E``
+        after ``n (u + i pi/2)`` is ``g (u + i pi/2)^2 / 2``, g the bend: the loss angle has the slope g pi/2.
+        """
         unknowns = np.asarray(x, dtype=float)[..., None, :]
         centre = np.exp(unknowns[..., 0]) * (1 + 1j * unknowns[..., 1])
         if not self.dispersive:
             return np.asarray(centre + 0j * frequency)
         exponent = 2 / np.pi * np.arctan(unknowns[..., 1])
-        return np.asarray(centre * (frequency / self.data.frequency) ** exponent)
+        relative = frequency / self.data.frequency
+        bent = np.asarray(centre * relative**exponent)
+        if self.bend:
+            u = np.log(relative)
+            bent = bent * np.exp(self.bend * (u**2 / 2 + 0.5j * np.pi * u))
+        return bent
 
     def predict(self, x: ArrayLike) -> ComplexArray:
         """Return the modelled spectrum of the top plate in the `local` band, shape (..., n_bins).

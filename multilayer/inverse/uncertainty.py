@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.burst import BurstProblem
 from multilayer.measurements.description import Uncertainty
+
+_BEND = 0.25  # slope of the loss angle by ln f, over the loss angle
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class ErrorParts:
     Attributes
     ----------
     own : array, shape (2, 2)
-        Covariance of what belongs to this burst alone: noise and unexplained residual.
+        Covariance of what belongs to this burst alone: noise, unexplained residual, and the bend of the modulus within
+        the band.
     stated : mapping of str to array, shape (2,)
         What one standard deviation of each stated uncertainty does; other bursts have the same error in common.
     model : array, shape (2, 2)
@@ -57,12 +60,14 @@ def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) 
     """Return the parts of the uncertainty at a solution, each through the linear response of the estimator.
 
     The noise of both channels (that of the base passes through the transmissibility); the laboratory's stated
-    uncertainties; and the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it.
+    uncertainties; the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it; and
+    what a loss factor that varies within the band does, for that can be absorbed without a residual.
     """
     residual, jacobian = problem.residual_and_jacobian(x)
     response = pseudo_inverse(jacobian)
     unexplained = float(residual @ residual) * response @ response.T
-    own = noise_covariance(problem, x, response) + unexplained
+    bend = response @ bend_shift(problem, x)
+    own = noise_covariance(problem, x, response) + unexplained + np.outer(bend, bend)
     shifts = {} if known is None else stated_shifts(problem, x, known)
     top = problem.data.local[2]
     # a model that is too large finds what a measurement that is too small does
@@ -85,6 +90,18 @@ def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -
     variance = data.n_samples * (data.noise.top**2 + np.abs(ratio) ** 2 * data.noise.base**2) * overlap
     per_entry = np.tile(variance / 2, 2) / problem.scale**2
     return np.asarray((response * per_entry) @ response.T)
+
+
+def bend_shift(problem: BurstProblem, x: RealArray) -> RealArray:
+    """Return what one standard deviation of the modulus' bend within the band does to the residual.
+
+    Where losses rise or fall as a power of frequency, f^a, so does the loss angle, whose slope is a of itself: between
+    -1 and 1 for one relaxation, and for the broad ones of foams within a half. A quarter is taken as standard deviation.
+    """
+    if not problem.dispersive:
+        return np.zeros(2 * len(problem.data.local[0]))
+    bend = _BEND * 2 / np.pi * np.arctan(x[1])
+    return problem.as_real(replace(problem, bend=float(bend)).predict(x) - problem.predict(x))
 
 
 def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> dict[str, RealArray]:

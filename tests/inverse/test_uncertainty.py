@@ -12,6 +12,8 @@ from multilayer.inverse.fit import search_bounds
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.uncertainty import solution_covariance
 from multilayer.measurements.description import Uncertainty
+from multilayer.signals.envelope import envelope, level_difference_db
+from multilayer.signals.time_of_flight import time_of_flight
 from tests.inverse.synthetic import Truth, burst, problem, rig
 
 BOUNDS = search_bounds(FitSettings())
@@ -85,9 +87,10 @@ def test_discrepancies_in_the_band_are_those_of_the_signals(frequency: float) ->
     x = truth.x + np.array([[0.03, 0.0], [0.0, 0.03], [-0.02, 0.02]])
     tof, level = discrepancies_in_band(posed, x)
     for k, point in enumerate(x):
-        expected = posed.discrepancy(posed.signal(point))
-        assert tof[k] == pytest.approx(expected[0], abs=2e-7)
-        assert level[k] == pytest.approx(expected[1], abs=2e-3)
+        signal, data = posed.signal(point), posed.data
+        delays = [time_of_flight(data.base, top, data.sampling_rate) for top in (data.top, signal)]
+        assert tof[k] == pytest.approx(delays[0] - delays[1], abs=2e-7)
+        assert level[k] == pytest.approx(level_difference_db(data.envelope, envelope(signal)), abs=2e-3)
 
 
 def test_criteria_speak() -> None:
