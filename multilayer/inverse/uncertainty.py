@@ -96,7 +96,7 @@ def bend_shift(problem: BurstProblem, x: RealArray) -> RealArray:
     """Return what one standard deviation of the modulus' bend within the band does to the residual.
 
     Where losses rise or fall as a power of frequency, f^a, so does the loss angle, whose slope is a of itself: between
-    -1 and 1 for one relaxation, and for the broad ones of foams within a half. A quarter is taken as standard deviation.
+    -1 and 1 for one relaxation, within a half for the broad ones of foams. A quarter is taken as standard deviation.
     """
     if not problem.dispersive:
         return np.zeros(2 * len(problem.data.local[0]))

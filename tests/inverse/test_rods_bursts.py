@@ -146,7 +146,7 @@ class TestExchange:
 
     @staticmethod
     def findings(law, cycles=10, **options):
-        campaign, recordings = campaign_of_rods(law, cycles=cycles, **options)
+        _, recordings = campaign_of_rods(law, cycles=cycles, **options)
         found = check_configuration({f: recording for (_, f), recording in recordings.items()}, cycles=cycles)
         return [finding.message for finding in found]
 
@@ -157,7 +157,7 @@ def by_nelder_mead(start):
     slow = complex(law(5.0))
     quasi_static = {"storage_modulus": slow.real, "loss_modulus": slow.imag}
     settings = FitSettings(method="nelder-mead", start=start, quasi_static=quasi_static)
-    result = fit_campaign(*campaign_of_rods(law, frequencies=(200.0, 300.0, 400.0, 600.0, 800.0)), settings)
+    result = fit_campaign(*campaign_of_rods(law, frequencies=(300.0, 600.0, 800.0)), settings)
     return result, *errors(result, law)
 
 

@@ -10,7 +10,7 @@ from multilayer.inverse.branches import find_candidates
 from multilayer.inverse.burst import BurstProblem
 from multilayer.inverse.fit import search_bounds
 from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.uncertainty import solution_covariance
+from multilayer.inverse.uncertainty import noise_covariance, pseudo_inverse, solution_covariance
 from multilayer.measurements.description import Uncertainty
 from multilayer.signals.envelope import envelope, level_difference_db
 from multilayer.signals.time_of_flight import time_of_flight
