@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,27 +42,58 @@ class Criteria:
         return ", ".join(parts)
 
 
-def discrepancies_in_band(problem: BurstProblem, x: RealArray) -> tuple[RealArray, RealArray]:
+def discrepancies_in_band(
+    problem: BurstProblem, x: RealArray, *, whole_samples: bool = False
+) -> tuple[RealArray, RealArray]:
     """Return the differences of eq. (10) for many solutions at once, from the burst's band alone.
+
+    Noise beside the band, and what it makes the model do, thus counts in neither of them.
 
     Parameters
     ----------
     problem : BurstProblem
     x : array, shape (..., 2)
+    whole_samples : bool
+        Round both times of flight to samples, as in the paper.
 
     Returns
     -------
     delta_tof, delta_level_db : array, shape (...)
         Measured minus modelled, s and dB. The delay is that of the correlation peak of the model nearest to the
-        measured one, found to the sub-sample.
+        measured one: of two peaks equally high, a period apart, neither is wrong.
     """
-    f, base, top = problem.data.in_band
+    measured, modelled, level = _in_band(problem, x)
+    if whole_samples:
+        rate = problem.data.sampling_rate
+        measured, modelled = np.round(measured * rate) / rate, np.round(modelled * rate) / rate
+    return np.asarray(measured - modelled), level
+
+
+def excess_in_band(
+    problem: BurstProblem, x: RealArray, criteria: Criteria, *, whole_samples: bool = False
+) -> RealArray:
+    """Return what `Criteria.excess` says of many solutions, as a continuous function of them, shape (...).
+
+    In whole samples a delay is accepted when it rounds to one that is: to half a sample beyond, measured from the whole
+    sample that the measured one rounds to.
+    """
+    measured, modelled, level = _in_band(problem, x)
+    if whole_samples:
+        rate = problem.data.sampling_rate
+        measured = np.round(measured * rate) / rate
+        samples = np.floor(criteria.time_of_flight * rate * _ROUNDING) + 0.5
+        criteria = replace(criteria, time_of_flight=float(samples / rate))
+    return criteria.excess(np.asarray(measured - modelled), level)
+
+
+def _in_band(problem: BurstProblem, x: RealArray) -> tuple[RealArray, RealArray, RealArray]:
+    """Return both times of flight (s), and the level of the measured over the modelled top (dB)."""
+    f, base, top = problem.data.local
     predicted = problem.predict(x)
     level = 10 * np.log10(np.vdot(top, top).real / np.sum(np.abs(predicted) ** 2, axis=-1))
     start = problem.data.time_of_flight
     measured = _peak_near(start, f, top * np.conj(base))
-    modelled = _peak_near(np.full(predicted.shape[:-1], start), f, predicted * np.conj(base))
-    return np.asarray(measured - modelled), np.asarray(level)
+    return measured, _peak_near(np.full(predicted.shape[:-1], start), f, predicted * np.conj(base)), np.asarray(level)
 
 
 def _peak_near(start: RealArray | float, frequency: RealArray, cross: ComplexArray) -> RealArray:

@@ -75,7 +75,7 @@ def find_candidates(problem: BurstProblem, low: RealArray, high: RealArray) -> C
     )
     noise, best = _noise_misfit(problem) ** 2, minima[0].misfit ** 2
     unexplained = max(best - noise, 0.0)
-    limit = best + 3 * unexplained + 25 * noise / (2 * len(problem.data.in_band[0]))
+    limit = best + 3 * unexplained + 25 * noise / (2 * len(problem.data.local[0]))
     return Candidates(minima, sum(1 for minimum in minima if minimum.misfit**2 <= limit))
 
 
@@ -84,7 +84,7 @@ def _coarse_misfit(
 ) -> tuple[RealArray, tuple[RealArray, RealArray]]:
     moduli = np.linspace(low[0], high[0], int(np.ceil((high[0] - low[0]) / _MODULUS_STEP)) + 1)
     losses = np.unique(np.clip(_LOSS_GRID, low[1], high[1]))
-    f, base, top = problem.data.in_band
+    f, base, top = problem.data.local
     kept = np.unique(np.linspace(0, len(f) - 1, _GRID_BINS).astype(int))
     x = np.stack(np.meshgrid(moduli, losses, indexing="ij"), axis=-1)
     ratio = problem.rig.transmissibility(f[kept], problem.modulus(x, f[kept]))
@@ -95,7 +95,7 @@ def _coarse_misfit(
 def _noise_misfit(problem: BurstProblem) -> float:
     """Return the misfit that noise of the top channel alone would leave at the true solution."""
     data = problem.data
-    return float(data.noise.top * np.sqrt(data.n_samples * len(data.in_band[0])) / problem.scale)
+    return float(data.noise.top * np.sqrt(data.n_samples * len(data.local[0])) / problem.scale)
 
 
 def choose_branches(frequencies: Sequence[float], candidates: Sequence[Candidates]) -> list[Choice]:

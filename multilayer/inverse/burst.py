@@ -9,15 +9,17 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
 from multilayer.inverse.rig import Rig
-from multilayer.signals.envelope import envelope, level_difference_db
+from multilayer.signals.envelope import envelope
 from multilayer.signals.spectra import Noise, band, frequencies, padded_length, to_signal, to_spectrum
 from multilayer.signals.time_of_flight import time_of_flight
 
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
 _WIDE_THRESHOLD = 0.002  # for signals that go back to time
 _CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
-_STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond, there is noise, and its harmonics
+_STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond it and the main lobe are noise, and harmonics
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
+_LOCAL = 0.2  # of a burst's frequency: as far as the main lobe of ten cycles reaches, one local law holds
+_PERIODS = 20  # of a burst's frequency in a transform: eight bins within reach of the local law
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,12 @@ class BurstData:
 
     @cached_property
     def n_fft(self) -> int:
-        """Transform length: twice the record, so that the ring-down does not wrap round; more for a long one."""
-        return padded_length(self.n_samples, 4 if self.cut_short else 2)
+        """Transform length: twice the record, so that the ring-down does not wrap round; more for a long one.
+
+        At least twenty periods, for bins enough within reach of the local law.
+        """
+        periods = int(np.ceil(_PERIODS * self.sampling_rate / self.frequency))
+        return padded_length(max((4 if self.cut_short else 2) * self.n_samples, periods), 1)
 
     @cached_property
     def spectra(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
@@ -72,8 +78,8 @@ class BurstData:
 
     @cached_property
     def stride(self) -> int:
-        """Every how many bins of the burst's band are kept."""
-        return int(-(-np.count_nonzero(self._main_lobe) // _MOST_BINS))
+        """Every how many bins of the `local` band are kept."""
+        return _stride(self._within_local_law)
 
     @cached_property
     def _main_lobe(self) -> BoolArray:
@@ -82,11 +88,28 @@ class BurstData:
         return np.asarray(band(base, _BAND_THRESHOLD) & inside & (f > 0))
 
     @cached_property
+    def _within_local_law(self) -> BoolArray:
+        f, _, _ = self.spectra
+        return np.asarray(self._main_lobe & (np.abs(f - self.frequency) <= _LOCAL * self.frequency))
+
+    @cached_property
     def in_band(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
         """The same in the band where the burst has energy, thinned to at most 32 bins."""
+        return self._thinned(self._main_lobe)
+
+    @cached_property
+    def local(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
+        """The same in that part of the band where one modulus and its local law hold: within 20 % of the frequency.
+
+        A burst of few cycles reaches further, where a loss factor that varies with frequency would be taken for
+        another one. Of ten cycles and more it is all of the band.
+        """
+        return self._thinned(self._within_local_law)
+
+    def _thinned(self, bins: BoolArray) -> tuple[RealArray, ComplexArray, ComplexArray]:
         f, base, top = self.spectra
-        bins = np.flatnonzero(self._main_lobe)[:: self.stride]
-        return f[bins], base[bins], top[bins]
+        kept = np.flatnonzero(bins)[:: _stride(bins)]
+        return f[kept], base[kept], top[kept]
 
     @cached_property
     def time_of_flight(self) -> float:
@@ -107,7 +130,7 @@ class BurstData:
         """
         f, base, top = self.spectra
         low, high = _STRETCH_REACH
-        near = (f > low * self.frequency) & (f < high * self.frequency)
+        near = self._main_lobe | ((f > low * self.frequency) & (f < high * self.frequency))
         one_sided = np.zeros(self.n_fft, dtype=complex)
         one_sided[: len(f)][near] = 2 * (top - base)[near] / (2 * np.pi * f[near]) ** 2
         stretch = np.fft.ifft(one_sided)
@@ -130,6 +153,10 @@ class BurstData:
         return complex(ratio)
 
 
+def _stride(bins: BoolArray) -> int:
+    return int(-(-np.count_nonzero(bins) // _MOST_BINS))
+
+
 @dataclass(frozen=True)
 class BurstProblem:
     """Measured burst and model; unknowns ``x = (ln E1, E2/E1)`` at the burst's frequency.
@@ -143,36 +170,48 @@ class BurstProblem:
         Whether the modulus follows ``E (f/fc)^n``, ``n = (2/pi) atan(E2/E1)``, within the band: the causal law of
         constant loss factor, (i w)^n, which one complex number determines. Its slope is that of eq. (12) for small
         losses. Without it the modulus is constant within the band, as in the paper.
+    bend : float
+        Second derivative of ln E by ln f in the band, which one burst does not determine, see `modulus`.
     """
 
     data: BurstData
     rig: Rig
     dispersive: bool = True
+    bend: float = 0.0
 
     def modulus(self, x: ArrayLike, frequency: RealArray) -> ComplexArray:
-        """Return E1 + i E2, Pa, shape (..., n_frequency), of unknowns of shape (..., 2)."""
+        """Return E1 + i E2, Pa, shape (..., n_frequency), of unknowns of shape (..., 2).
+
+        A causal modulus is a function of i f, real for real arguments: with ``u = ln(f/fc)``, the next term of ``ln E``
+        after ``n (u + i pi/2)`` is ``g (u + i pi/2)^2 / 2``, g the bend: the loss angle has the slope g pi/2.
+        """
         unknowns = np.asarray(x, dtype=float)[..., None, :]
         centre = np.exp(unknowns[..., 0]) * (1 + 1j * unknowns[..., 1])
         if not self.dispersive:
             return np.asarray(centre + 0j * frequency)
         exponent = 2 / np.pi * np.arctan(unknowns[..., 1])
-        return np.asarray(centre * (frequency / self.data.frequency) ** exponent)
+        relative = frequency / self.data.frequency
+        bent = np.asarray(centre * relative**exponent)
+        if self.bend:
+            u = np.log(relative)
+            bent = bent * np.exp(self.bend * (u**2 / 2 + 0.5j * np.pi * u))
+        return bent
 
     def predict(self, x: ArrayLike) -> ComplexArray:
-        """Return the modelled spectrum of the top plate in the band, shape (..., n_bins).
+        """Return the modelled spectrum of the top plate in the `local` band, shape (..., n_bins).
 
         Where the record ends before the ring-down, the model is cut at the same time as the measurement.
         """
         if self.data.cut_short:
             return self._predict_cut_short(x)
-        f, base, _ = self.data.in_band
+        f, base, _ = self.data.local
         return self.rig.transmissibility(f, self.modulus(x, f)) * base
 
     def _predict_cut_short(self, x: ArrayLike) -> ComplexArray:
         data = self.data
         f, base, _ = data.spectra
         wide = np.flatnonzero(band(base, _WIDE_THRESHOLD) & self._within_reach(f))
-        kept = np.searchsorted(f, data.in_band[0])
+        kept = np.searchsorted(f, data.local[0])
         ratio = self.rig.transmissibility(f[wide], self.modulus(x, f[wide]))
         spectrum = np.zeros((*ratio.shape[:-1], len(f)), dtype=complex)
         spectrum[..., wide] = ratio * base[wide]
@@ -181,7 +220,7 @@ class BurstProblem:
     @cached_property
     def scale(self) -> float:
         """Norm of the measured spectrum in the band: residuals are relative to it."""
-        return float(np.linalg.norm(self.data.in_band[2]))
+        return float(np.linalg.norm(self.data.local[2]))
 
     def as_real(self, spectrum: ComplexArray) -> RealArray:
         """Return complex spectra over the measured norm as real vectors, shape (..., 2 n_bins)."""
@@ -193,7 +232,7 @@ class BurstProblem:
         Its norm is the distance of the two analytic signals over the burst (Parseval): it holds the envelope and the
         time of flight at once, and is smooth in the unknowns, unlike eq. (9).
         """
-        return self.as_real(self.predict(x) - self.data.in_band[2])
+        return self.as_real(self.predict(x) - self.data.local[2])
 
     def misfit(self, x: ArrayLike) -> RealArray:
         """Return the norm of the residual, shape (...)."""
@@ -226,11 +265,3 @@ class BurstProblem:
         low, high = self.rig.reach
         relative = frequency / self.data.frequency
         return np.asarray((frequency > 0) & (relative >= low) & (relative <= high))
-
-    def discrepancy(self, signal: RealArray, *, subsample: bool = True) -> tuple[float, float]:
-        """Return the differences of eq. (10), measured minus modelled: time of flight (s) and level (dB)."""
-        data = self.data
-        modelled = time_of_flight(data.base, signal, data.sampling_rate, subsample=subsample)
-        measured = time_of_flight(data.base, data.top, data.sampling_rate, subsample=subsample)
-        level = level_difference_db(data.envelope, envelope(signal))
-        return float(measured - modelled), float(level)

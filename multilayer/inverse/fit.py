@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.inverse.acceptance import Criteria, discrepancies_in_band
+from multilayer.inverse.acceptance import Criteria, discrepancies_in_band, excess_in_band
 from multilayer.inverse.branches import Candidates, Choice
 from multilayer.inverse.burst import BurstData, BurstProblem
 from multilayer.inverse.free_rim import Progress, search, search_bounds, with_free_rim
@@ -30,6 +30,8 @@ _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of
 _WEAK = 0.03
 _POOR = 0.05
 _HEAD_START = 0.05
+_BETTER = 0.5  # misfits: a minimum as much lower fits better beyond doubt
+_FAR = 3.0  # standard deviations
 
 
 def fit_campaign(
@@ -68,15 +70,21 @@ def fit_campaign(
     if settings.model == "finite":
         problems, bounds, candidates, choices = with_free_rim(campaign, problems, choices, settings, tell)
     known = campaign.uncertainty if campaign.uncertainty != Uncertainty() else None
-    bursts = []
-    for problem, found, choice, limits in zip(problems, candidates, choices, bounds, strict=True):
-        bursts.append(_Finish(problem, found, choice, settings, known, limits).fit())
-        tell(f"{problem.data.configuration} {problem.data.frequency:g} Hz: solved")
+    bursts: dict[int, BurstFit] = {}
+    accepted: dict[str, RealArray] = {}  # by configuration, the solution of the last burst that has one
+    for i in sorted(range(len(problems)), key=lambda i: problems[i].data.frequency):
+        data = problems[i].data
+        last = accepted.get(data.configuration) if settings.start == "neighbour" else None
+        finish = _Finish(problems[i], candidates[i], choices[i], settings, known, bounds[i], last)
+        best, bursts[i] = finish.fit()
+        if bursts[i].accepted:
+            accepted[data.configuration] = best
+        tell(f"{data.configuration} {data.frequency:g} Hz: solved")
     return FitResult(
         campaign.folder.resolve().name,
         settings.method,
         settings.model_dump(mode="json", exclude_none=True),
-        bursts,
+        [bursts[i] for i in range(len(problems))],
     )
 
 
@@ -127,6 +135,7 @@ class _Finish:
     settings: FitSettings
     known: Uncertainty | None
     bounds: tuple[RealArray, RealArray]
+    neighbour: RealArray | None = None  # where Nelder-Mead starts, in place of what the settings say
 
     @property
     def criteria(self) -> Criteria:
@@ -138,20 +147,18 @@ class _Finish:
     def literal(self) -> bool:
         return self.settings.method == "nelder-mead"
 
-    def fit(self) -> BurstFit:
+    def fit(self) -> tuple[RealArray, BurstFit]:
+        """Return the solution, (ln E1, E2/E1), and what is told of it."""
         problem, data = self.problem, self.problem.data
         best = self._minimise()
-        signal = problem.signal(best.x)
-        delta_tof, delta_level = problem.discrepancy(signal, subsample=not self.literal)
-        if not self.literal:
-            # of two peaks of the correlation equally high, model and measurement may take different ones: a period
-            # apart, and no difference at all
-            delta_tof = float(discrepancies_in_band(problem, best.x)[0])
-        reason = self._reason(best, delta_tof, delta_level)
+        differences = discrepancies_in_band(problem, best.x, whole_samples=self.literal)
+        delta_tof, delta_level = (float(difference) for difference in differences)
         errors = error_parts(problem, best.x, self.known)
         mean, std = self._region(best.x, errors).moments(_moduli)
+        reasons = self._reason(best, delta_tof, delta_level), self._missed(best, mean, std)
+        reason = ", ".join(text for text in reasons if text)
         f = np.array([data.frequency])
-        return BurstFit(
+        return best.x, BurstFit(
             configuration=data.configuration,
             frequency=data.frequency,
             storage_modulus=float(mean[0]), storage_modulus_std=float(std[0]),
@@ -165,14 +172,16 @@ class _Finish:
             measured_transmissibility=data.transmissibility,
             modelled_transmissibility=complex(problem.rig.transmissibility(f, problem.modulus(best.x, f))[0]),
             time=np.arange(data.n_samples) / data.sampling_rate,
-            measured_envelope=data.envelope, modelled_envelope=envelope(signal),
+            measured_envelope=data.envelope, modelled_envelope=envelope(problem.signal(best.x)),
         )  # fmt: skip
 
     def _minimise(self) -> Minimum:
         if not self.literal:
             return self.choice.minimum
         start = self.choice.minimum.x
-        if (given := self.settings.quasi_static) is not None:
+        if self.neighbour is not None:
+            start = self.neighbour
+        elif (given := self.settings.quasi_static) is not None:
             start = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
         return minimise_envelope_cost(self.problem, start, *self.bounds)
 
@@ -182,14 +191,7 @@ class _Finish:
         response = pseudo_inverse(self.problem.jacobian(x))
         if self.literal or self.known is None:
             shape = response @ self._tolerances()
-            criteria = self.criteria
-            return explore(
-                lambda points: criteria.excess(*discrepancies_in_band(self.problem, points)),
-                x,
-                shape,
-                low,
-                high,
-            )
+            return explore(self._excess, x, shape, low, high)
         covariance = errors.covariance
         here, metric = self.problem.residual(x), np.linalg.inv(covariance)
 
@@ -199,9 +201,12 @@ class _Finish:
 
         return explore(gauge, x, np.asarray(_SIGMAS * np.linalg.cholesky(covariance)), low, high)
 
+    def _excess(self, points: RealArray) -> RealArray:
+        return excess_in_band(self.problem, points, self.criteria, whole_samples=self.literal)
+
     def _tolerances(self) -> RealArray:
         """Return what the tolerances of eq. (10) do to the residual, shape (2 n_bins, 2)."""
-        f, _, top = self.problem.data.in_band
+        f, _, top = self.problem.data.local
         level = self.criteria.level_db / _DB_PER_NEPER * top
         delay: ComplexArray = -2j * np.pi * f * self.criteria.time_of_flight * top
         return np.stack([self.problem.as_real(level), self.problem.as_real(delay)], axis=-1)
@@ -213,6 +218,18 @@ class _Finish:
             e1, loss = np.exp(best.x[0]), best.x[1]
             return f"the best solution lies on a bound of the search (E1 = {e1:.4g} Pa, loss factor = {loss:.3g})"
         return self.criteria.reason(delta_tof, delta_level)
+
+    def _missed(self, best: Minimum, mean: RealArray, std: RealArray) -> str:
+        """Say so when Nelder-Mead ended where the signal is far from explained, and another minimum is known.
+
+        Eq. (10) compares two numbers: it holds at points, too, where the signals are nothing alike.
+        """
+        lowest = self.found.minima[0]
+        if not self.literal or lowest.misfit >= _BETTER * float(self.problem.misfit(best.x)):
+            return ""
+        beyond = np.abs(_moduli(lowest.x) - mean)[:2] > _FAR * std[:2]
+        e1 = np.exp(lowest.x[0])
+        return f"E1 = {e1:.4g} Pa fits better: Nelder-Mead ended in another minimum" if beyond.any() else ""
 
     def _notes(self, best: Minimum, mean: RealArray, std: RealArray) -> list[str]:
         notes = []
@@ -230,9 +247,6 @@ class _Finish:
         if self.problem.data.head_start > _HEAD_START:
             share = f"{100 * self.problem.data.head_start:.0f} %"
             notes.append(f"the top plate moves ({share} of its maximum) before the base does: leave it time to rest")
-        lowest = self.found.minima[0]
-        if self.literal and lowest.misfit < 0.5 * misfit and np.abs(lowest.x[0] - best.x[0]) > 0.1:
-            notes.append(f"E1 = {np.exp(lowest.x[0]):.4g} Pa fits better: Nelder-Mead ended in another minimum")
         return notes
 
     def _alternatives(self, best: Minimum) -> list[Solution]:
@@ -240,7 +254,7 @@ class _Finish:
         others = [m for m in self.found.minima if np.any(np.abs(m.x - best.x) > (0.05, 0.1)) and not m.at_bound]
         if not others:
             return []
-        excess = self.criteria.excess(*discrepancies_in_band(self.problem, np.array([m.x for m in others])))
+        excess = self._excess(np.array([m.x for m in others]))
         return [_solution(m.x, m.misfit) for m, e in zip(others, excess, strict=True) if e <= 1]
 
 

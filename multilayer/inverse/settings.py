@@ -14,6 +14,7 @@ from multilayer.units import Duration, Frequency, NonNegative, Positive, Pressur
 
 Method = Literal["least-squares", "nelder-mead"]
 RigModel = Literal["plane_wave", "finite"]
+Start = Literal["neighbour", "quasi_static"]
 Level = Annotated[float, Positive, Unit("")]
 SensorMass = Annotated[float, NonNegative, Unit("kg")]
 
@@ -70,6 +71,10 @@ class FitSettings(Model):
     dispersion : {'local', 'none'} or None
         How the modulus varies within the band of one burst: as the causal power law of its own loss factor, or not at
         all (as in the paper). By default ``local`` for least-squares, ``none`` for nelder-mead.
+    start : {'neighbour', 'quasi_static'}
+        Where ``nelder-mead`` starts: at the last accepted solution of the same configuration, by rising frequency, or
+        at `quasi_static` in every burst. Both start at `quasi_static` where nothing is accepted yet, and where that is
+        not given at what a search over the whole range finds.
     calibration : path, optional
         A calibration campaign: both accelerometers at one spot.
     pores : Pores, optional
@@ -88,6 +93,7 @@ class FitSettings(Model):
     bounds: Bounds = Bounds()
     acceptance: Acceptance = Acceptance()
     quasi_static: QuasiStatic | None = None
+    start: Start = "neighbour"
     calibration: Path | None = None
     pores: Pores | None = None
     sensor_mass: SensorMass = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inverse.burst import BurstProblem
 from multilayer.measurements.description import Uncertainty
+
+_BEND = 0.25  # slope of the loss angle by ln f, over the loss angle
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class ErrorParts:
     Attributes
     ----------
     own : array, shape (2, 2)
-        Covariance of what belongs to this burst alone: noise and unexplained residual.
+        Covariance of what belongs to this burst alone: noise, unexplained residual, and the bend of the modulus within
+        the band.
     stated : mapping of str to array, shape (2,)
         What one standard deviation of each stated uncertainty does; other bursts have the same error in common.
     model : array, shape (2, 2)
@@ -57,14 +60,16 @@ def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) 
     """Return the parts of the uncertainty at a solution, each through the linear response of the estimator.
 
     The noise of both channels (that of the base passes through the transmissibility); the laboratory's stated
-    uncertainties; and the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it.
+    uncertainties; the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it; and
+    what a loss factor that varies within the band does, for that can be absorbed without a residual.
     """
     residual, jacobian = problem.residual_and_jacobian(x)
     response = pseudo_inverse(jacobian)
     unexplained = float(residual @ residual) * response @ response.T
-    own = noise_covariance(problem, x, response) + unexplained
+    bend = response @ bend_shift(problem, x)
+    own = noise_covariance(problem, x, response) + unexplained + np.outer(bend, bend)
     shifts = {} if known is None else stated_shifts(problem, x, known)
-    top = problem.data.in_band[2]
+    top = problem.data.local[2]
     # a model that is too large finds what a measurement that is too small does
     model = np.stack([response @ problem.as_real(-top), response @ problem.as_real(-1j * top)])
     return ErrorParts(np.asarray(own), {name: response @ shift for name, shift in shifts.items()}, model)
@@ -78,7 +83,7 @@ def solution_covariance(problem: BurstProblem, x: RealArray, known: Uncertainty 
 def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -> RealArray:
     """Return the part of the covariance that comes from white noise in both channels."""
     data = problem.data
-    _, base, _ = data.in_band
+    _, base, _ = data.local
     ratio = problem.predict(x) / base
     # one bin of a sum over n samples; bins of a padded record are not independent unless thinned
     overlap = max(data.n_fft / data.n_samples / data.stride, 1.0)
@@ -87,9 +92,21 @@ def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -
     return np.asarray((response * per_entry) @ response.T)
 
 
+def bend_shift(problem: BurstProblem, x: RealArray) -> RealArray:
+    """Return what one standard deviation of the modulus' bend within the band does to the residual.
+
+    Where losses rise or fall as a power of frequency, f^a, so does the loss angle, whose slope is a of itself: between
+    -1 and 1 for one relaxation, within a half for the broad ones of foams. A quarter is taken as standard deviation.
+    """
+    if not problem.dispersive:
+        return np.zeros(2 * len(problem.data.local[0]))
+    bend = _BEND * 2 / np.pi * np.arctan(x[1])
+    return problem.as_real(replace(problem, bend=float(bend)).predict(x) - problem.predict(x))
+
+
 def stated_shifts(problem: BurstProblem, x: RealArray, known: Uncertainty) -> dict[str, RealArray]:
     """Return what one standard deviation of each uncertain quantity does to the residual, by its name."""
-    f, _, top = problem.data.in_band
+    f, _, top = problem.data.local
     here = problem.predict(x)
     shifts: dict[str, ComplexArray] = {
         "channel_gain": known.channel_gain * top,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.signals.spectra import noise_level
+from multilayer.signals.spectra import frequencies, noise_level, padded_length, to_signal, to_spectrum
 
 if TYPE_CHECKING:
     from multilayer.measurements.recording import Recording
@@ -16,18 +17,28 @@ SWAPPED = -1
 _SIGNIFICANT = 5.0  # standard deviations of the noise
 _CHAIN_DELAY = 1.0  # samples by which two chains may differ before they are calibrated
 _DEEP = 0.1  # top 20 dB below base
+_FADE = 2.0  # nepers over a record
 
 
-def energy_delay(recording: Recording) -> tuple[float, float]:
+def energy_delay(recording: Recording, frequency: float, cycles: float) -> tuple[float, float]:
     """Return by how much the top's energy comes later than the base's, and the standard deviation of that.
 
     The instant of a channel is the centre of its energy, ``sum t x(t)^2 / sum x(t)^2``, with the energy of
-    the noise taken out. In terms of spectra it is the group delay weighted with the channel's own energy
-    spectrum.
+    the noise taken out, of what is left of it in the burst's main lobe: mains hum and other noise beside it do not
+    count, nor does a resonance that rings beside it until the record cuts it. In terms of spectra it is the group
+    delay weighted with the channel's own energy spectrum.
+
+    Both channels are faded by one exponential over the record, ``exp(-s t)``: of a ring-down that the record cuts,
+    what is missing then hardly counts. That is the group delay of T(w - i s), which for a response without zeros is
+    positive like that of T(w): its poles only move further away.
 
     Parameters
     ----------
     recording : Recording
+    frequency : float
+        Of the burst, Hz.
+    cycles : float
+        Of the burst, under its Hann window: the main lobe reaches ``2 / cycles`` to either side.
 
     Returns
     -------
@@ -36,27 +47,65 @@ def energy_delay(recording: Recording) -> tuple[float, float]:
         noise.
     """
     noise = noise_level(recording, of_mean=True)
-    base, base_variance = _centre_of_energy(recording.mean()[0], noise.base)
-    top, top_variance = _centre_of_energy(recording.mean()[1], noise.top)
-    return top - base, float(np.sqrt(base_variance + top_variance))
+    lobe = _Lobe.of(recording, frequency, cycles)
+    base, top = recording.mean()
+    (early, base_variance), (late, top_variance) = lobe.centre(base, noise.base), lobe.centre(top, noise.top)
+    return late - early, float(np.sqrt(base_variance + top_variance))
 
 
-def _centre_of_energy(signal: RealArray, noise: float) -> tuple[float, float]:
-    centred = signal - signal.mean()
-    index = np.arange(signal.size)
-    energy = np.sum(centred**2) - signal.size * noise**2
-    if energy <= 0:
-        return 0.0, np.inf
-    centre = (np.sum(index * centred**2) - noise**2 * np.sum(index)) / energy
-    # noise against signal to first order, plus the scatter of the noise's own energy
-    lever = (index - centre) ** 2
-    noise_lever = noise**2 * np.sum(lever)
-    signal_lever = max(np.sum(lever * centred**2) - noise_lever, 0.0)
-    variance = noise**2 * (4.0 * signal_lever + 2.0 * noise_lever) / energy**2
-    return float(centre), float(variance)
+@dataclass(frozen=True)
+class _Lobe:
+    """A filter without delay for the main lobe of a burst, after a fade over the record.
+
+    Attributes
+    ----------
+    fade : array, shape (n_samples,)
+    gain : array, shape (n_fft // 2 + 1,)
+        A Hann window about the burst's frequency: smooth, so that it does not ring.
+    n_fft : int
+        Transform length.
+    """
+
+    fade: RealArray
+    gain: RealArray
+    n_fft: int
+
+    @classmethod
+    def of(cls, recording: Recording, frequency: float, cycles: float) -> _Lobe:
+        n_fft = padded_length(recording.n_samples)
+        away = (frequencies(n_fft, recording.sampling_rate) - frequency) * cycles / frequency  # the lobe ends at 2
+        gain = np.where(np.abs(away) < 2, np.cos(np.pi / 4 * away) ** 2, 0.0)
+        return cls(np.exp(-_FADE * np.linspace(0, 1, recording.n_samples)), gain, n_fft)
+
+    def filtered(self, signal: RealArray) -> RealArray:
+        """Return what the filter leaves, over the transform: what it spreads to before the record is at the end."""
+        return self._through(self.fade * (signal - signal.mean()))
+
+    def _through(self, signal: RealArray) -> RealArray:
+        return to_signal(self.gain * to_spectrum(signal, self.n_fft), self.n_fft, self.n_fft)
+
+    def centre(self, signal: RealArray, noise: float) -> tuple[float, float]:
+        """Return the centre of a channel's energy, in samples, and its variance."""
+        n, n_fft = signal.size, self.n_fft
+        passed = self.filtered(signal)
+        index = np.arange(n_fft)
+        index = np.where(index < (n + n_fft) // 2, index, index - n_fft)
+        # the energy that white noise leaves at each sample, by the filter's impulse response
+        pulse = to_signal(self.gain, n_fft, n_fft)
+        spread = to_spectrum(self.fade**2, n_fft) * to_spectrum(pulse**2, n_fft)
+        of_noise = noise**2 * to_signal(spread, n_fft, n_fft)
+        energy = float(np.sum(passed**2) - np.sum(of_noise))
+        if energy <= 0:
+            return 0.0, np.inf
+        centre = float(np.sum(index * (passed**2 - of_noise)) / energy)
+        # noise against signal to first order, and the scatter of the noise's own energy, alike over the filter's memory
+        against = self.fade * self._through((index - centre) * passed)[:n]
+        memory = np.sum(to_signal(self.gain**2, n_fft, n_fft) ** 2) / np.sum(pulse**2) ** 2
+        variance = 4 * noise**2 * np.sum(against**2) + 2 * memory * np.sum(((index - centre) * of_noise) ** 2)
+        return centre, float(variance / energy**2)
 
 
-def leading_channel(recording: Recording) -> int:
+def leading_channel(recording: Recording, frequency: float, cycles: float) -> int:
     """Return 1 when the base clearly leads, -1 (`SWAPPED`) when the top does, 0 when one burst cannot tell.
 
     The top plate answers to the base: its energy comes later, by the group delay of the transmissibility, at
@@ -73,9 +122,10 @@ def leading_channel(recording: Recording) -> int:
     without harm; hence tops more than 20 dB below the base never count as leading. A shaker that rings for
     long after its burst blurs the difference.
     """
-    delay, deviation = energy_delay(recording)
+    delay, deviation = energy_delay(recording, frequency, cycles)
     limit = max(_CHAIN_DELAY, _SIGNIFICANT * deviation)
     if delay > limit:
         return -SWAPPED
-    base, top = (np.sum((signal - signal.mean()) ** 2) for signal in recording.mean())
+    lobe = _Lobe.of(recording, frequency, cycles)
+    base, top = (np.sum(lobe.filtered(signal) ** 2) for signal in recording.mean())
     return SWAPPED if delay < -limit and top > _DEEP**2 * base else 0

@@ -167,7 +167,7 @@ def _look(recording: Recording, frequency: float, cycles: float) -> _Look:
     if unusable:
         return _Look(unusable)
     problems = _clipped(recording) + _cut_off(recording, frequency, cycles)
-    leads = leading_channel(recording)
+    leads = leading_channel(recording, frequency, cycles)
     # a response drifts towards its resonance: the burst's frequency is that of the channel that was driven
     driven, _ = recording.exchanged().mean() if leads == SWAPPED else recording.mean()
     return _Look(problems, leads, _centroid(driven, recording.sampling_rate) / frequency)

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from multilayer.inverse.acceptance import discrepancies_in_band
 from multilayer.inverse.branches import find_candidates
 from multilayer.inverse.burst import BurstProblem
 from multilayer.inverse.fit import burst_problems, search_bounds
@@ -57,7 +58,7 @@ def _nelder_mead(problem: BurstProblem, low: np.ndarray, high: np.ndarray, begin
 def _row(problem: BurstProblem, x: np.ndarray, seconds: float) -> Row:
     # relative to the cost of a model that gives no signal at all
     cost = envelope_cost(problem, x) / float(np.sum(problem.data.envelope))
-    return Row(cost, *problem.discrepancy(problem.signal(x)), seconds)
+    return Row(cost, *(float(delta) for delta in discrepancies_in_band(problem, x)), seconds)
 
 
 def compare(source: Path, n_bursts: int | None) -> dict[str, list[Row]]:

@@ -166,13 +166,13 @@ class TestCutOff:
 class TestSwapped:
     @pytest.mark.parametrize("frequency", [300.0, 400.0, 500.0, 800.0])
     def test_one_burst(self, frequency):
-        assert leading_channel(recording(frequency)) == -SWAPPED
+        assert leading_channel(recording(frequency), frequency, 10) == -SWAPPED
         (problem,) = check_recording(recording(frequency).exchanged(), frequency)
         assert problem.startswith("base and top look exchanged")
 
     def test_the_delay_is_the_group_delay(self):
         """At low frequency the group delay of 1 / (1 - r^2 + 2 i zeta r) is 2 zeta / omega0."""
-        delay, deviation = energy_delay(recording(100.0, resonance=2000.0, damping=0.5, noise=1e-4))
+        delay, deviation = energy_delay(recording(100.0, resonance=2000.0, damping=0.5, noise=1e-4), 100.0, 10)
         assert delay / RATE == pytest.approx(2 * 0.5 / (2 * np.pi * 2000.0), rel=0.02)
         assert deviation < 0.01 * delay
 
@@ -180,9 +180,9 @@ class TestSwapped:
         quiet = recording(500.0, noise=0.0, repeats=1)
         rng = np.random.default_rng(8)
         noisy = [Recording(*(x + 0.3 * rng.normal(size=(4, x.size)) for x in quiet.mean()), RATE) for _ in range(60)]
-        delays, deviations = np.transpose([energy_delay(signal) for signal in noisy])
+        delays, deviations = np.transpose([energy_delay(signal, 500.0, 10) for signal in noisy])
         assert np.std(delays) == pytest.approx(np.mean(deviations), rel=0.3)
-        assert np.mean(delays) == pytest.approx(energy_delay(quiet)[0], abs=np.mean(deviations))
+        assert np.mean(delays) == pytest.approx(energy_delay(quiet, 500.0, 10)[0], abs=np.mean(deviations))
 
     def test_a_whole_configuration_is_told_once(self):
         (finding,) = check_configuration(exchanged(configuration()))
@@ -198,13 +198,13 @@ class TestSwapped:
 
     def test_equal_channels_do_not_tell(self):
         stiff = recording(100.0, resonance=20000.0, damping=0.02)
-        assert leading_channel(stiff) == leading_channel(stiff.exchanged()) == 0
+        assert leading_channel(stiff, 100.0, 10) == leading_channel(stiff.exchanged(), 100.0, 10) == 0
 
     def test_a_delay_of_the_chains_is_no_exchange(self):
         sound = recording(100.0, resonance=20000.0, damping=0.02)
         early = hann_burst(100.0, 10, RATE, n_samples=sound.n_samples, start=0.002 - 0.7 / RATE)
         early = np.stack([early, early])
-        assert leading_channel(replace(sound, top=early)) == 0
+        assert leading_channel(replace(sound, top=early), 100.0, 10) == 0
         assert check_recording(replace(sound, top=early), 100.0) == []
 
     def test_a_deep_zero_of_the_response_is_no_exchange(self):
@@ -215,7 +215,7 @@ class TestSwapped:
         response = 0.05 * (1 - ratio**2 + 0.1j * ratio)
         top = to_signal(to_spectrum(sound.base, n_fft) * response, n_fft, sound.n_samples)
         odd = replace(sound, top=top)
-        assert energy_delay(odd)[0] < -1
+        assert energy_delay(odd, 500.0, 10)[0] < -1
         assert check_recording(odd, 500.0) == []
 
     def test_in_a_calibration_nobody_leads(self):
@@ -270,7 +270,7 @@ class TestFrequency:
 def shared_configurations():
     if not CAMPAIGNS.is_dir():
         return []
-    return [path for path in sorted(CAMPAIGNS.iterdir()) if path.is_dir()]
+    return [path.parent for path in sorted(CAMPAIGNS.glob("*/campaign.yaml"))]
 
 
 @pytest.mark.reference
@@ -286,6 +286,6 @@ def test_exchanged_channels_of_the_shared_campaigns(folder):
         bursts = {burst.frequency: recordings[mounting.name, burst.frequency] for burst in mounting.bursts}
         findings = check_configuration(exchanged(bursts))
         assert "configuration" in {finding.about for finding in findings}
-        seen = [f for f, signal in bursts.items() if leading_channel(signal.exchanged()) == SWAPPED]
-        assert len(seen) >= 4
-        assert not [f for f, signal in bursts.items() if leading_channel(signal) == SWAPPED]
+        seen = [f for f, signal in bursts.items() if leading_channel(signal.exchanged(), f, 10) == SWAPPED]
+        assert len(seen) >= 2  # of a light foam far above its resonance: its delay within the burst's band is short
+        assert not [f for f, signal in bursts.items() if leading_channel(signal, f, 10) == SWAPPED]
