@@ -19,6 +19,7 @@ from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.inverse.burst import BurstData
+from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.inverse.problem import Minimum, by_forward_differences
@@ -304,6 +305,8 @@ class JointProblem:
     known : Uncertainty
     model_error : float
         Standard deviation of the model's own relative error, smooth in ln f.
+    deviation : LawDeviation, optional
+        How far the material may depart from the law; not at all when left out.
     """
 
     data: Sequence[ConfigurationData]
@@ -311,6 +314,7 @@ class JointProblem:
     space: LawSpace
     known: Uncertainty = field(default_factory=Uncertainty)
     model_error: float = MODEL_ERROR
+    deviation: LawDeviation | None = None
     _neighbourhoods: dict[str, Neighbourhood] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
@@ -327,13 +331,18 @@ class JointProblem:
         )
 
     @cached_property
+    def modulus_parameters(self) -> tuple[Parameter, ...]:
+        """What the modulus depends on: law, then its deviation."""
+        return self.law_parameters + (() if self.deviation is None else self.deviation.parameters)
+
+    @cached_property
     def _law_priors(self) -> Priors:
         return Priors.of(self.law_parameters)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Law, then nuisances."""
-        return (*self.law_parameters, *self.nuisances.parameters)
+        """Law, its deviation, then nuisances."""
+        return (*self.modulus_parameters, *self.nuisances.parameters)
 
     @cached_property
     def _whitening(self) -> list[RealArray]:
@@ -355,16 +364,15 @@ class JointProblem:
 
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
-        n = len(self.law_parameters)
+        n = len(self.modulus_parameters)
         rows = z.reshape(-1, z.shape[-1])
         values = self.nuisances.priors.named(rows[:, n:])
-        law = self.law_coordinates(rows)
         found = []
         for data in self.data:
 
             def moved(kept: IndexArray, data: ConfigurationData = data) -> ComplexArray:
                 own = {name: value[kept] for name, value in values.items()}
-                return self.log_motion(data, self.space.modulus(law[kept], data.frequency), own)
+                return self.log_motion(data, self.modulus(rows[kept], data.frequency), own)
 
             difference = self.nuisances.log_ratio(values, data, rows[:, :n], moved)
             found.append(difference.reshape(*z.shape[:-1], -1))
@@ -373,6 +381,14 @@ class JointProblem:
     def law_coordinates(self, z: RealArray) -> RealArray:
         """Return the point of the law's space, shape (..., n_law)."""
         return self._law_priors.values(z[..., : len(self.law_parameters)])
+
+    def modulus(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return E1 + i E2, Pa, shape (..., n_frequency), the deviation from the law included."""
+        modulus = self.space.modulus(self.law_coordinates(z), frequency)
+        if self.deviation is None:
+            return modulus
+        heights = z[..., len(self.law_parameters) : len(self.modulus_parameters)]
+        return np.asarray(modulus * self.deviation.factor(heights, frequency))
 
     def log_motion(
         self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
