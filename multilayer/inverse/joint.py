@@ -23,6 +23,7 @@ from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.inverse.problem import Minimum, by_forward_differences
+from multilayer.inverse.record_end import RecordEnd, period_of
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -35,6 +36,9 @@ _COARSE = 0.02  # model error while only the law is sought: minima are wide then
 Tell = Callable[[str], None]
 N_BEST, N_FOLLOWED = 6, 3
 _IMPROBABLE = 0.01
+_SHORT = 1e-6  # of a coordinate
+_SETTLED = 0.3  # of whitened residuals: less moves chi-square by a tenth
+_MOST_SETTLED = 4
 _FEW = 60  # evaluations after which a start of the coarse search must be near the best
 
 
@@ -58,6 +62,8 @@ class ConfigurationData:
         Stated frequencies of the bursts, Hz.
     stretch_moments : complex array, shape (2, n), optional
         Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
+    ends : mapping
+        By index of the burst, what its record lacks of the ring-down, where that matters.
     """
 
     name: str
@@ -68,6 +74,24 @@ class ConfigurationData:
     variance: RealArray
     centres: RealArray
     stretch_moments: ComplexArray | None = None
+    ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def needed(self) -> RealArray:
+        """Frequencies of which the model's motion is needed, Hz: the bins, then those of the records' ends."""
+        return np.concatenate([self.frequency, *(end.frequency for end in self.ends.values())])
+
+    def cut(self, motion: ComplexArray) -> ComplexArray:
+        """Return a model's ratio (..., n) as the records show it, from its motion at `needed`."""
+        n = len(self.frequency)
+        if not self.ends:
+            return motion
+        shown, first = motion[..., :n].copy(), n
+        for index, end in self.ends.items():
+            last = first + len(end.frequency)
+            shown[..., self.burst == index] -= end.missing(motion[..., first:last])
+            first = last
+        return shown
 
     @cached_property
     def log_ratio(self) -> ComplexArray:
@@ -86,9 +110,10 @@ class ConfigurationData:
         inside = np.isin(self.burst, kept)
         renumbered = np.searchsorted(kept, self.burst[inside])
         moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
+        ends = {new: self.ends[old] for new, old in enumerate(kept.tolist()) if old in self.ends}
         return replace(
             self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
-            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments,
+            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments, ends=ends,
         )  # fmt: skip
 
 
@@ -291,6 +316,28 @@ class Nuisances:
         return difference
 
 
+@dataclass(frozen=True, eq=False)
+class EndEffect:
+    """What the records' ends change in ln(ratio), to first order about a point.
+
+    Attributes
+    ----------
+    z : array, shape (n_parameters,)
+    change : mapping
+        By configuration, shape (n,).
+    slope : mapping
+        Derivative of that, shape (n_parameters, n).
+    """
+
+    z: RealArray
+    change: Mapping[str, ComplexArray]
+    slope: Mapping[str, ComplexArray]
+
+    def at(self, name: str, z: RealArray) -> ComplexArray:
+        """Return the change at coordinates of shape (..., n_parameters)."""
+        return np.asarray(self.change[name] + (z - self.z) @ self.slope[name])
+
+
 @dataclass(frozen=True)
 class JointProblem:
     """A campaign as one inverse problem; a `Problem`.
@@ -307,6 +354,9 @@ class JointProblem:
         Standard deviation of the model's own relative error, smooth in ln f.
     deviation : LawDeviation, optional
         How far the material may depart from the law; not at all when left out.
+    end_effect : EndEffect, optional
+        What the ends of the records change near a solution; computed anew at every point, at many times the cost, when
+        left out.
     """
 
     data: Sequence[ConfigurationData]
@@ -315,6 +365,7 @@ class JointProblem:
     known: Uncertainty = field(default_factory=Uncertainty)
     model_error: float = MODEL_ERROR
     deviation: LawDeviation | None = None
+    end_effect: EndEffect | None = None
     _neighbourhoods: dict[str, Neighbourhood] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
@@ -372,7 +423,7 @@ class JointProblem:
 
             def moved(kept: IndexArray, data: ConfigurationData = data) -> ComplexArray:
                 own = {name: value[kept] for name, value in values.items()}
-                return self.log_motion(data, self.modulus(rows[kept], data.frequency), own)
+                return self.log_shown(data, rows[kept], own)
 
             difference = self.nuisances.log_ratio(values, data, rows[:, :n], moved)
             found.append(difference.reshape(*z.shape[:-1], -1))
@@ -390,17 +441,38 @@ class JointProblem:
         heights = z[..., len(self.law_parameters) : len(self.modulus_parameters)]
         return np.asarray(modulus * self.deviation.factor(heights, frequency))
 
+    def log_shown(self, data: ConfigurationData, z: RealArray, values: Mapping[str, RealArray]) -> ComplexArray:
+        """Return ln(top/base) at the bins of a configuration, shape (..., n), cut where the records are."""
+        if data.ends and self.end_effect is None:
+            return np.asarray(np.log(data.cut(np.exp(self.log_motion(data, data.needed, z, values)))))
+        motion = self.log_motion(data, data.frequency, z, values)
+        return motion if self.end_effect is None or not data.ends else motion + self.end_effect.at(data.name, z)
+
+    def end_effect_at(self, z: RealArray) -> EndEffect:
+        """Return what the ends of the records change near a point."""
+        points = np.concatenate([z[None], z + _SHORT * np.eye(z.size)])
+        values = self.nuisances.priors.named(points[:, len(self.modulus_parameters) :])
+        change, slope = {}, {}
+        for data in self.data:
+            if data.ends:
+                motion = self.log_motion(data, data.needed, points, values)
+                shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
+                shown.imag = np.mod(shown.imag + np.pi, 2 * np.pi) - np.pi
+                change[data.name], slope[data.name] = shown[0], (shown[1:] - shown[0]) / _SHORT
+        return EndEffect(z, change, slope)
+
     def log_motion(
-        self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
+        self, data: ConfigurationData, frequency: RealArray, z: RealArray, values: Mapping[str, RealArray]
     ) -> ComplexArray:
-        """Return ln(top/base) of a configuration as the plate moves, shape (..., n)."""
+        """Return ln(top/base) of a configuration as the plate moves, shape (..., n), at frequencies (n,) in Hz."""
+        modulus = self.modulus(z, frequency)
         amounts = self.nuisances.of_rig(values, data)
         near = self._near(data.name)
         density, thickness, mass = (x[..., None] for x in amounts.parts)
         if near.rig.scales:
             # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
             modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
-        return near.log_motion(data.frequency, modulus, density, thickness, mass)
+        return near.log_motion(frequency, modulus, density, thickness, mass)
 
     def _near(self, name: str) -> Neighbourhood:
         if name not in self._neighbourhoods:
@@ -503,6 +575,60 @@ def _descents(problem: JointProblem, tolerance: float, start: RealArray) -> list
         return [direct]
     eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
     return [direct, minimise(problem, eased.z, tolerance=tolerance)]
+
+
+def settle(problem: JointProblem, start: RealArray, tolerance: float = TIGHT) -> tuple[JointProblem, Minimum]:
+    """Return the minimum reached from a start, and the problem with the ends of its records as they act there."""
+    if not any(data.ends for data in problem.data):
+        return problem, minimise(problem, start, tolerance=tolerance)
+    effect = problem.end_effect_at(start)
+    for _ in range(_MOST_SETTLED):
+        before = effect
+        minimum = minimise(replace(problem, end_effect=before), start, tolerance=tolerance)
+        effect = problem.end_effect_at(minimum.z)
+        apart = [
+            problem.whitened(i, effect.change[data.name] - before.at(data.name, minimum.z))
+            for i, data in enumerate(problem.data)
+            if data.ends
+        ]
+        start = minimum.z
+        if np.linalg.norm(np.concatenate(apart)) < _SETTLED:
+            break
+    near = replace(problem, end_effect=effect)
+    return near, minimise(near, start, tolerance=tolerance)
+
+
+def with_record_ends(problem: JointProblem, found: Minimum, bursts: Sequence[BurstData]) -> JointProblem:
+    """Return a problem whose model is cut where records end, wherever that changes what a solution shows.
+
+    Parameters
+    ----------
+    problem : JointProblem
+    found : Minimum
+        Says how long the ring-down lasts.
+    bursts : sequence of BurstData
+        All of the campaign.
+    """
+    stated = problem.nuisances.priors.named(found.z[len(problem.modulus_parameters) :])
+    changed = []
+    for data in problem.data:
+        ends = dict(data.ends)
+        rig = problem.rigs[data.name]
+
+        def motion(f: RealArray, data: ConfigurationData = data) -> ComplexArray:
+            return np.asarray(np.exp(problem.log_motion(data, f, found.z, stated)))
+
+        for burst in bursts:
+            at = np.flatnonzero(data.centres == burst.frequency)
+            if burst.configuration != data.name or not at.size or int(at[0]) in ends:
+                continue
+            bins, variance = (values[data.burst == at[0]] for values in (data.frequency, data.variance))
+            end = RecordEnd.of(burst, bins, rig.reach, period_of(burst, motion, rig.reach))
+            share = end.missing(motion(end.frequency)) / motion(bins)
+            if np.linalg.norm(np.abs(share) / np.sqrt(variance + problem.model_error**2)) > _SETTLED:
+                ends[int(at[0])] = end
+        changed.append(replace(data, ends=dict(sorted(ends.items()))))
+    return replace(problem, data=changed, end_effect=None)
 
 
 def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:

@@ -15,7 +15,7 @@ from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, MultilayerError
 from multilayer.frames import Frame, Tabular
 from multilayer.inverse.acceptance import Criteria
-from multilayer.inverse.burst import BurstProblem
+from multilayer.inverse.burst import BurstData, BurstProblem
 from multilayer.inverse.finite import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import (
@@ -25,11 +25,13 @@ from multilayer.inverse.joint import (
     configuration_data,
     first_guess,
     law_space,
+    settle,
     solve_joint,
+    with_record_ends,
 )
 from multilayer.inverse.joint_laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
 from multilayer.inverse.knowledge import Knowledge
-from multilayer.inverse.least_squares import hopeful
+from multilayer.inverse.least_squares import distinct, hopeful
 from multilayer.inverse.priors import Parameter
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.result import CSV_COLUMNS, modulus_frame
@@ -49,6 +51,7 @@ _SIGNIFICANT = 0.01
 _DECIDED = 0.9  # of the probability
 _WORTH_TELLING = 0.01
 _MOST_REMADE = 4
+_MOST_CUT = 3
 
 
 @dataclass(frozen=True, repr=False)
@@ -214,11 +217,10 @@ class JointFit(Tabular):
             told = ", ".join(f"{row.law} {row.probability:.2g}" for row in rows if row.probability > _WORTH_TELLING)
             said.append(f"the data do not decide between the laws ({told}); the bands hold what they leave open")
         if self.laws.departs() > _DECIDED:
-            size = rows[0].deviation
             other = "" if len(rows) > 1 else ", or find a better one with --law auto"
             said.append(
-                f"the material departs from {rows[0].law} by about {100 * size:.2g} %: the bands of the moduli hold "
-                f"that, the law's parameters do not; take the moduli{other}"
+                f"the material departs from {rows[0].law}, its loss factor by about {100 * rows[0].deviation:.2g} %: "
+                f"the bands of the moduli hold that, the law's parameters do not; take the moduli{other}"
             )
         return "; ".join(said)
 
@@ -226,9 +228,9 @@ class JointFit(Tabular):
         if self.explained:
             return ""
         likely, law = self.laws.likeliest, ""
-        if likely.size and likely.p_value > _SIGNIFICANT:
+        if likely.share and likely.p_value > _SIGNIFICANT:
             other = "" if len(self.laws.rows()) > 1 else " (find a better law with --law auto)"
-            law = f"a departure from {likely.name} of about {100 * likely.size:.2g} % would{other}, or "
+            law = f"a loss factor {100 * likely.share:.2g} % off that of {likely.name} would{other}, or "
         return (
             f"one law does not explain all bursts within what is stated: chi-square {self.best.cost:.4g} for "
             f"{self.n_data} data; {law}something acts that this model lacks"
@@ -335,6 +337,7 @@ def fit_joint(
         solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings)
+    solved = _cut(solved, [problem.data for problem in problems])
     candidates = [candidate for part in solved for candidate in with_deviations(*part)]
     best = LawMixture(candidates).best
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
@@ -350,6 +353,23 @@ def _laws(law: str, elements: int | None) -> tuple[tuple[str, int | None], ...]:
     if elements is not None:
         raise InputError("--elements: --law auto compares several numbers of them; name a law, or leave it out")
     return LAWS_COMPARED
+
+
+def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
+    """Return laws solved with the model cut where the records end, if that matters; all of the same data."""
+    for _ in range(_MOST_CUT):
+        _, problem, minima = max(solved, key=lambda part: part[2][0].log_evidence)
+        cut = with_record_ends(problem, minima[0], bursts)
+        if [set(data.ends) for data in cut.data] == [set(data.ends) for data in problem.data]:
+            break
+        done = []
+        for label, other, found in solved:
+            same = replace(other, data=cut.data, end_effect=None)
+            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
+            near, best = min(ends, key=lambda end: end[1].cost)
+            done.append((label, near, distinct([best, *(m for _, m in ends)])))
+        solved = done
+    return solved
 
 
 def _all_with_free_rim(campaign: Campaign, solved: list[Solved], tell: Progress, settings: FitSettings) -> list[Solved]:

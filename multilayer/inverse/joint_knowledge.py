@@ -116,6 +116,6 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
 
 
 def _log_motion(problem: JointProblem, data: ConfigurationData, z: RealArray) -> ComplexArray:
-    values = problem.nuisances.priors.named(z[..., len(problem.law_parameters) :])
-    moved = problem.log_motion(data, problem.space.modulus(problem.law_coordinates(z), data.frequency), values)
+    values = problem.nuisances.priors.named(z[..., len(problem.modulus_parameters) :])
+    moved = problem.log_shown(data, z, values)
     return np.asarray(moved + problem.nuisances.of_channels(values, data))

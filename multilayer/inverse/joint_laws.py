@@ -17,9 +17,8 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chance import exceeding
-from multilayer.inverse.joint import JointProblem
+from multilayer.inverse.joint import JointProblem, settle
 from multilayer.inverse.law_deviation import LawDeviation
-from multilayer.inverse.least_squares import minimise
 from multilayer.inverse.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
 from multilayer.inverse.problem import Minimum, by_forward_differences
 
@@ -33,7 +32,8 @@ LAWS_COMPARED = (
     ("maxwell", 3),
     ("maxwell", 4),
 )
-SIZES = (0.0, 0.01, 0.03, 0.1)  # of the deviation from a law; all are as probable beforehand
+SHARES = (0.0, 0.03, 0.1, 0.3)  # by which the loss factor departs from a law's; all are as probable beforehand
+_LEAST_LOSS = 1e-3
 _NEGLIGIBLE = 1e-6  # of all probability
 _ALIKE = 1e-4  # relative, of moduli: solutions nearer than this are one with its elements exchanged
 _LEAST = 1e-30  # in place of the logarithm of no loss
@@ -57,9 +57,9 @@ class Candidate:
     minima: Sequence[Minimum] = field(repr=False)
 
     @property
-    def size(self) -> float:
-        """Of the deviation from the law."""
-        return 0.0 if self.problem.deviation is None else self.problem.deviation.size
+    def share(self) -> float:
+        """Size of the deviation from the law, relative to its loss factor."""
+        return 0.0 if self.problem.deviation is None else self.problem.deviation.share
 
     @property
     def p_value(self) -> float:
@@ -102,17 +102,19 @@ class Candidate:
 
 
 def with_deviations(name: str, problem: JointProblem, minima: Sequence[Minimum]) -> list[Candidate]:
-    """Return a law by itself, then with deviations of all `SIZES`, each sought from the law's best solution."""
+    """Return a law by itself, then with deviations of all `SHARES`, each sought from the law's best solution."""
     found = [Candidate(name, problem, minima)]
     n, f = len(problem.law_parameters), np.concatenate([data.frequency for data in problem.data])
     start, best = np.zeros(0), minima[0]
-    for size in SIZES[1:]:
-        deviation = LawDeviation.over(f, size)
-        wider = replace(problem, deviation=deviation)
+    modulus = problem.modulus(best.z, f)
+    loss = max(float(np.mean(modulus.imag / modulus.real)), _LEAST_LOSS)
+    for share in SHARES[1:]:
+        deviation = LawDeviation.over(f, share, loss)
+        wider = replace(problem, deviation=deviation, end_effect=None)
         if not start.size:
             start = np.insert(best.z, n, np.zeros(len(deviation.times)))
-        minimum = minimise(wider, start)
-        found.append(Candidate(name, wider, [minimum]))
+        near, minimum = settle(wider, start)
+        found.append(Candidate(name, near, [minimum]))
         start = minimum.z
     return found
 
@@ -133,7 +135,7 @@ class LawRow:
     probability : float
         Of the law among those compared, equal beforehand.
     deviation : float
-        Mean size of the deviation from it, relative.
+        By which the loss factor departs from it in the mean, relative.
     """
 
     law: str
@@ -226,7 +228,7 @@ class LawMixture:
                 LawRow(
                     name, len(alone.problem.law_parameters), alone.minima[0].cost, alone.p_value,
                     evidence[name] - most, sum(weight for weight, _ in group),
-                    float(share @ [candidate.size for _, candidate in group]),
+                    float(share @ [candidate.share for _, candidate in group]),
                 )
             )  # fmt: skip
         return sorted(found, key=lambda row: -row.log_evidence)
@@ -235,12 +237,12 @@ class LawMixture:
         """Return the probability that the material departs from the most probable law at all."""
         name = self.best.name
         weights = [
-            (weight, candidate.size)
+            (weight, candidate.share)
             for weight, candidate in zip(self.weights, self.candidates, strict=True)
             if candidate.name == name
         ]
         total = sum(weight for weight, _ in weights)
-        return float(sum(weight for weight, size in weights if size) / total)
+        return float(sum(weight for weight, share in weights if share) / total)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """Return the table as plain data."""

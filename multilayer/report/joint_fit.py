@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _CURVE = 200
 _INNER, _OUTER = 0.68, 0.9
-LAW_HEADINGS = ("law", "unknowns", "chi-square", "p", "ln evidence", "probability", "departure / %")
+LAW_HEADINGS = ("law", "unknowns", "chi-square", "p", "ln evidence", "probability", "departs / %")
 
 
 def joint_table(result: JointFit) -> None:

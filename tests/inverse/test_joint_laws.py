@@ -78,7 +78,7 @@ def test_a_material_of_no_law_is_held_and_told():
     assert np.mean([off(fit, two_steps) < 2 for fit in fits]) > 0.9
     for fit in fits:
         assert fit.laws.departs() > 0.9
-        assert "departs from fractional_zener by about" in fit.remark_on_laws
+        assert "departs from fractional_zener, its loss factor by about" in fit.remark_on_laws
         assert "--law auto" in fit.remark_on_laws
 
 
@@ -99,7 +99,7 @@ def test_auto_finds_the_law_that_made_the_data():
     assert alone["havriliak_negami"] < alone["fractional_zener"] < alone["zener"]
     plain = fit_joint(*drawn(ONE_STEP, 3), "auto")
     assert plain.law.law == "fractional_zener"
-    assert plain.laws.likeliest.size == 0
+    assert plain.laws.likeliest.share == 0
     assert "departs" not in plain.remark_on_laws
 
 
@@ -111,7 +111,7 @@ def test_auto_takes_no_number_of_elements():
 
 def test_a_deviation_is_causal_and_of_its_size():
     f = np.geomspace(100, 1500, 30)
-    deviation = LawDeviation.over(f, 0.03)
+    deviation = LawDeviation.over(f, 0.1, 0.3)
     heights = np.random.default_rng(0).standard_normal((2000, len(deviation.times)))
     log = np.log(deviation.factor(heights, f))
     third = np.log(deviation.factor(heights, np.array([300.0, 300.0 * 10 ** (1 / 3)]))).real
