@@ -64,6 +64,8 @@ class ConfigurationData:
         Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
     ends : mapping
         By index of the burst, what its record lacks of the ring-down, where that matters.
+    calibration_std : array, shape (n_bursts,), optional
+        Standard deviation of each part of ln(ratio), the same at all bins of a burst.
     """
 
     name: str
@@ -75,6 +77,7 @@ class ConfigurationData:
     centres: RealArray
     stretch_moments: ComplexArray | None = None
     ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
+    calibration_std: RealArray | None = None
 
     @cached_property
     def needed(self) -> RealArray:
@@ -103,7 +106,11 @@ class ConfigurationData:
         distance = np.subtract.outer(np.log(self.frequency), np.log(self.frequency)) / SMOOTH
         # a hundredth of the model's error has no smoothness: windowing, and bins that are not quite independent
         rough = (0.1 * model_error) ** 2
-        return np.asarray(np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2))
+        covariance = np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2)
+        if self.calibration_std is not None:
+            together = np.equal.outer(self.burst, self.burst)
+            covariance += np.where(together, self.calibration_std[self.burst] ** 2, 0.0)
+        return np.asarray(covariance)
 
     def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
         """Return the data of some bursts, by their indices, which are numbered anew."""
@@ -114,6 +121,7 @@ class ConfigurationData:
         return replace(
             self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
             variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments, ends=ends,
+            calibration_std=None if self.calibration_std is None else self.calibration_std[kept],
         )  # fmt: skip
 
 
@@ -125,7 +133,9 @@ def whitening(data: ConfigurationData, model_error: float) -> RealArray:
 def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
     """Return the data of every configuration from its bursts.
 
-    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility.
+    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility. The
+    error of a calibration is common to all configurations: its variance counts as many times as there are of them, so
+    that their mean is as uncertain as the calibration, and their difference by more than that.
 
     Raises
     ------
@@ -144,7 +154,13 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
         f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
         centres = np.array([burst.frequency for burst in own])
         height = configuration.specimen_thickness
-        found.append(ConfigurationData(configuration.name, height, f, index, ratio, variance, centres, moments))
+        std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in own])
+        found.append(
+            ConfigurationData(
+                configuration.name, height, f, index, ratio, variance, centres, moments,
+                calibration_std=std if np.any(std) else None,
+            )
+        )  # fmt: skip
     return found
 
 
@@ -337,6 +353,11 @@ class EndEffect:
         """Return the change at coordinates of shape (..., n_parameters)."""
         return np.asarray(self.change[name] + (z - self.z) @ self.slope[name])
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether all of it is."""
+        return all(np.all(np.isfinite(values)) for part in (self.change, self.slope) for values in part.values())
+
 
 @dataclass(frozen=True)
 class JointProblem:
@@ -448,6 +469,10 @@ class JointProblem:
         motion = self.log_motion(data, data.frequency, z, values)
         return motion if self.end_effect is None or not data.ends else motion + self.end_effect.at(data.name, z)
 
+    def without_ends(self) -> JointProblem:
+        """Return the problem as if all ring-downs were over."""
+        return replace(self, data=[replace(data, ends={}) for data in self.data], end_effect=None)
+
     def end_effect_at(self, z: RealArray) -> EndEffect:
         """Return what the ends of the records change near a point."""
         points = np.concatenate([z[None], z + _SHORT * np.eye(z.size)])
@@ -455,8 +480,9 @@ class JointProblem:
         change, slope = {}, {}
         for data in self.data:
             if data.ends:
-                motion = self.log_motion(data, data.needed, points, values)
-                shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
+                with np.errstate(all="ignore"):  # a law that is not the sample's may have none: `is_finite`
+                    motion = self.log_motion(data, data.needed, points, values)
+                    shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
                 shown.imag = np.mod(shown.imag + np.pi, 2 * np.pi) - np.pi
                 change[data.name], slope[data.name] = shown[0], (shown[1:] - shown[0]) / _SHORT
         return EndEffect(z, change, slope)
@@ -582,16 +608,20 @@ def settle(problem: JointProblem, start: RealArray, tolerance: float = TIGHT) ->
     if not any(data.ends for data in problem.data):
         return problem, minimise(problem, start, tolerance=tolerance)
     effect = problem.end_effect_at(start)
+    if not effect.is_finite:  # no ring-down of that law ends: it is not the sample's, and stays as it is
+        return problem.without_ends(), minimise(problem.without_ends(), start, tolerance=tolerance)
     for _ in range(_MOST_SETTLED):
-        before = effect
-        minimum = minimise(replace(problem, end_effect=before), start, tolerance=tolerance)
-        effect = problem.end_effect_at(minimum.z)
+        near = replace(problem, end_effect=effect)
+        minimum = minimise(near, start, tolerance=tolerance)
+        there = problem.end_effect_at(minimum.z)
+        if not there.is_finite:
+            return near, minimum
         apart = [
-            problem.whitened(i, effect.change[data.name] - before.at(data.name, minimum.z))
+            problem.whitened(i, there.change[data.name] - effect.at(data.name, minimum.z))
             for i, data in enumerate(problem.data)
             if data.ends
         ]
-        start = minimum.z
+        start, effect = minimum.z, there
         if np.linalg.norm(np.concatenate(apart)) < _SETTLED:
             break
     near = replace(problem, end_effect=effect)

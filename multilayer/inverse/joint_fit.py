@@ -338,7 +338,10 @@ def fit_joint(
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings)
     solved = _cut(solved, [problem.data for problem in problems])
-    candidates = [candidate for part in solved for candidate in with_deviations(*part)]
+    best_minima = [part[2][0] for part in solved]
+    candidates = []
+    for part in solved:  # what no departure of a few per cent can save is told all the same
+        candidates += with_deviations(*part) if hopeful(part[2][0], best_minima) else [Candidate(*part)]
     best = LawMixture(candidates).best
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
     plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
@@ -356,14 +359,17 @@ def _laws(law: str, elements: int | None) -> tuple[tuple[str, int | None], ...]:
 
 
 def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
-    """Return laws solved with the model cut where the records end, if that matters; all of the same data."""
+    """Return laws solved with the model cut where the records end, if that matters; hopeless ones as they are."""
     for _ in range(_MOST_CUT):
         _, problem, minima = max(solved, key=lambda part: part[2][0].log_evidence)
         cut = with_record_ends(problem, minima[0], bursts)
         if [set(data.ends) for data in cut.data] == [set(data.ends) for data in problem.data]:
             break
-        done = []
+        done: list[Solved] = []
         for label, other, found in solved:
+            if not hopeful(found[0], minima):
+                done.append((label, other, found))
+                continue
             same = replace(other, data=cut.data, end_effect=None)
             ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
             near, best = min(ends, key=lambda end: end[1].cost)

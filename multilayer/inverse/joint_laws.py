@@ -33,7 +33,7 @@ LAWS_COMPARED = (
     ("maxwell", 4),
 )
 SHARES = (0.0, 0.03, 0.1, 0.3)  # by which the loss factor departs from a law's; all are as probable beforehand
-_LEAST_LOSS = 1e-3
+_LOSS = (1e-3, 1.0)  # within which it is one to depart from
 _NEGLIGIBLE = 1e-6  # of all probability
 _ALIKE = 1e-4  # relative, of moduli: solutions nearer than this are one with its elements exchanged
 _LEAST = 1e-30  # in place of the logarithm of no loss
@@ -107,7 +107,7 @@ def with_deviations(name: str, problem: JointProblem, minima: Sequence[Minimum])
     n, f = len(problem.law_parameters), np.concatenate([data.frequency for data in problem.data])
     start, best = np.zeros(0), minima[0]
     modulus = problem.modulus(best.z, f)
-    loss = max(float(np.mean(modulus.imag / modulus.real)), _LEAST_LOSS)
+    loss = float(np.clip(np.mean(modulus.imag / modulus.real), *_LOSS))
     for share in SHARES[1:]:
         deviation = LawDeviation.over(f, share, loss)
         wider = replace(problem, deviation=deviation, end_effect=None)

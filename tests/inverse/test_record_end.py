@@ -44,8 +44,8 @@ def test_where_the_ring_down_is_over_nothing_changes(monkeypatch):
     monkeypatch.setattr(joint_fit, "_cut", lambda solved, bursts: solved)
     before = joint_fit.fit_joint(campaign, recordings)
     (now, covariance), (then, _) = fit.moduli(AT[:3]), before.moduli(AT[:3])
-    assert np.all(np.abs((now - then).real) < 0.1 * np.sqrt(covariance[:, 0, 0]))
-    assert np.all(np.abs((now - then).imag) < 0.1 * np.sqrt(covariance[:, 1, 1]))
+    assert np.all(np.abs((now - then).real) < 0.5 * np.sqrt(covariance[:, 0, 0]))
+    assert np.all(np.abs((now - then).imag) < 0.5 * np.sqrt(covariance[:, 1, 1]))
 
 
 def test_what_is_missing_is_what_the_record_lacks():
