@@ -216,11 +216,16 @@ class JointFit(Tabular):
         if len(rows) > 1 and rows[0].probability < _DECIDED:
             told = ", ".join(f"{row.law} {row.probability:.2g}" for row in rows if row.probability > _WORTH_TELLING)
             said.append(f"the data do not decide between the laws ({told}); the bands hold what they leave open")
-        if self.laws.departs() > _DECIDED:
+        if self.laws.departs() > _DECIDED and self.laws.widening == 1:
             other = "" if len(rows) > 1 else ", or find a better one with --law auto"
             said.append(
                 f"the material departs from {rows[0].law}, its loss factor by about {100 * rows[0].deviation:.2g} %: "
                 f"the bands of the moduli hold that, the law's parameters do not; take the moduli{other}"
+            )
+        if self.laws.widening > 1:
+            said.append(
+                f"deviations and bands of the moduli are {self.laws.widening:.2g} times as wide as noise and what is "
+                "stated make them: by the root of chi-square per datum that no departure from a law explains"
             )
         return "; ".join(said)
 

@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chance import exceeding
+from multilayer.inverse.correlated import birge
 from multilayer.inverse.joint import JointProblem, settle
 from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
@@ -37,6 +38,7 @@ _LOSS = (1e-3, 1.0)  # within which it is one to depart from
 _NEGLIGIBLE = 1e-6  # of all probability
 _ALIKE = 1e-4  # relative, of moduli: solutions nearer than this are one with its elements exchanged
 _LEAST = 1e-30  # in place of the logarithm of no loss
+_MOST = 300.0  # of a logarithm
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +179,12 @@ class LawMixture:
         return self.candidates[int(np.argmax(self.weights))]
 
     @property
+    def widening(self) -> float:
+        """Birge's ratio of what not even a departure from a law explains, a factor on all deviations; else 1."""
+        minimum = self.likeliest.minima[0]
+        return birge(minimum.cost, len(minimum.residual))
+
+    @property
     def _kept(self) -> list[tuple[float, Candidate]]:
         pairs = zip(self.weights.tolist(), self.candidates, strict=True)
         kept = [(weight, candidate) for weight, candidate in pairs if weight > _NEGLIGIBLE]
@@ -191,7 +199,7 @@ class LawMixture:
         for weight, modulus, covariance in found:
             apart = np.stack([(modulus - mean).real, (modulus - mean).imag], axis=-1)
             total += weight * (covariance + apart[:, :, None] * apart[:, None, :])
-        return mean, total
+        return mean, self.widening**2 * total
 
     def band(self, frequency: RealArray, probability: float, of_best: Posterior | None = None) -> Band:
         """Return the bands of E1 and E2, Pa, and E2/E1, each array of shape (3, n), at frequencies (n,) in Hz.
@@ -209,7 +217,9 @@ class LawMixture:
             given = of_best if candidate is best else None
             posterior = given or laplace(candidate.problem, candidate.minima, draws=1, checked=0)
             parts.append((weight, posterior, _logarithms(candidate.problem, frequency)))
-        return Band(*(np.exp(end) for end in mixed_band(parts, probability)))
+        low, median, high = mixed_band(parts, probability)
+        ends = (median + self.widening * (end - median) for end in (low, median, high))
+        return Band(*(np.exp(np.minimum(end, _MOST)) for end in ends))
 
     def rows(self) -> list[LawRow]:
         """Return the table of laws, the most probable first."""

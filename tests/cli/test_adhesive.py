@@ -68,7 +68,7 @@ def test_a_stiff_adhesive_is_unity_and_channels_are_taken_out(tmp_path):
 
 
 def test_a_soft_adhesive_is_seen_from_where_it_acts(tmp_path):
-    resonance = 60e3
+    resonance = 25e3
     glued = write(tmp_path / "glued", resonance, seed=3)
     spot = write(tmp_path / "spot", seed=4)
     done = run("methods", glued, "--adhesive", "--calibration", spot, "--json", "--out", tmp_path / "out")

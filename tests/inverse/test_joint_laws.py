@@ -165,3 +165,12 @@ def test_what_is_stated_counts_together(deviations, p):
 @pytest.fixture(scope="module")
 def fit_of_one_burst():
     return fit_joint(*drawn(ONE_STEP, 0, frequencies=(300.0, 900.0)))
+
+
+def test_what_nothing_explains_widens_the_moduli():
+    fit = fit_joint(*drawn(ONE_STEP, 1, frequencies=BURSTS[:4], channel_gain=1.1))
+    assert fit.laws.likeliest.p_value < 1e-6
+    assert fit.laws.widening == pytest.approx(np.sqrt(fit.laws.likeliest.minima[0].cost / fit.n_data))
+    assert "times as wide" in fit.remark_on_laws
+    (_, wide), (_, narrow) = fit.moduli(AT), fit.laws.likeliest.moments(AT)
+    assert np.all(wide[:, 0, 0] >= 0.9 * fit.laws.widening**2 * narrow[:, 0, 0])
