@@ -23,7 +23,7 @@ from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.inverse.problem import Minimum, by_forward_differences
-from multilayer.inverse.record_end import RecordEnd, period_of
+from multilayer.inverse.record_end import RecordEnd, period_of, rings_at_end
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -631,6 +631,8 @@ def settle(problem: JointProblem, start: RealArray, tolerance: float = TIGHT) ->
 def with_record_ends(problem: JointProblem, found: Minimum, bursts: Sequence[BurstData]) -> JointProblem:
     """Return a problem whose model is cut where records end, wherever that changes what a solution shows.
 
+    Of rigs in closed form: finite elements would have to be solved at thousands of frequencies.
+
     Parameters
     ----------
     problem : JointProblem
@@ -650,7 +652,8 @@ def with_record_ends(problem: JointProblem, found: Minimum, bursts: Sequence[Bur
 
         for burst in bursts:
             at = np.flatnonzero(data.centres == burst.frequency)
-            if burst.configuration != data.name or not at.size or int(at[0]) in ends:
+            of_this = burst.configuration == data.name and at.size > 0 and rig.takes_arrays
+            if not of_this or int(at[0]) in ends or not rings_at_end(burst):
                 continue
             bins, variance = (values[data.burst == at[0]] for values in (data.frequency, data.variance))
             end = RecordEnd.of(burst, bins, rig.reach, period_of(burst, motion, rig.reach))

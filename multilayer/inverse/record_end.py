@@ -22,6 +22,8 @@ _LEAST = 2e-4  # of the base's largest bin: what a Hann window leaves beyond a b
 _NOISE = 2.0  # standard deviations of a bin's noise; what lies below is not motion
 _GROWTH = 4  # of the period, in records, to begin with
 _MOST_GROWN = 32
+_STANDS_OUT = 4.0  # noise alone: once in some ten thousand records
+_SILENT = 1e-6  # of the largest sample: no channel is quieter
 _DIED = 0.01  # of what it is at the record's end, at the end of the period
 
 
@@ -79,6 +81,14 @@ class RecordEnd:
     def missing(self, motion: ComplexArray) -> ComplexArray:
         """Return what is missing of the ratio, shape (..., n), of transmissibilities of shape (..., m)."""
         return np.asarray(motion @ self.direct.T + np.conj(motion) @ self.mirrored.T)
+
+
+def rings_at_end(burst: BurstData) -> bool:
+    """Tell whether a tone stands out of the noise in the last tenth of the top plate's record."""
+    tail = burst.top[-max(burst.n_samples // 10, 16) :]
+    window = np.hanning(len(tail))
+    noise = max(burst.noise.top, _SILENT * float(np.abs(burst.top).max()))
+    return bool(np.abs(np.fft.rfft(window * tail)).max() > _STANDS_OUT * noise * np.linalg.norm(window))
 
 
 def to_spectrum_at(signal: RealArray, phase: RealArray) -> ComplexArray:
