@@ -26,7 +26,7 @@ print(f"chi-square {fit.best.cost:.0f} for {fit.n_data} data, p = {fit.p_value:.
 # knows.
 frequency = np.geomspace(10, 15e3, 80)
 modulus = fit.law(frequency)
-band = modulus_band(fit.problem, fit.knowledge.posterior, frequency, 0.9)
+band = modulus_band(fit, frequency, 0.9)
 
 figure, (upper, lower) = plt.subplots(2, sharex=True, layout="constrained")
 for row, (name, values) in enumerate({"E1": modulus.real, "E2": modulus.imag}.items()):

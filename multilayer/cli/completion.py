@@ -22,6 +22,11 @@ def among(*names: str) -> Callable[[str], list[str]]:
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
+def fitted_laws(incomplete: str) -> list[str]:
+    """Complete the laws of a joint fit."""
+    return [*among("auto")(incomplete), *laws(incomplete)]
+
+
 def kinds(incomplete: str) -> list[str]:
     """Complete the kinds of files."""
     from multilayer.kinds import KINDS

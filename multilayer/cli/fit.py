@@ -39,7 +39,11 @@ def fit(
     ] = None,
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
     law: Annotated[
-        str, typer.Option(help="The law of a joint fit.", autocompletion=completion.laws)
+        str,
+        typer.Option(
+            help="The law of a joint fit, or auto: the most probable of several, which are compared.",
+            autocompletion=completion.fitted_laws,
+        ),
     ] = "fractional_zener",
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
     posterior: Annotated[
@@ -71,6 +75,8 @@ def fit(
     Example: multilayer fit examples/foam_tube --out results/foam_tube
 
     Example: multilayer fit examples/foam_b --joint --law fractional_zener --model finite
+
+    Example: multilayer fit examples/foam_b --joint --model finite --law auto
 
     Example: multilayer fit examples/foam_b --joint --model finite --posterior profile
 

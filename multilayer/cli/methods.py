@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.errors import InputError
 
 if TYPE_CHECKING:
     from multilayer.inverse.transfer_function import Lateral
@@ -35,6 +36,17 @@ def methods(
             autocompletion=completion.laterals,
         ),
     ] = "bonded",
+    adhesive: Annotated[
+        bool,
+        typer.Option(
+            "--adhesive",
+            help="Check the adhesive alone: the campaign (rig: calibration) has the two plates glued together.",
+        ),
+    ] = False,
+    calibration: Annotated[
+        Path | None,
+        typer.Option("--calibration", metavar="CAMPAIGN", help="With --adhesive: both accelerometers at one spot."),
+    ] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
 ) -> None:
     """Find the complex modulus of a sample by every method, and put them side by side.
@@ -44,8 +56,17 @@ def methods(
     methods.csv, methods.json and methods.png. Exit status: 0 done, whatever the methods say, 2 the input cannot be
     used (nothing is written).
 
+    With --adhesive, the paper's check of the glue: whether the transmissibility of two plates glued together without a
+    sample is 1 within the noise, and up to which frequency (adhesive.csv, adhesive.json, adhesive.png).
+
     Example: multilayer methods examples/foam_b --out results/foam_b
+
+    Example: multilayer methods glued_plates --adhesive --calibration one_spot
     """
+    if adhesive:
+        return _adhesive(source, calibration, out, as_json, figures)
+    if calibration is not None:
+        raise InputError("--calibration is of --adhesive; a fit file names the calibration of a campaign")
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.compare_methods import compare_methods, number_of_steps_of_all
     from multilayer.inverse.sources import read_fit
@@ -69,12 +90,34 @@ def methods(
     else:
         methods_table(comparison)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+    return None
+
+
+def _adhesive(source: Path, calibration: Path | None, out: Path | None, as_json: bool, figures: bool) -> None:
+    """Check an adhesive, write and print."""
+    from multilayer.json_text import json_text
+    from multilayer.measurements.campaign import load_calibration
+    from multilayer.report.adhesive import adhesive_figure, adhesive_table
+    from multilayer.report.files import refuse_unusable, result_files, write_files
+    from multilayer.signals.adhesive import check_adhesive
+
+    refuse_unusable(out or Path("results"))
+    glued = load_calibration(source)
+    name = (source if source.is_dir() else source.parent).resolve().name
+    check = check_adhesive(name, glued, None if calibration is None else load_calibration(calibration))
+    folder = out or Path("results") / name
+    written = write_files(folder, result_files("adhesive", check, adhesive_figure if figures else None))
+    if as_json:
+        typer.echo(json_text(check.to_dict()), nl=False)
+    else:
+        adhesive_table(check)
+        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
 def _lateral(name: str) -> Lateral:
     from typing import cast, get_args
 
-    from multilayer.errors import InputError, suggest
+    from multilayer.errors import suggest
     from multilayer.inverse.transfer_function import Lateral
 
     if name not in get_args(Lateral):

@@ -37,13 +37,6 @@ def tolerant_p_value(fitted: Fitted, size: float) -> float:
     return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
 
 
-def nuisance_p_value(fitted: Fitted) -> float:
-    """Return the probability that what the laboratory states is as far off, all of it together, as the fit takes it."""
-    stated = np.array([parameter.nuisance for parameter in fitted.hypothesis.parameters], dtype=bool)
-    amounts = fitted.minimum.z[stated]
-    return exceeding(float(amounts @ amounts), len(amounts)) if len(amounts) else 1.0
-
-
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability that effects are as far from their usual sizes, all their parameters together."""
     own = len(fitted.hypothesis.effect_parameters)

@@ -14,7 +14,6 @@ from scipy.special import logsumexp
 from multilayer.diagnosis.discrepancy import (
     discrepancy_evidence,
     law_p_value,
-    nuisance_p_value,
     size_p_value,
     tolerant_p_value,
 )
@@ -50,6 +49,7 @@ from multilayer.diagnosis.thresholds import (
     TOLERANCE,
 )
 from multilayer.executors import run_all
+from multilayer.inverse.stated import nuisance_p_value
 
 Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)
@@ -377,7 +377,9 @@ def _strain(fitted: Fitted, *, forgiven: bool = False) -> str:
     forgive more than any right hypothesis asks of one of them. A misfit may be `forgiven`, the others never.
     """
     asked = {
-        "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(fitted),
+        "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(
+            fitted.hypothesis.parameters, fitted.minimum.z
+        ),
         "asks for sizes so far from the usual ones that these have the probability": size_p_value(fitted),
         "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
     }

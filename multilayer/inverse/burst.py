@@ -40,6 +40,9 @@ class BurstData:
     cycles : float
         Periods of the burst under its Hann window: its spectrum's main lobe is 4/cycles wide, relative to the
         frequency.
+    calibration_std : float
+        Standard deviation of the calibration that was taken out of the top channel: of its ratio, relative, and of its
+        phase, rad.
     """
 
     configuration: str
@@ -49,6 +52,7 @@ class BurstData:
     top: RealArray
     noise: Noise
     cycles: float = 10.0
+    calibration_std: float = 0.0
 
     @property
     def n_samples(self) -> int:

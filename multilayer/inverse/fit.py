@@ -119,10 +119,11 @@ def _burst_data(
     configuration: str, frequency: float, recording: Recording, calibration: Calibration | None, cycles: float
 ) -> BurstData:
     base, top = recording.mean()
+    std = 0.0
     if calibration is not None:
-        top = calibration.correct(top, recording.sampling_rate, frequency)
+        top, std = calibration.correct(top, recording.sampling_rate, frequency), calibration.std_at(frequency)
     noise = noise_level(recording, of_mean=True)
-    return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise, cycles)
+    return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise, cycles, std)
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,11 @@ from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.inverse.burst import BurstData
+from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.inverse.problem import Minimum, by_forward_differences
+from multilayer.inverse.record_end import RecordEnd, period_of, rings_at_end
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -34,6 +36,9 @@ _COARSE = 0.02  # model error while only the law is sought: minima are wide then
 Tell = Callable[[str], None]
 N_BEST, N_FOLLOWED = 6, 3
 _IMPROBABLE = 0.01
+_SHORT = 1e-6  # of a coordinate
+_SETTLED = 0.3  # of whitened residuals: less moves chi-square by a tenth
+_MOST_SETTLED = 4
 _FEW = 60  # evaluations after which a start of the coarse search must be near the best
 
 
@@ -57,6 +62,10 @@ class ConfigurationData:
         Stated frequencies of the bursts, Hz.
     stretch_moments : complex array, shape (2, n), optional
         Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
+    ends : mapping
+        By index of the burst, what its record lacks of the ring-down, where that matters.
+    calibration_std : array, shape (n_bursts,), optional
+        Standard deviation of each part of ln(ratio), the same at all bins of a burst.
     """
 
     name: str
@@ -67,6 +76,25 @@ class ConfigurationData:
     variance: RealArray
     centres: RealArray
     stretch_moments: ComplexArray | None = None
+    ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
+    calibration_std: RealArray | None = None
+
+    @cached_property
+    def needed(self) -> RealArray:
+        """Frequencies of which the model's motion is needed, Hz: the bins, then those of the records' ends."""
+        return np.concatenate([self.frequency, *(end.frequency for end in self.ends.values())])
+
+    def cut(self, motion: ComplexArray) -> ComplexArray:
+        """Return a model's ratio (..., n) as the records show it, from its motion at `needed`."""
+        n = len(self.frequency)
+        if not self.ends:
+            return motion
+        shown, first = motion[..., :n].copy(), n
+        for index, end in self.ends.items():
+            last = first + len(end.frequency)
+            shown[..., self.burst == index] -= end.missing(motion[..., first:last])
+            first = last
+        return shown
 
     @cached_property
     def log_ratio(self) -> ComplexArray:
@@ -78,16 +106,22 @@ class ConfigurationData:
         distance = np.subtract.outer(np.log(self.frequency), np.log(self.frequency)) / SMOOTH
         # a hundredth of the model's error has no smoothness: windowing, and bins that are not quite independent
         rough = (0.1 * model_error) ** 2
-        return np.asarray(np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2))
+        covariance = np.diag(self.variance + rough) + model_error**2 * np.exp(-0.5 * distance**2)
+        if self.calibration_std is not None:
+            together = np.equal.outer(self.burst, self.burst)
+            covariance += np.where(together, self.calibration_std[self.burst] ** 2, 0.0)
+        return np.asarray(covariance)
 
     def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
         """Return the data of some bursts, by their indices, which are numbered anew."""
         inside = np.isin(self.burst, kept)
         renumbered = np.searchsorted(kept, self.burst[inside])
         moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
+        ends = {new: self.ends[old] for new, old in enumerate(kept.tolist()) if old in self.ends}
         return replace(
             self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
-            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments,
+            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments, ends=ends,
+            calibration_std=None if self.calibration_std is None else self.calibration_std[kept],
         )  # fmt: skip
 
     def thinned(self, every: int) -> ConfigurationData:
@@ -110,7 +144,9 @@ def whitening(data: ConfigurationData, model_error: float) -> RealArray:
 def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
     """Return the data of every configuration from its bursts.
 
-    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility.
+    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility. The
+    error of a calibration is common to all configurations: its variance counts as many times as there are of them, so
+    that their mean is as uncertain as the calibration, and their difference by more than that.
 
     Raises
     ------
@@ -129,7 +165,13 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
         f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
         centres = np.array([burst.frequency for burst in own])
         height = configuration.specimen_thickness
-        found.append(ConfigurationData(configuration.name, height, f, index, ratio, variance, centres, moments))
+        std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in own])
+        found.append(
+            ConfigurationData(
+                configuration.name, height, f, index, ratio, variance, centres, moments,
+                calibration_std=std if np.any(std) else None,
+            )
+        )  # fmt: skip
     return found
 
 
@@ -301,6 +343,33 @@ class Nuisances:
         return difference
 
 
+@dataclass(frozen=True, eq=False)
+class EndEffect:
+    """What the records' ends change in ln(ratio), to first order about a point.
+
+    Attributes
+    ----------
+    z : array, shape (n_parameters,)
+    change : mapping
+        By configuration, shape (n,).
+    slope : mapping
+        Derivative of that, shape (n_parameters, n).
+    """
+
+    z: RealArray
+    change: Mapping[str, ComplexArray]
+    slope: Mapping[str, ComplexArray]
+
+    def at(self, name: str, z: RealArray) -> ComplexArray:
+        """Return the change at coordinates of shape (..., n_parameters)."""
+        return np.asarray(self.change[name] + (z - self.z) @ self.slope[name])
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether all of it is."""
+        return all(np.all(np.isfinite(values)) for part in (self.change, self.slope) for values in part.values())
+
+
 @dataclass(frozen=True)
 class JointProblem:
     """A campaign as one inverse problem; a `Problem`.
@@ -315,6 +384,11 @@ class JointProblem:
     known : Uncertainty
     model_error : float
         Standard deviation of the model's own relative error, smooth in ln f.
+    deviation : LawDeviation, optional
+        How far the material may depart from the law; not at all when left out.
+    end_effect : EndEffect, optional
+        What the ends of the records change near a solution; computed anew at every point, at many times the cost, when
+        left out.
     """
 
     data: Sequence[ConfigurationData]
@@ -322,6 +396,8 @@ class JointProblem:
     space: LawSpace
     known: Uncertainty = field(default_factory=Uncertainty)
     model_error: float = MODEL_ERROR
+    deviation: LawDeviation | None = None
+    end_effect: EndEffect | None = None
     _neighbourhoods: dict[str, Neighbourhood] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
@@ -338,13 +414,18 @@ class JointProblem:
         )
 
     @cached_property
+    def modulus_parameters(self) -> tuple[Parameter, ...]:
+        """What the modulus depends on: law, then its deviation."""
+        return self.law_parameters + (() if self.deviation is None else self.deviation.parameters)
+
+    @cached_property
     def _law_priors(self) -> Priors:
         return Priors.of(self.law_parameters)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Law, then nuisances."""
-        return (*self.law_parameters, *self.nuisances.parameters)
+        """Law, its deviation, then nuisances."""
+        return (*self.modulus_parameters, *self.nuisances.parameters)
 
     @cached_property
     def _whitening(self) -> list[RealArray]:
@@ -366,16 +447,15 @@ class JointProblem:
 
     def log_ratios(self, z: RealArray) -> list[ComplexArray]:
         """Return ln(model/measured), the phase within half a turn, shape (..., n), of every configuration."""
-        n = len(self.law_parameters)
+        n = len(self.modulus_parameters)
         rows = z.reshape(-1, z.shape[-1])
         values = self.nuisances.priors.named(rows[:, n:])
-        law = self.law_coordinates(rows)
         found = []
         for data in self.data:
 
             def moved(kept: IndexArray, data: ConfigurationData = data) -> ComplexArray:
                 own = {name: value[kept] for name, value in values.items()}
-                return self.log_motion(data, self.space.modulus(law[kept], data.frequency), own)
+                return self.log_shown(data, rows[kept], own)
 
             difference = self.nuisances.log_ratio(values, data, rows[:, :n], moved)
             found.append(difference.reshape(*z.shape[:-1], -1))
@@ -385,17 +465,51 @@ class JointProblem:
         """Return the point of the law's space, shape (..., n_law)."""
         return self._law_priors.values(z[..., : len(self.law_parameters)])
 
+    def modulus(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return E1 + i E2, Pa, shape (..., n_frequency), the deviation from the law included."""
+        modulus = self.space.modulus(self.law_coordinates(z), frequency)
+        if self.deviation is None:
+            return modulus
+        heights = z[..., len(self.law_parameters) : len(self.modulus_parameters)]
+        return np.asarray(modulus * self.deviation.factor(heights, frequency))
+
+    def log_shown(self, data: ConfigurationData, z: RealArray, values: Mapping[str, RealArray]) -> ComplexArray:
+        """Return ln(top/base) at the bins of a configuration, shape (..., n), cut where the records are."""
+        if data.ends and self.end_effect is None:
+            return np.asarray(np.log(data.cut(np.exp(self.log_motion(data, data.needed, z, values)))))
+        motion = self.log_motion(data, data.frequency, z, values)
+        return motion if self.end_effect is None or not data.ends else motion + self.end_effect.at(data.name, z)
+
+    def without_ends(self) -> JointProblem:
+        """Return the problem as if all ring-downs were over."""
+        return replace(self, data=[replace(data, ends={}) for data in self.data], end_effect=None)
+
+    def end_effect_at(self, z: RealArray) -> EndEffect:
+        """Return what the ends of the records change near a point."""
+        points = np.concatenate([z[None], z + _SHORT * np.eye(z.size)])
+        values = self.nuisances.priors.named(points[:, len(self.modulus_parameters) :])
+        change, slope = {}, {}
+        for data in self.data:
+            if data.ends:
+                with np.errstate(all="ignore"):  # a law that is not the sample's may have none: `is_finite`
+                    motion = self.log_motion(data, data.needed, points, values)
+                    shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
+                shown.imag = np.mod(shown.imag + np.pi, 2 * np.pi) - np.pi
+                change[data.name], slope[data.name] = shown[0], (shown[1:] - shown[0]) / _SHORT
+        return EndEffect(z, change, slope)
+
     def log_motion(
-        self, data: ConfigurationData, modulus: ComplexArray, values: Mapping[str, RealArray]
+        self, data: ConfigurationData, frequency: RealArray, z: RealArray, values: Mapping[str, RealArray]
     ) -> ComplexArray:
-        """Return ln(top/base) of a configuration as the plate moves, shape (..., n)."""
+        """Return ln(top/base) of a configuration as the plate moves, shape (..., n), at frequencies (n,) in Hz."""
+        modulus = self.modulus(z, frequency)
         amounts = self.nuisances.of_rig(values, data)
         near = self._near(data.name)
         density, thickness, mass = (x[..., None] for x in amounts.parts)
         if near.rig.scales:
             # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
             modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
-        return near.log_motion(data.frequency, modulus, density, thickness, mass)
+        return near.log_motion(frequency, modulus, density, thickness, mass)
 
     def _near(self, name: str) -> Neighbourhood:
         if name not in self._neighbourhoods:
@@ -498,6 +612,67 @@ def _descents(problem: JointProblem, tolerance: float, start: RealArray) -> list
         return [direct]
     eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
     return [direct, minimise(problem, eased.z, tolerance=tolerance)]
+
+
+def settle(problem: JointProblem, start: RealArray, tolerance: float = TIGHT) -> tuple[JointProblem, Minimum]:
+    """Return the minimum reached from a start, and the problem with the ends of its records as they act there."""
+    if not any(data.ends for data in problem.data):
+        return problem, minimise(problem, start, tolerance=tolerance)
+    effect = problem.end_effect_at(start)
+    if not effect.is_finite:  # no ring-down of that law ends: it is not the sample's, and stays as it is
+        return problem.without_ends(), minimise(problem.without_ends(), start, tolerance=tolerance)
+    for _ in range(_MOST_SETTLED):
+        near = replace(problem, end_effect=effect)
+        minimum = minimise(near, start, tolerance=tolerance)
+        there = problem.end_effect_at(minimum.z)
+        if not there.is_finite:
+            return near, minimum
+        apart = [
+            problem.whitened(i, there.change[data.name] - effect.at(data.name, minimum.z))
+            for i, data in enumerate(problem.data)
+            if data.ends
+        ]
+        start, effect = minimum.z, there
+        if np.linalg.norm(np.concatenate(apart)) < _SETTLED:
+            break
+    near = replace(problem, end_effect=effect)
+    return near, minimise(near, start, tolerance=tolerance)
+
+
+def with_record_ends(problem: JointProblem, found: Minimum, bursts: Sequence[BurstData]) -> JointProblem:
+    """Return a problem whose model is cut where records end, wherever that changes what a solution shows.
+
+    Of rigs in closed form: finite elements would have to be solved at thousands of frequencies.
+
+    Parameters
+    ----------
+    problem : JointProblem
+    found : Minimum
+        Says how long the ring-down lasts.
+    bursts : sequence of BurstData
+        All of the campaign.
+    """
+    stated = problem.nuisances.priors.named(found.z[len(problem.modulus_parameters) :])
+    changed = []
+    for data in problem.data:
+        ends = dict(data.ends)
+        rig = problem.rigs[data.name]
+
+        def motion(f: RealArray, data: ConfigurationData = data) -> ComplexArray:
+            return np.asarray(np.exp(problem.log_motion(data, f, found.z, stated)))
+
+        for burst in bursts:
+            at = np.flatnonzero(data.centres == burst.frequency)
+            of_this = burst.configuration == data.name and at.size > 0 and rig.takes_arrays
+            if not of_this or int(at[0]) in ends or not rings_at_end(burst):
+                continue
+            bins, variance = (values[data.burst == at[0]] for values in (data.frequency, data.variance))
+            end = RecordEnd.of(burst, bins, rig.reach, period_of(burst, motion, rig.reach))
+            share = end.missing(motion(end.frequency)) / motion(bins)
+            if np.linalg.norm(np.abs(share) / np.sqrt(variance + problem.model_error**2)) > _SETTLED:
+                ends[int(at[0])] = end
+        changed.append(replace(data, ends=dict(sorted(ends.items()))))
+    return replace(problem, data=changed, end_effect=None)
 
 
 def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:

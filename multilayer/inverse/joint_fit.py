@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,10 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
-from multilayer.errors import MultilayerError
+from multilayer.errors import InputError, MultilayerError
 from multilayer.frames import Frame, Tabular
 from multilayer.inverse.acceptance import Criteria
-from multilayer.inverse.burst import BurstProblem
+from multilayer.inverse.burst import BurstData, BurstProblem
 from multilayer.inverse.finite import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import (
@@ -25,13 +25,19 @@ from multilayer.inverse.joint import (
     configuration_data,
     first_guess,
     law_space,
+    settle,
     solve_joint,
+    with_record_ends,
 )
+from multilayer.inverse.joint_laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
 from multilayer.inverse.knowledge import Knowledge
+from multilayer.inverse.least_squares import distinct, hopeful
+from multilayer.inverse.priors import Parameter
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.result import CSV_COLUMNS, modulus_frame
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
+from multilayer.inverse.stated import Statement, far_off, nuisance_p_value
 from multilayer.measurements.description import Campaign
 from multilayer.measurements.recording import Recording
 from multilayer.media.laws import ModulusLaw
@@ -39,9 +45,13 @@ from multilayer.signals.calibration import Calibration
 
 JOINT = "joint"
 Progress = Callable[[str], None]
+Solved = tuple[str, JointProblem, list[Minimum]]
 _STEP = 1e-4
 _SIGNIFICANT = 0.01
+_DECIDED = 0.9  # of the probability
+_WORTH_TELLING = 0.01
 _MOST_REMADE = 4
+_MOST_CUT = 3
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,6 +71,8 @@ class JointFit(Tabular):
         Of eq. (10), for `accepted`.
     knowledge : Knowledge, optional
         Intervals, and what the data determine; see `joint_knowledge.with_knowledge`.
+    candidates : tuple of Candidate
+        The laws compared, with deviations of all sizes; moduli are means over them. The law by itself when empty.
     """
 
     campaign: str
@@ -70,6 +82,12 @@ class JointFit(Tabular):
     minima: list[Minimum] = field(repr=False)
     criteria: Criteria
     knowledge: Knowledge | None = field(default=None, repr=False)
+    candidates: tuple[Candidate, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def laws(self) -> LawMixture:
+        """The laws compared, by their evidence."""
+        return LawMixture(self.candidates or (Candidate(self.law.law, self.problem, self.minima),))
 
     @property
     def frame(self) -> Frame:
@@ -93,16 +111,11 @@ class JointFit(Tabular):
         return exceeding(self.best.cost, self.n_data)
 
     def moduli(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
-        """Return E1 + i E2 at frequencies (n,), Hz, and the covariance of (E1, E2), shape (n, 2, 2), Pa."""
-        n = len(self.problem.law_parameters)
-        z = self.best.z
-        steps = np.zeros((2 * n + 1, z.size))
-        steps[1 : n + 1, :n], steps[n + 1 :, :n] = _STEP * np.eye(n), -_STEP * np.eye(n)
-        values = self.problem.space.modulus(self.problem.law_coordinates(z + steps), frequency)
-        slopes = (values[1 : n + 1] - values[n + 1 :]) / (2 * _STEP)
-        parts = np.stack([slopes.real, slopes.imag], axis=-1)  # (n_law, n, 2)
-        covariance = self.best.covariance[:n, :n]
-        return values[0], np.einsum("ifa,ij,jfb->fab", parts, covariance, parts)
+        """Return E1 + i E2 at frequencies (n,), Hz, and the covariance of (E1, E2), shape (n, 2, 2), Pa.
+
+        Mean and covariance over the laws compared and over deviations from them, by their evidence.
+        """
+        return self.laws.moments(np.asarray(frequency, dtype=float))
 
     @property
     def parameters(self) -> dict[str, tuple[float, float]]:
@@ -166,18 +179,76 @@ class JointFit(Tabular):
         return delays, levels
 
     @property
+    def explained(self) -> bool:
+        """Whether chance explains the misfit, whatever becomes of what is stated."""
+        return self.p_value > _SIGNIFICANT
+
+    @cached_property
+    def _statements(self) -> tuple[tuple[Parameter, ...], RealArray]:
+        """What is stated, and its coordinates in the most probable solution of all, deviations from a law included.
+
+        A law by itself may drag them along for no other reason than that it is not quite the material's.
+        """
+        likely = self.laws.likeliest
+        return likely.problem.nuisances.parameters, likely.minima[0].z[len(likely.problem.modulus_parameters) :]
+
+    @property
+    def stated_p_value(self) -> float:
+        """Probability that what the laboratory states is as far off, all of it together, as the solution takes it."""
+        return nuisance_p_value(*self._statements)
+
+    @property
     def all_accepted(self) -> bool:
-        """Whether all frequencies meet eq. (10) and the misfit is no larger than chance."""
-        return self.p_value > _SIGNIFICANT and all(row["accepted"] for row in self.rows())
+        """Whether all meet eq. (10), and neither the misfit nor what is taken for stated wrongly is beyond chance."""
+        chance = min(self.p_value, self.stated_p_value)
+        return chance > _SIGNIFICANT and all(row["accepted"] for row in self.rows())
 
     @property
     def remark(self) -> str:
-        """What a reader should know, in a sentence; empty when one law explains all."""
-        if self.p_value > _SIGNIFICANT:
+        """What a reader should know, in sentences; empty when one law explains all."""
+        return "; ".join(text for text in (self._of_misfit(), self._of_statements()) if text)
+
+    @property
+    def remark_on_laws(self) -> str:
+        """What the moduli's bands hold besides the law's own; empty where there is nothing to say."""
+        said = []
+        rows = self.laws.rows()
+        if len(rows) > 1 and rows[0].probability < _DECIDED:
+            told = ", ".join(f"{row.law} {row.probability:.2g}" for row in rows if row.probability > _WORTH_TELLING)
+            said.append(f"the data do not decide between the laws ({told}); the bands hold what they leave open")
+        if self.laws.departs() > _DECIDED and self.laws.widening == 1:
+            other = "" if len(rows) > 1 else ", or find a better one with --law auto"
+            said.append(
+                f"the material departs from {rows[0].law}, its loss factor by about {100 * rows[0].deviation:.2g} %: "
+                f"the bands of the moduli hold that, the law's parameters do not; take the moduli{other}"
+            )
+        if self.laws.widening > 1:
+            said.append(
+                f"deviations and bands of the moduli are {self.laws.widening:.2g} times as wide as noise and what is "
+                "stated make them: by the root of chi-square per datum that no departure from a law explains"
+            )
+        return "; ".join(said)
+
+    def _of_misfit(self) -> str:
+        if self.explained:
             return ""
+        likely, law = self.laws.likeliest, ""
+        if likely.share and likely.p_value > _SIGNIFICANT:
+            other = "" if len(self.laws.rows()) > 1 else " (find a better law with --law auto)"
+            law = f"a loss factor {100 * likely.share:.2g} % off that of {likely.name} would{other}, or "
         return (
             f"one law does not explain all bursts within what is stated: chi-square {self.best.cost:.4g} for "
-            f"{self.n_data} data; something acts that this model lacks"
+            f"{self.n_data} data; {law}something acts that this model lacks"
+        )
+
+    def _of_statements(self) -> str:
+        if self.stated_p_value > _SIGNIFICANT:
+            return ""
+        off = "; ".join(_told(statement) for statement in far_off(*self._statements))
+        return (
+            "this takes what the laboratory states for wrong, which has the probability "
+            f"{self.stated_p_value:.1g}: {off}. Correct the statement, or find the cause: "
+            f"multilayer diagnose {self.campaign}"
         )
 
     def to_csv(self) -> str:
@@ -195,7 +266,11 @@ class JointFit(Tabular):
             "chi_square": self.best.cost,
             "n_data": self.n_data,
             "p_value": self.p_value,
+            "stated_p_value": self.stated_p_value,
+            "stated_deviations": {parameter.name: float(off) for parameter, off in zip(*self._statements, strict=True)},
             "remark": self.remark,
+            "laws": self.laws.to_dict(),
+            "remark_on_laws": self.remark_on_laws,
             "moduli": self.rows(),
             "minima": [
                 {"chi_square": m.cost, "log_evidence": m.log_evidence, "law": self._law_of(m).model_dump(mode="json")}
@@ -206,6 +281,15 @@ class JointFit(Tabular):
 
     def _law_of(self, minimum: Minimum) -> ModulusLaw:
         return self.problem.space.law(self.problem.law_coordinates(minimum.z))
+
+
+def _told(statement: Statement) -> str:
+    """Return by how much a stated quantity is off, with its unit."""
+    parameter, off = statement
+    spread = parameter.prior.normal[1] if parameter.prior.normal else 1.0
+    unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(parameter.unit, ("%", 100.0))
+    value, size = (f"{factor * amount:.3g} {unit}" for amount in (off * spread, spread))
+    return f"{parameter.name} by {abs(off):.3g} standard deviations ({value}, stated {size})"
 
 
 def fit_joint(
@@ -227,7 +311,7 @@ def fit_joint(
     recordings : mapping
         Signals by (configuration name, frequency).
     law : str
-        Name of a registered modulus law.
+        Name of a registered modulus law, or ``auto``: the most probable of `LAWS_COMPARED`.
     elements : int, optional
         Of laws with lists of branches.
     settings : FitSettings, optional
@@ -251,20 +335,78 @@ def fit_joint(
     settings = settings or FitSettings()
     tell = progress or (lambda text: None)
     problems = burst_problems(campaign, recordings, settings, calibration)
-    problem = plane_wave_problem(campaign, problems, law, elements)
-    minima = solve_joint(problem, seed=seed, tell=tell)
+    solved: list[Solved] = []
+    for name, branches in _laws(law, elements):
+        problem = plane_wave_problem(campaign, problems, name, branches)
+        label = name if branches is None else f"{name}, {branches} branches"
+        solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
-        problem, minima = with_free_rim(campaign, problem, minima, tell, settings)
+        solved = _all_with_free_rim(campaign, solved, tell, settings)
+    solved = _cut(solved, [problem.data for problem in problems])
+    best_minima = [part[2][0] for part in solved]
+    candidates = []
+    for part in solved:  # what no departure of a few per cent can save is told all the same
+        candidates += with_deviations(*part) if hopeful(part[2][0], best_minima) else [Candidate(*part)]
+    best = LawMixture(candidates).best
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
     plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
+    found = best.problem.space.law(best.problem.law_coordinates(best.minima[0].z))
     name = campaign.folder.resolve().name
-    return JointFit(name, plain, problem.space.law(problem.law_coordinates(minima[0].z)), problem, minima, criteria)
+    return JointFit(name, plain, found, best.problem, list(best.minima), criteria, candidates=tuple(candidates))
 
 
-def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
+def _laws(law: str, elements: int | None) -> tuple[tuple[str, int | None], ...]:
+    if law != AUTO:
+        return ((law, elements),)
+    if elements is not None:
+        raise InputError("--elements: --law auto compares several numbers of them; name a law, or leave it out")
+    return LAWS_COMPARED
+
+
+def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
+    """Return laws solved with the model cut where the records end, if that matters; hopeless ones as they are."""
+    for _ in range(_MOST_CUT):
+        _, problem, minima = max(solved, key=lambda part: part[2][0].log_evidence)
+        cut = with_record_ends(problem, minima[0], bursts)
+        if [set(data.ends) for data in cut.data] == [set(data.ends) for data in problem.data]:
+            break
+        done: list[Solved] = []
+        for label, other, found in solved:
+            if not hopeful(found[0], minima):
+                done.append((label, other, found))
+                continue
+            same = replace(other, data=cut.data, end_effect=None)
+            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
+            near, best = min(ends, key=lambda end: end[1].cost)
+            done.append((label, near, distinct([best, *(m for _, m in ends)])))
+        solved = done
+    return solved
+
+
+def _all_with_free_rim(campaign: Campaign, solved: list[Solved], tell: Progress, settings: FitSettings) -> list[Solved]:
+    """Return laws solved with finite elements, made for the most probable law, and for all that fit nearly as well.
+
+    The rim changes the modulus that a law shows, hardly which law it is.
+    """
+    solved = sorted(solved, key=lambda part: -max(minimum.log_evidence for minimum in part[2]))
+    (label, plane_waves, minima), *others = solved
+    problem, found = with_free_rim(campaign, plane_waves, minima, tell, settings)
+    done: list[Solved] = [(label, problem, found)]
+    for other, flat, starts in others:
+        if hopeful(starts[0], minima):
+            bent = replace(flat, rigs=problem.rigs)
+            n = len(flat.law_parameters)
+            done.append((other, bent, solve_joint(bent, [m.z[:n] for m in starts], n_best=N_FOLLOWED, tell=tell)))
+    return done
+
+
+def number_of_steps(campaign: Campaign, settings: FitSettings, law: str = "") -> int:
     """Return how often `fit_joint` reports progress, if the finite elements need to be made once only."""
-    plane_wave = N_BEST
-    return plane_wave if settings.model == "plane_wave" else plane_wave + len(campaign.configurations) + 2 * N_FOLLOWED
+    laws = len(LAWS_COMPARED) if law == AUTO else 1
+    plane_wave = N_BEST * laws
+    if settings.model == "plane_wave":
+        return plane_wave
+    return plane_wave + len(campaign.configurations) + 2 * N_FOLLOWED * laws
 
 
 def plane_wave_problem(

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.inverse.determination import Derived
 from multilayer.inverse.joint import ConfigurationData, JointProblem
 from multilayer.inverse.joint_fit import JointFit
@@ -17,7 +17,6 @@ from multilayer.inverse.posterior import Band, Posterior
 
 MODULI = ("E1_pa", "E2_pa", "loss_factor")
 _LEVELS = (0.68, 0.90)
-_LEAST = 1e-30  # in place of the logarithm of no loss
 _DRAWN = 400  # samples for a curve of the rig: its quantiles are then within 0.1 standard deviations
 
 
@@ -49,14 +48,13 @@ def _log_of_law(problem: JointProblem, index: int, z: RealArray) -> RealArray:
     return np.asarray(problem.space.logs(problem.law_coordinates(z))[..., index])
 
 
-def modulus_band(problem: JointProblem, posterior: Posterior, frequency: RealArray, probability: float) -> Band:
-    """Return the bands of E1 and E2, Pa, and E2/E1, each array of shape (3, n), at frequencies (n,) in Hz."""
+def modulus_band(fit: JointFit, frequency: ArrayLike, probability: float) -> Band:
+    """Return the bands of E1 and E2, Pa, and E2/E1, each array of shape (3, n), at frequencies (n,) in Hz.
 
-    def logarithms(z: RealArray) -> RealArray:
-        e = problem.space.modulus(problem.law_coordinates(z), frequency)
-        return np.log(np.maximum(np.stack([e.real, e.imag, e.imag / e.real], axis=-2), _LEAST))
-
-    return Band(*(np.exp(end) for end in posterior.band(logarithms, probability)))
+    All laws compared and deviations from them count by their evidence; of the best law by itself what is known of it.
+    """
+    of_best = None if fit.knowledge is None else fit.knowledge.posterior
+    return fit.laws.band(np.asarray(frequency, dtype=float), probability, of_best)
 
 
 def modulus_intervals(fit: JointFit) -> list[dict[str, Any]]:
@@ -64,7 +62,7 @@ def modulus_intervals(fit: JointFit) -> list[dict[str, Any]]:
     if fit.knowledge is None:
         return []
     at = np.array(sorted({float(f) for data in fit.problem.data for f in data.centres}))
-    bands = [modulus_band(fit.problem, fit.knowledge.posterior, at, level) for level in _LEVELS]
+    bands = [modulus_band(fit, at, level) for level in _LEVELS]
     return [
         {"frequency_hz": f}
         | {
@@ -118,6 +116,6 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
 
 
 def _log_motion(problem: JointProblem, data: ConfigurationData, z: RealArray) -> ComplexArray:
-    values = problem.nuisances.priors.named(z[..., len(problem.law_parameters) :])
-    moved = problem.log_motion(data, problem.space.modulus(problem.law_coordinates(z), data.frequency), values)
+    values = problem.nuisances.priors.named(z[..., len(problem.modulus_parameters) :])
+    moved = problem.log_shown(data, z, values)
     return np.asarray(moved + problem.nuisances.of_channels(values, data))

@@ -108,6 +108,10 @@ class Posterior:
         """
         return _quantiles(_values(function, self.samples), _checked(probability))
 
+    def curves(self, function: Curve, count: int, rng: np.random.Generator) -> RealArray:
+        """Return `count` equally probable curves, shape (count, ...)."""
+        return _values(function, self.samples[rng.integers(len(self.samples), size=count)])
+
     @property
     def covariance(self) -> RealArray:
         """Covariance of the coordinates, shape (n, n)."""
@@ -170,25 +174,27 @@ class GaussianMixture(Posterior):
         parameters trade against each other, follows the tangent; draws from the Gaussian would leave the valley.
         """
         p = _checked(probability)
-        parts = [self._tangent(function, mean, root) for mean, root in zip(self.means, self.roots, strict=True)]
-        if len(parts) == 1:
-            (value, slopes), width = parts[0], ndtri(0.5 + p / 2)
-            reach = width * np.linalg.norm(slopes, axis=0)
+        if len(self.means) == 1:
+            value, slopes = self._tangent(function, self.means[0], self.roots[0])
+            reach = ndtri(0.5 + p / 2) * np.linalg.norm(slopes, axis=0)
             return Band(value - reach, value, value + reach)
-        counts = np.round(_DRAWS * self.weights / self.weights.sum()).astype(int)
-        rng, n = np.random.default_rng(0), self.means.shape[1]
-        drawn = [
-            value + np.tensordot(rng.standard_normal((count, n)), slopes, 1)
-            for (value, slopes), count in zip(parts, counts, strict=True)
-        ]
-        return _quantiles(np.concatenate(drawn), p)
+        return _quantiles(self.curves(function, _DRAWS, np.random.default_rng(0)), p)
+
+    def curves(self, function: Curve, count: int, rng: np.random.Generator) -> RealArray:
+        """Return about `count` equally probable curves, each minimum's taken as linear about it."""
+        counts, n = np.round(count * self.weights / self.weights.sum()).astype(int), self.means.shape[1]
+        drawn = []
+        for many, mean, root in zip(counts, self.means, self.roots, strict=True):
+            if many:
+                value, slopes = self._tangent(function, mean, root)
+                drawn.append(value + np.tensordot(rng.standard_normal((many, n)), slopes, 1))
+        return np.concatenate(drawn)
 
     def _tangent(self, function: Curve, mean: RealArray, root: RealArray) -> tuple[RealArray, RealArray]:
         """Return a curve at a minimum, and its change along the columns of `root`, shape (n, ...)."""
-        steps = _STEP * root.T
-        values = _values(function, np.concatenate([mean[None], mean + steps, mean - steps]))
-        n = mean.size
-        return values[0], (values[1 : 1 + n] - values[1 + n :]) / (2 * _STEP)
+        # to one side only, that of the Jacobian behind `root`: where a parameter is on its bound the sides differ
+        values = _values(function, np.concatenate([mean[None], mean + _STEP * root.T]))
+        return values[0], (values[1:] - values[0]) / _STEP
 
     @property
     def covariance(self) -> RealArray:
@@ -261,6 +267,30 @@ def laplace(
         return found
     error, share = _check(problem, found, found.draw(checked, rng))
     return replace(found, log_evidence_error=error, effective_share=share)
+
+
+def mixed_band(parts: Sequence[tuple[float, Posterior, Curve]], probability: float) -> Band:
+    """Return between which values a curve lies when one of several models holds.
+
+    Parameters
+    ----------
+    parts : sequence of (weight, posterior, curve)
+        The models' probabilities, what is known of each one's coordinates, and the curve as a function of these.
+    probability : float
+        That any one point of the curve lies within.
+    """
+    if len(parts) == 1:
+        _, posterior, function = parts[0]
+        return posterior.band(function, probability)
+    p, rng = _checked(probability), np.random.default_rng(0)
+    total = sum(weight for weight, _, _ in parts)
+    counts = [round(_DRAWS * weight / total) for weight, _, _ in parts]
+    drawn = [
+        posterior.curves(function, count, rng)
+        for count, (_, posterior, function) in zip(counts, parts, strict=True)
+        if count
+    ]
+    return _quantiles(np.concatenate(drawn), p)
 
 
 def covariance_root(minimum: Minimum) -> RealArray:

@@ -23,7 +23,7 @@ class Transmissibility:
     noise : float
         Standard deviation of the real and of the imaginary part from the noise of both channels.
     gain : float
-        Relative standard deviation of the amplitude from channels and remounting.
+        Relative standard deviation of the amplitude from channels, calibration and remounting.
     delay : float
         Standard deviation of the delay between the channels, s.
     """
@@ -69,5 +69,6 @@ def measure(data: BurstData, known: Uncertainty | None = None) -> Transmissibili
     value = top / base
     power = data.n_samples * (data.noise.top**2 + (abs(value) * data.noise.base) ** 2)
     noise = float(np.sqrt(power / 2) / abs(base))
-    gain = float(np.hypot(known.channel_gain, known.remount_gain))
-    return Transmissibility(data.frequency, value, noise, gain, known.channel_delay)
+    gain = float(np.linalg.norm([known.channel_gain, known.remount_gain, data.calibration_std]))
+    delay = float(np.hypot(known.channel_delay, data.calibration_std / (2 * np.pi * data.frequency)))
+    return Transmissibility(data.frequency, value, noise, gain, delay)

@@ -22,8 +22,8 @@ class ErrorParts:
     Attributes
     ----------
     own : array, shape (2, 2)
-        Covariance of what belongs to this burst alone: noise, unexplained residual, and the bend of the modulus within
-        the band.
+        Covariance of what belongs to this burst alone: noise, calibration, unexplained residual, and the bend of the
+        modulus within the band.
     stated : mapping of str to array, shape (2,)
         What one standard deviation of each stated uncertainty does; other bursts have the same error in common.
     model : array, shape (2, 2)
@@ -59,17 +59,19 @@ def pseudo_inverse(jacobian: RealArray) -> RealArray:
 def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) -> ErrorParts:
     """Return the parts of the uncertainty at a solution, each through the linear response of the estimator.
 
-    The noise of both channels (that of the base passes through the transmissibility); the laboratory's stated
-    uncertainties; the unexplained residual, taken as if an error of the same norm lay where the unknowns absorb it; and
-    what a loss factor that varies within the band does, for that can be absorbed without a residual.
+    The noise of both channels (that of the base passes through the transmissibility); that of the calibration; the
+    laboratory's stated uncertainties; the unexplained residual, taken as if an error of the same norm lay where the
+    unknowns absorb it; and what a loss factor that varies within the band does, for that can be absorbed without a
+    residual.
     """
     residual, jacobian = problem.residual_and_jacobian(x)
     response = pseudo_inverse(jacobian)
     unexplained = float(residual @ residual) * response @ response.T
     bend = response @ bend_shift(problem, x)
-    own = noise_covariance(problem, x, response) + unexplained + np.outer(bend, bend)
-    shifts = {} if known is None else stated_shifts(problem, x, known)
     top = problem.data.local[2]
+    calibrated = response @ problem.as_real(problem.data.calibration_std * np.stack([top, 1j * top])).T
+    own = noise_covariance(problem, x, response) + calibrated @ calibrated.T + unexplained + np.outer(bend, bend)
+    shifts = {} if known is None else stated_shifts(problem, x, known)
     # a model that is too large finds what a measurement that is too small does
     model = np.stack([response @ problem.as_real(-top), response @ problem.as_real(-1j * top)])
     return ErrorParts(np.asarray(own), {name: response @ shift for name, shift in shifts.items()}, model)

@@ -71,10 +71,11 @@ class FitTask:
                 raise InputError("--posterior is of joint fits and of fits of stacks; add --joint, or leave it out")
             refuse_unusable(self.posterior)
         if self.joint:
+            from multilayer.inverse.joint_laws import AUTO
             from multilayer.media.laws import LAWS
 
-            if self.law not in LAWS:
-                raise InputError(f"--law: there is no law '{self.law}'; {suggest(self.law, LAWS.names())}")
+            if self.law != AUTO and self.law not in LAWS:
+                raise InputError(f"--law: there is no law '{self.law}'; {suggest(self.law, [AUTO, *LAWS.names()])}")
         return read_fit(self.source, self.method, self.model)
 
 
@@ -104,7 +105,7 @@ def number_of_steps(task: FitTask, job: FitJob) -> int:
     if task.joint:
         from multilayer.inverse import joint_fit
 
-        return joint_fit.number_of_steps(job.campaign, job.settings)
+        return joint_fit.number_of_steps(job.campaign, job.settings, task.law)
     from multilayer.inverse import fit
 
     return fit.number_of_steps(job.campaign, job.settings)

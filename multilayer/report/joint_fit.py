@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,8 @@ from rich.text import Text
 
 from multilayer.inverse.joint_fit import JointFit
 from multilayer.inverse.joint_knowledge import modulus_band, motion_curves
-from multilayer.inverse.posterior import Posterior, laplace
+from multilayer.inverse.joint_laws import LawRow
+from multilayer.inverse.posterior import Posterior
 from multilayer.report.console import console
 from multilayer.report.determination_table import determination_table
 from multilayer.report.numbers import pressure_unit
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 _CURVE = 200
 _INNER, _OUTER = 0.68, 0.9
+LAW_HEADINGS = ("law", "unknowns", "chi-square", "p", "ln evidence", "probability", "departs / %")
 
 
 def joint_table(result: JointFit) -> None:
@@ -52,15 +55,44 @@ def joint_table(result: JointFit) -> None:
             f"{row['delta_level_db']:+.3f}",
         )  # fmt: skip
     out.print(moduli)
-    out.print(f"chi-square {result.best.cost:.5g} for {result.n_data} data, p = {result.p_value:.3g}")
+    _laws_table(result)
+    out.print(
+        f"chi-square {result.best.cost:.5g} for {result.n_data} data, p = {result.p_value:.3g}; "
+        f"what is stated by itself, p = {result.stated_p_value:.3g}"
+    )
     if len(result.minima) > 1:
         out.print(f"{len(result.minima)} distinct solutions, see joint.json; the next has {result.minima[1].cost:.5g}")
-    if result.remark:
-        out.print(Text(result.remark))
+    for remark in (result.remark, result.remark_on_laws):
+        if remark:
+            out.print(Text(remark))
     if result.knowledge is not None:
         determination_table(result.knowledge.determination, nuisances=False)
         if result.knowledge.remark:
             out.print(Text(f"- {result.knowledge.remark}"))
+
+
+def _laws_table(result: JointFit) -> None:
+    """Print the laws compared, where there are several."""
+    rows = result.laws.rows()
+    if len(rows) == 1:
+        return
+    table = Table(box=None, pad_edge=False)
+    for heading in LAW_HEADINGS:
+        table.add_column(heading, justify="left" if heading == "law" else "right")
+    for row in law_cells(rows):
+        table.add_row(*row)
+    console().print(table)
+
+
+def law_cells(rows: Sequence[LawRow]) -> list[tuple[str, ...]]:
+    """Return the laws compared as text, under `LAW_HEADINGS`."""
+    return [
+        (
+            row.law, str(row.n_parameters), f"{row.chi_square:.4g}", f"{row.p_value:.2g}", f"{row.log_evidence:.1f}",
+            f"{row.probability:.2g}", f"{100 * row.deviation:.2g}",
+        )
+        for row in rows
+    ]  # fmt: skip
 
 
 def joint_figures(result: JointFit) -> dict[str, bytes]:
@@ -77,8 +109,7 @@ def draw_law(result: JointFit, *, upright: bool = False) -> Figure:
     ends = [f for data in result.problem.data for f in (data.frequency.min(), data.frequency.max())]
     f = np.geomspace(min(ends), max(ends), _CURVE)
     moduli, _ = result.moduli(f)
-    posterior = _posterior(result)
-    bands = [modulus_band(result.problem, posterior, f, level) for level in (_OUTER, _INNER)]
+    bands = [modulus_band(result, f, level) for level in (_OUTER, _INNER)]
     unit, size = pressure_unit(float(moduli.real.max()))
     curves = {f"E1 / {unit}": moduli.real, f"E2 / {unit}": moduli.imag, "E2/E1": moduli.imag / moduli.real}
     figure, axes = _grid_of_law(upright)
@@ -107,12 +138,6 @@ def _grid_of_law(upright: bool) -> tuple[Figure, Any]:
         return blank(2, 3, (11, 5.2), sharex=True, height_ratios=[1.0, 0.5])
     figure, axes = blank(6, 1, (WIDTH, 5.8), sharex=True, height_ratios=[1.0, 0.5] * 3)
     return figure, axes.reshape(3, 2).T
-
-
-def _posterior(result: JointFit) -> Posterior:
-    if result.knowledge is not None:
-        return result.knowledge.posterior
-    return laplace(result.problem, result.minima, checked=0)
 
 
 def draw_motion(result: JointFit, posterior: Posterior) -> Figure:

@@ -9,7 +9,7 @@ from multilayer.inverse.determination import Determination
 from multilayer.inverse.joint_fit import JointFit
 from multilayer.report.fit_html import moduli_span
 from multilayer.report.html import Page, Picture, Section, page_html, picture
-from multilayer.report.joint_fit import draw_law, draw_residuals
+from multilayer.report.joint_fit import LAW_HEADINGS, draw_law, draw_residuals, law_cells
 from multilayer.report.listing import Listing
 from multilayer.report.numbers import percent, pressure_unit, significant, with_spread, with_unit
 from multilayer.report.style import figure_style
@@ -24,24 +24,34 @@ def joint_html(result: JointFit, inputs: Mapping[str, Any]) -> str:
     rows = result.rows()
     span = moduli_span(*([row[key] for row in rows] for key in ("E1_pa", "loss_factor", "frequency_hz")))
     holds = not result.remark
-    start = "explains all bursts" if holds else "does not explain all bursts within what is stated"
+    label, start = _verdict(result)
     knowledge = result.knowledge
     page = Page(
         name=result.campaign,
         kind="one modulus law for all bursts",
-        label="One law holds" if holds else "One law does not do",
+        label=label,
         good=holds,
         sentence=f"One {result.law.law} law {start} (p {_chance(result.p_value)}): {span}.",
         facts=_facts(result, rows),
         sections=(
-            Section("The law", _pictures(result), _tables(result)),
+            Section("The law", _pictures(result), _tables(result), remarks=_remarks(result)),
             *([] if knowledge is None else [determined_section(knowledge.determination, knowledge.remark)]),
             _moduli(rows),
         ),
         inputs={**result.settings, "campaign": result.campaign, **inputs},
-        note="Bands and intervals suppose that law, rig and stated uncertainties are right.",
+        note="Intervals suppose that law, rig and stated uncertainties are right; bands of moduli, that rig and stated "
+        "uncertainties are: they hold what the laws compared, and departures from them, leave open.",
     )
     return page_html(page)
+
+
+def _verdict(result: JointFit) -> tuple[str, str]:
+    """Return the label, and what one law does."""
+    if not result.remark:
+        return "One law holds", "explains all bursts"
+    if result.explained:
+        return "What is stated is off", "explains all bursts only if what is stated of the laboratory is wrong"
+    return "One law does not do", "does not explain all bursts within what is stated"
 
 
 def _chance(p: float) -> str:
@@ -52,6 +62,7 @@ def _facts(result: JointFit, rows: list[dict[str, Any]]) -> tuple[tuple[str, str
     facts = [
         ("chi-square per datum", f"{result.best.cost / result.n_data:.3g}"),
         ("probability of such a misfit", _chance(result.p_value).removeprefix("= ")),
+        ("probability of what is taken for stated wrongly", _chance(result.stated_p_value).removeprefix("= ")),
         ("frequencies that meet eq. (10)", f"{sum(bool(row['accepted']) for row in rows)} of {len(rows)}"),
         ("distinct solutions", str(len(result.minima))),
     ]
@@ -75,7 +86,16 @@ def _tables(result: JointFit) -> tuple[tuple[Listing, str], ...]:
         for name, (value, std) in result.parameters.items()
         if name in own
     )
-    return ((Listing(("parameter", "value", "std"), rows, (1, 2)), f"Parameters of {result.law.law}"),)
+    of_law = (Listing(("parameter", "value", "std"), rows, (1, 2)), f"Parameters of {result.law.law}")
+    compared = result.laws.rows()
+    if len(compared) == 1:
+        return (of_law,)
+    listing = Listing(LAW_HEADINGS, tuple(law_cells(compared)), tuple(range(1, len(LAW_HEADINGS))))
+    return (of_law, (listing, "Laws compared: chi-square and p by themselves, evidence with what departs from them"))
+
+
+def _remarks(result: JointFit) -> tuple[str, ...]:
+    return tuple(remark for remark in (result.remark, result.remark_on_laws) if remark)
 
 
 def determined_section(found: Determination, remark: str) -> Section:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 # the main lobe of a Hann window reaches 2 / duration to either side of the tone
 _LOBE = 2.0
+_COLUMNS = ("frequencies", "amplitude_ratio", "time_shift", "std")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,8 @@ class Calibration:
         Top over base.
     time_shift : array, shape (n,)
         Delay of top behind base, s.
+    std : array, shape (n,), optional
+        Standard deviation of the ratio, relative, and of its phase, rad: noise gives both alike. Zero when left out.
 
     Raises
     ------
@@ -46,21 +49,20 @@ class Calibration:
     frequencies: RealArray
     amplitude_ratio: RealArray
     time_shift: RealArray
+    std: RealArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        columns = [np.atleast_1d(np.asarray(values, dtype=float)) for values in self._columns()]
+        columns = [np.atleast_1d(np.asarray(getattr(self, name), dtype=float)) for name in _COLUMNS]
+        if not columns[3].size:
+            columns[3] = np.zeros_like(columns[0])
         _check_columns(*columns)
         order = np.argsort(columns[0])
-        for name, values in zip(("frequencies", "amplitude_ratio", "time_shift"), columns, strict=True):
+        for name, values in zip(_COLUMNS, columns, strict=True):
             object.__setattr__(self, name, values[order])
-
-    def _columns(self) -> tuple[RealArray, RealArray, RealArray]:
-        return self.frequencies, self.amplitude_ratio, self.time_shift
 
     def to_dict(self) -> dict[str, list[float]]:
         """Return plain lists, fit for JSON and YAML."""
-        names = ("frequencies", "amplitude_ratio", "time_shift")
-        return {name: values.tolist() for name, values in zip(names, self._columns(), strict=True)}
+        return {name: getattr(self, name).tolist() for name in _COLUMNS}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
@@ -71,12 +73,12 @@ class Calibration:
         InputError
             When a field is missing or holds no numbers.
         """
-        names = ("frequencies", "amplitude_ratio", "time_shift")
-        missing = [name for name in names if name not in data]
+        needed = _COLUMNS[:3]
+        missing = [name for name in needed if name not in data]
         if missing:
-            raise InputError(f"the calibration lacks {', '.join(missing)}; it needs {', '.join(names)}")
+            raise InputError(f"the calibration lacks {', '.join(missing)}; it needs {', '.join(needed)}")
         try:
-            return cls(*(np.asarray(data[name], dtype=float) for name in names))
+            return cls(*(np.asarray(data[name], dtype=float) for name in _COLUMNS if name in data))
         except (TypeError, ValueError) as error:
             raise InputError(f"the calibration must hold lists of numbers: {error}") from None
 
@@ -97,6 +99,10 @@ class Calibration:
             )
         ratio, shift = (np.interp(frequency, self.frequencies, y) for y in (self.amplitude_ratio, self.time_shift))
         return float(ratio), float(shift)
+
+    def std_at(self, frequency: float) -> float:
+        """Return the standard deviation of ln(ratio), each part, at a frequency within the calibrated ones."""
+        return float(np.interp(frequency, self.frequencies, self.std))
 
     def correct(self, top: ArrayLike, sampling_rate: float, frequency: float) -> RealArray:
         """Return a top signal as the base channel would have shown it.
@@ -129,14 +135,16 @@ class Calibration:
         return to_signal(spectrum, n_fft, samples.shape[-1])
 
 
-def _check_columns(frequency: RealArray, ratio: RealArray, shift: RealArray) -> None:
-    if not (frequency.shape == ratio.shape == shift.shape) or frequency.ndim != 1 or frequency.size == 0:
+def _check_columns(frequency: RealArray, ratio: RealArray, shift: RealArray, std: RealArray) -> None:
+    if not (frequency.shape == ratio.shape == shift.shape == std.shape) or frequency.ndim != 1 or frequency.size == 0:
         raise InputError(
             "a calibration needs as many amplitude ratios and time shifts as frequencies, and at least one; "
             f"the shapes are {frequency.shape}, {ratio.shape}, {shift.shape}"
         )
     if not all(np.isfinite(values).all() for values in (frequency, ratio, shift)):
         raise InputError("the calibration holds values that are not finite")
+    if not np.all(np.isfinite(std) & (std >= 0)):
+        raise InputError("the calibration's standard deviations must be finite and not below 0")
     if np.any(ratio <= 0) or np.any(frequency <= 0):
         raise InputError("the calibration's frequencies and amplitude ratios must be above 0")
     if np.unique(frequency).size != frequency.size:
@@ -168,6 +176,9 @@ def calibrate(recordings: Mapping[float, Recording], *, cycles: float = 10.0) ->
 
     Notes
     -----
+    The standard deviation is what the noise of both channels makes of such a fit, ``sigma^2 n_fft / (2 sum |B|^2)`` of
+    either part, or the scatter of the repeats where that is more.
+
     A delay is known only modulo the burst's period (see `time_of_flight`). One beyond a quarter
     of it, 0.17 ms at 1500 Hz, is refused: it is more likely a channel of the wrong sign than a slow one.
     """
@@ -175,12 +186,12 @@ def calibrate(recordings: Mapping[float, Recording], *, cycles: float = 10.0) ->
         raise InputError("a calibration needs at least one burst")
     burst_frequencies = sorted(recordings)
     fits = [_fit(frequency, recordings[frequency], cycles) for frequency in burst_frequencies]
-    ratios, shifts = np.transpose(fits)
-    return Calibration(np.asarray(burst_frequencies, dtype=float), ratios, shifts)
+    ratios, shifts, stds = np.transpose(fits)
+    return Calibration(np.asarray(burst_frequencies, dtype=float), ratios, shifts, stds)
 
 
-def _fit(frequency: float, recording: Recording, cycles: float) -> tuple[float, float]:
-    """Return amplitude ratio and time shift of one burst."""
+def _fit(frequency: float, recording: Recording, cycles: float) -> tuple[float, float, float]:
+    """Return amplitude ratio, time shift and relative standard deviation of one burst."""
     base, top = recording.mean()
     n_fft = padded_length(recording.n_samples)
     base_spectrum, top_spectrum = to_spectrum(base, n_fft), to_spectrum(top, n_fft)
@@ -190,7 +201,8 @@ def _fit(frequency: float, recording: Recording, cycles: float) -> tuple[float, 
     clean_base, clean_top = (_only(spectrum, inside, n_fft) for spectrum in (base_spectrum, top_spectrum))
     shift = float(time_of_flight(clean_base, clean_top, recording.sampling_rate))
     common = np.sum((np.conj(base_spectrum) * top_spectrum * np.exp(2j * np.pi * f * shift))[inside].real)
-    noise_power = np.sum(inside) * recording.n_samples * noise_level(recording, of_mean=True).base ** 2
+    noise = noise_level(recording, of_mean=True)
+    noise_power = np.sum(inside) * recording.n_samples * noise.base**2
     power = np.sum(np.abs(base_spectrum[inside]) ** 2) - noise_power
     if not (common > 0 and power > 0 and abs(shift) < 0.25 / frequency):
         raise InputError(
@@ -198,7 +210,18 @@ def _fit(frequency: float, recording: Recording, cycles: float) -> tuple[float, 
             f"(delay {shift:.3g} s); check that both accelerometers are connected, of the same sign, "
             "and at one spot"
         )
-    return float(common / power), shift
+    ratio = float(common / power)
+    variance = 0.5 * n_fft * (noise.base**2 + (noise.top / ratio) ** 2) / power
+    return ratio, shift, float(np.sqrt(max(variance, _scatter(recording, inside, n_fft))))
+
+
+def _scatter(recording: Recording, inside: BoolArray, n_fft: int) -> float:
+    """Return the relative variance of either part of the mean ratio, from the repeats; 0 where there is one only."""
+    if recording.n_repeats < 2:
+        return 0.0
+    base, top = (to_spectrum(channel, n_fft)[:, inside] for channel in (recording.base, recording.top))
+    ratios = np.sum(np.conj(base) * top, axis=-1) / np.sum(np.abs(base) ** 2, axis=-1)
+    return float(0.5 * np.var(ratios / ratios.mean(), ddof=1) / recording.n_repeats)
 
 
 def _only(spectrum: ComplexArray, inside: BoolArray, n_fft: int) -> RealArray:

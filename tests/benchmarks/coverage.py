@@ -21,7 +21,8 @@ from scipy.stats import chi2
 
 from multilayer.inverse.fit import burst_problems, fit_campaign
 from multilayer.inverse.joint import JointProblem, configuration_data, first_guess, law_space, solve_joint
-from multilayer.inverse.joint_knowledge import law_quantities, modulus_band
+from multilayer.inverse.joint_knowledge import law_quantities
+from multilayer.inverse.joint_laws import LawMixture, with_deviations
 from multilayer.inverse.knowledge import Knowledge, knowledge
 from multilayer.inverse.problem import Minimum
 from multilayer.inverse.rig import PlaneWaveRig
@@ -33,6 +34,7 @@ WITHIN = ((0.63, 0.73), (0.85, 0.95))  # where the shares must lie
 FALSE_ALARM = 0.01
 KNOWN_WITHIN = 2.0  # a parameter counts as determined when its 90 % interval is narrower than this factor
 MODEL_ERRORS = (0.0, 0.002)
+LAW = "fractional_zener"
 
 HEADING = """# Do intervals hold the truth as often as they say?
 
@@ -93,7 +95,7 @@ def fit_jointly(made: Simulated) -> tuple[JointProblem, Minimum, Knowledge]:
     problems = burst_problems(campaign, made.recordings, FitSettings(), None)
     data = configuration_data(campaign, [problem.data for problem in problems])
     rigs = {c.name: PlaneWaveRig.of(campaign, c) for c in campaign.configurations}
-    space = law_space("fractional_zener", *first_guess(data, rigs))
+    space = law_space(LAW, *first_guess(data, rigs))
     problem = JointProblem(data, rigs, space, campaign.uncertainty, made.model_error)
     minima = solve_joint(problem)
     return problem, minima[0], knowledge(problem, minima, derived=law_quantities(problem), checked=0)
@@ -104,7 +106,8 @@ def score_jointly(made: Simulated) -> Found:
     problem, best, known = fit_jointly(made)
     f = np.array(sorted({burst.frequency for c in made.campaign.configurations for burst in c.bursts}))
     true = made.law(f)
-    bands = [modulus_band(problem, known.posterior, f, level) for level in LEVELS]
+    laws = LawMixture(with_deviations(LAW, problem, [best]))
+    bands = [laws.band(f, level, known.posterior) for level in LEVELS]
     held = _within([band.low for band in bands], [band.high for band in bands], [true.real, true.imag, _loss(true)])
     law = [finding for finding in known.determination.findings if not finding.nuisance]
     ends = np.array([[finding.posterior, finding.posterior_90] for finding in law])

@@ -3,10 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from scipy.stats import kstest
 
-from multilayer.diagnosis.discrepancy import law_p_value, nuisance_p_value
+from multilayer.diagnosis.discrepancy import law_p_value
 from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
 from multilayer.diagnosis.law_errors import LawErrors
 from multilayer.inverse.least_squares import minimise
@@ -41,14 +40,6 @@ def test_of_the_law_a_bent_one_asks_too_much():
 
 def test_without_errors_of_a_law_nothing_is_asked_of_it():
     assert law_p_value(fitted(np.ones(N_DATA))) == 1.0
-    assert nuisance_p_value(fitted(np.ones(N_DATA), z=[9.0], stated=[False])) == 1.0
-
-
-@pytest.mark.parametrize(("off", "p"), [(0.0, 1.0), (1.0, 0.607), (5.0, 3.7e-6)])
-def test_what_is_stated_counts_together_and_alone(off, p):
-    # a chi-square of two numbers: exp(-off^2/2); how far the law is from the middle of its box does not matter
-    found = nuisance_p_value(fitted(np.ones(N_DATA), z=[7.0, off, 0.0], stated=[False, True, True]))
-    assert found == pytest.approx(p, rel=0.01)
 
 
 class Bare(Plain):

@@ -110,7 +110,7 @@ def test_intervals_are_of_the_laws_own_parameters(known):
 def test_bands_of_curves(known):
     at, posterior = np.array(BURSTS), known.knowledge.posterior
     moduli, covariance = known.moduli(at)
-    band = modulus_band(known.problem, posterior, at, 0.9)
+    band = modulus_band(known, at, 0.9)
     assert band.high[0] - band.low[0] == pytest.approx(2 * 1.645 * np.sqrt(covariance[:, 0, 0]), rel=0.1)
     assert band.median[1] == pytest.approx(moduli.imag, rel=2e-3)
     curves = motion_curves(known, posterior)
@@ -124,10 +124,11 @@ def test_bands_of_curves(known):
 
 
 def test_a_law_without_losses_can_be_drawn(fitted):
-    problem = replace(fitted.problem, space=law_space("constant", [200.0, 800.0], [2e5, 3e5]))
+    problem = replace(fitted.problem.without_ends(), space=law_space("constant", [200.0, 800.0], [2e5, 3e5]))
     z = np.zeros(len(problem.parameters))
     residual, jacobian = problem.linearised(z)
-    result = replace(fitted, problem=problem, minima=[Minimum(z, float(residual @ residual), residual, jacobian)])
+    minima = [Minimum(z, float(residual @ residual), residual, jacobian)]
+    result = replace(fitted, problem=problem, minima=minima, candidates=())
     with figure_style():
         assert len(draw_law(result).axes) == 6
 
