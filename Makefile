@@ -2,6 +2,7 @@
 # up what it needs in .venv.
 # `make core` tries every main command without any optional package, `make oldest` the tests with the oldest versions
 # that pyproject.toml allows: on Python 3.11, for which each of them has wheels.
+# `make machines` diagnoses the same data on other kernels, threads and processes, and compares (MACHINES=--short: some).
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
@@ -13,7 +14,7 @@ OLDEST_TESTS := tests/unit tests/analytic tests/contract tests/reference tests/p
 	$(addprefix tests/cli/test_,$(addsuffix .py,bad_input compare fit layers simulate stack_fit startup tube)) \
 	$(addprefix tests/inverse/test_,$(addsuffix .py,recovery region result search stack_problem uncertainty))
 
-.PHONY: fit test core oldest lint bench docs clean
+.PHONY: fit test core oldest machines lint bench docs clean
 fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
@@ -25,6 +26,9 @@ core: .venv/alone
 
 oldest: .venv/oldest
 	OMP_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -n auto --dist worksteal $(OLDEST_TESTS)
+
+machines: .venv/dev
+	$(BIN)/python -m tests.benchmarks.machines $(MACHINES)
 
 lint: .venv/dev
 	$(BIN)/ruff check .

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
 from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polished
 from multilayer.diagnosis.free_rim import ROUGH, free_rim
@@ -93,7 +93,7 @@ def diagnose_campaign(
     nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed, executor=executor)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
-    nominal, singles = _singles(nominal, minima, usable, executor)
+    nominal, singles = fits_one_by_one(nominal, minima, usable, executor)
     tell("effects one by one")
     judgement = judge(nominal, singles, usable, tell, executor)
     name = campaign.folder.resolve().name
@@ -121,10 +121,20 @@ def fit_nominal(
     return fit(Hypothesis(campaign, joint), minima[0].z), minima
 
 
-def _singles(
+def fits_one_by_one(
     nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect], executor: Executor | None
 ) -> tuple[Fitted, dict[tuple[str, ...], Fitted]]:
-    """Return the fits of effects one by one, and the nominal model with the finite elements that some of them need."""
+    """Return the nominal model with the finite elements that some effects need, and the fits of effects one by one.
+
+    Parameters
+    ----------
+    nominal, minima
+        As `fit_nominal` returns them.
+    effects : mapping
+        By name; those that the model admits.
+    executor : Executor or None
+        Where fits run; None for this process.
+    """
     finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
     tasks = begin_tasks(nominal, rest)
@@ -135,7 +145,7 @@ def _singles(
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
     if is_lost(nominal, found.values()):
         # all but those with finite elements, which hold around one law only
-        known = {(name,): partial(valleys_with, nominal, effect) for name, effect in rest.items()}
+        known = {(name,): partial(valleys_with, nominal, e) for name, e in rest.items() if isinstance(e, Effect)}
         found = improved(found, known, executor)
     found = polished(found, executor)
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}

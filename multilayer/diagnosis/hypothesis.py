@@ -15,7 +15,6 @@ from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting
 from multilayer.diagnosis.effects.finite_size import static_factor
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
-from multilayer.inverse.least_squares import draw_prior
 from multilayer.inverse.priors import Parameter
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
@@ -31,9 +30,6 @@ _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area 
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
 _THINNED = 3  # every how many bins of a burst are kept for a first search
 _FAR_OFF = 50.0  # of ln(ratio)
-# of a search all over the prior: resonances relative to the band, moduli, angles of loss, and points they are chosen from
-_AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1), 4096
-_NEAR_LEVEL, _NEAR_ANGLE, _LIKELY = 0.5, 0.15, 0.02  # what counts as near a level and an angle; against odd laws
 
 
 @dataclass(frozen=True)
@@ -158,35 +154,6 @@ class Hypothesis(BaseHypothesis[Effect]):
         """The same with two bins of each burst."""
         return self.of([data.thinned(_THINNED) for data in self.data])
 
-    @cached_property
-    def scattered(self) -> RealArray:
-        """Laws whose moduli and losses are evenly spread where the sample's resonance may lie; nuisances as stated.
-
-        A law's parameters are as good as nothing to choose starts by: what a campaign sees of it first is how stiff and
-        how lossy the sample is in the middle of the band.
-        """
-        f = np.concatenate([data.frequency for data in self.data])
-        band, middle = (f.min(), f.max()), np.sqrt(f.min() * f.max())
-        stiff = [
-            (setting.plate_mass / setting.area + self.campaign.specimen.density * h / 3) * h
-            for setting in self.settings
-            for h in [setting.configuration.specimen_thickness]
-        ]
-        low, high = _AROUND[0] * band[0], _AROUND[1] * band[1]
-        levels = np.linspace(
-            *np.log([(2 * np.pi * low) ** 2 * min(stiff), (2 * np.pi * high) ** 2 * max(stiff)]), _LEVELS
-        )
-        laws = draw_prior(len(self.joint.law_parameters), _LAWS, 0)
-        e = self.joint.space.modulus(self.joint.law_coordinates(laws), np.array([middle]))[:, 0]
-        off = (
-            ((np.log(np.abs(e)) - levels[:, None, None]) / _NEAR_LEVEL) ** 2
-            + ((np.angle(e) - np.array(_ANGLES)[:, None]) / _NEAR_ANGLE) ** 2
-            + _LIKELY * np.sum(laws**2, axis=-1)
-        )
-        chosen = laws[np.unique(np.argmin(off, axis=-1))]
-        rest = np.zeros((len(chosen), len(self.nominal_parameters) - chosen.shape[1]))
-        return np.concatenate([chosen, rest], axis=1)
-
     def bounded(self, difference: ComplexArray) -> ComplexArray:
         """Return ``2 (a - b)/(|a| + |b|)`` for a difference of ln a and ln b: smooth where the phase turns over."""
         real = np.clip(difference.real, -_FAR_OFF, _FAR_OFF)
@@ -241,7 +208,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         ]
 
     def modulus_slopes(self, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
-        """Return the derivative of `log_ratios`, which may be known already, by the logarithm of the sample's modulus."""
+        """Return the derivative of `log_ratios` by ln of the sample's modulus; `shown` is `log_ratios`, where known."""
         here = self.log_ratios(z) if shown is None else shown
         stiffer = self._log_ratios(z, np.exp(_STEP))
         return [_turned(high - low) / _STEP for high, low in zip(stiffer, here, strict=True)]

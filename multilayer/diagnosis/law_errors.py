@@ -89,15 +89,15 @@ class Softened:
 class Embedded:
     """A hypothesis together with the errors of its effects' laws: a `Problem` in the hypothesis' own unknowns.
 
-    The data are ``r(z) + B(z) a`` with a ~ N(0, 1), see `law_parts`. With a integrated out, minus twice the logarithm of
-    the density is ``r^T C^-1 r + ln |C|``, ``C = 1 + B B^T``: the sum of squares of this problem's residuals. The last
-    of them is the root of the second term, which C >= 1 makes real. `Softened` holds B where it was. To take B anew
-    where that leads, again and again, need not end, and where it ends hangs on the start; here B follows z, and a
-    minimum is one of a single function.
+    The data are ``r(z) + B(z) a`` with a ~ N(0, 1), see `law_parts`. With a integrated out, minus twice the log density
+    is ``r^T C^-1 r + ln |C|``, ``C = 1 + B B^T``: the sum of squares of this problem's residuals, the last
+    of which is the root of the second term (not below 0, as C is not below 1). `Softened` holds B where it was. To take
+    B anew where that leads, again and again, need not end, and where it ends hangs on the start; here B follows z, and
+    a minimum is one of a single function.
 
     Notes
     -----
-    The derivative is ``C^(-1/2) d(r + B a)`` with the best amounts ``a = -B^T C^-1 r`` held: exact for the gradient, and
+    The derivative is ``C^(-1/2) d(r + B a)`` with the best amounts ``a = -B^T C^-1 r`` held: exact for the gradient,
     Gauss and Newton's for the curvature (variable projection: G. H. Golub & V. Pereyra, SIAM J. Numer. Anal. 10 (1973)
     413-432; L. Kaufman, BIT 15 (1975) 49-57).
 

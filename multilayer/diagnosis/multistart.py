@@ -15,12 +15,15 @@ from multilayer.diagnosis.effects.base import Effect
 from multilayer.diagnosis.fitting import ROUGHLY, Fitted, at_minimum, best_of, starting_points
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.executors import call, run_all
-from multilayer.inverse.least_squares import descend, in_pieces
+from multilayer.inverse.least_squares import descend, draw_prior, in_pieces
 
 K = TypeVar("K")
 # relative sizes of a smooth discrepancy that is allowed, descents that go on with it, and their steps
 _STAGES = ((0.3, 32, 12), (0.06, 12, 12), (0.015, 6, 15))
 _FINISHED = 2  # valleys whose floor is sought
+# where starts are: resonances over the band, how many moduli, angles of loss, points of laws they are chosen from
+_AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1), 4096
+_NEAR_LEVEL, _NEAR_ANGLE, _LIKELY = 0.5, 0.15, 0.02  # what counts as near a level and an angle; against odd laws
 _LOST = 2.0  # times the misfit that chance makes: of campaigns that nothing explains
 _APART = 0.5  # rms of what residuals differ by: descents that end nearer have found the same
 
@@ -41,6 +44,31 @@ class Valley:
     cost: float
 
 
+def scattered(hypothesis: Hypothesis) -> RealArray:
+    """Return coordinates of the nominal model all over its prior, shape (m, d); what is stated is as stated.
+
+    Laws whose moduli and losses are evenly spread where the sample's resonance may lie. To choose starts by a law's own
+    parameters is of little use: what a campaign sees of it first is how stiff and how lossy the sample is in the middle
+    of the band.
+    """
+    joint, f = hypothesis.joint, np.concatenate([data.frequency for data in hypothesis.data])
+    stiff = []
+    for setting in hypothesis.settings:
+        height = setting.configuration.specimen_thickness
+        stiff.append((setting.plate_mass / setting.area + hypothesis.campaign.specimen.density * height / 3) * height)
+    slow, fast = 2 * np.pi * _AROUND[0] * f.min(), 2 * np.pi * _AROUND[1] * f.max()
+    levels = np.linspace(np.log(slow**2 * min(stiff)), np.log(fast**2 * max(stiff)), _LEVELS)
+    laws = draw_prior(len(joint.law_parameters), _LAWS, 0)
+    e = joint.space.modulus(joint.law_coordinates(laws), np.array([np.sqrt(f.min() * f.max())]))[:, 0]
+    off = (
+        ((np.log(np.abs(e)) - levels[:, None, None]) / _NEAR_LEVEL) ** 2
+        + ((np.angle(e) - np.array(_ANGLES)[:, None]) / _NEAR_ANGLE) ** 2
+        + _LIKELY * np.sum(laws**2, axis=-1)
+    )
+    chosen = laws[np.unique(np.argmin(off, axis=-1))]
+    return np.concatenate([chosen, np.zeros((len(chosen), len(joint.parameters) - chosen.shape[1]))], axis=1)
+
+
 def valleys(hypothesis: Hypothesis, first: RealArray, own: RealArray) -> list[Valley]:
     """Return where the data can be explained roughly, the best first.
 
@@ -53,7 +81,7 @@ def valleys(hypothesis: Hypothesis, first: RealArray, own: RealArray) -> list[Va
     ----------
     hypothesis : Hypothesis
     first : array, shape (m, n)
-        Starts of the parameters but the last ones, as `Hypothesis.scattered`.
+        Starts of the parameters but the last ones.
     own : array, shape (p, k)
         Starts of the last ones; each goes with each of the others.
     """
@@ -89,7 +117,7 @@ def _rough(hypothesis: Hypothesis, free: list[int], size: float) -> Callable[[Re
 
 def _promising(costs: RealArray, most: int) -> list[int]:
     """Return flat indices of a table (m, k) of costs: the best of rows and of columns, no two of the same."""
-    m, k = costs.shape
+    k = costs.shape[1]
     rows = [int(i) * k + int(np.argmin(costs[i])) for i in np.argsort(costs.min(axis=1), kind="stable")]
     columns = [int(np.argmin(costs[:, j])) * k + int(j) for j in np.argsort(costs.min(axis=0), kind="stable")]
     return list(dict.fromkeys([*rows[: most - most // 3], *columns[: most // 3]]))
@@ -124,8 +152,9 @@ def valleys_with(fitted: Fitted, effect: Effect) -> list[Callable[[], Fitted]]:
     """
     before = rig_hypothesis(fitted.hypothesis)
     n = len(before.nominal_parameters)
-    sizes = np.broadcast_to(fitted.minimum.z[n:], (len(before.scattered), len(fitted.minimum.z) - n))
-    first = np.concatenate([np.concatenate([before.scattered, sizes], axis=1), fitted.minimum.z[None]])
+    laws = scattered(before)
+    sizes = np.broadcast_to(fitted.minimum.z[n:], (len(laws), len(fitted.minimum.z) - n))
+    first = np.concatenate([np.concatenate([laws, sizes], axis=1), fitted.minimum.z[None]])
     hypothesis = before.with_effects(*before.effects, effect)
     own = np.stack(starting_points(hypothesis, len(effect.parameters)))
     return [partial(at_minimum, hypothesis, one.z, *ROUGHLY) for one in valleys(hypothesis, first, own)[:_FINISHED]]

@@ -14,7 +14,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows
+from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
 from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
@@ -339,7 +339,7 @@ class Nuisances:
         """
         kept, place = distinct_rows(felt, *self.of_rig(values, data).parts)
         difference = np.asarray((log_motion(kept) - data.log_ratio)[place] + self.of_channels(values, data))
-        difference.imag = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
+        difference.imag = half_turn(difference.imag)
         return difference
 
 
@@ -494,7 +494,7 @@ class JointProblem:
                 with np.errstate(all="ignore"):  # a law that is not the sample's may have none: `is_finite`
                     motion = self.log_motion(data, data.needed, points, values)
                     shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
-                shown.imag = np.mod(shown.imag + np.pi, 2 * np.pi) - np.pi
+                shown.imag = half_turn(shown.imag)
                 change[data.name], slope[data.name] = shown[0], (shown[1:] - shown[0]) / _SHORT
         return EndEffect(z, change, slope)
 

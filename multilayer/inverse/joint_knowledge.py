@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, half_turn
 from multilayer.inverse.determination import Derived
 from multilayer.inverse.joint import ConfigurationData, JointProblem
 from multilayer.inverse.joint_fit import JointFit
@@ -105,7 +105,7 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
         ) -> RealArray:
             # next to the measured phase, so that no curve jumps by a turn
             difference = _log_motion(fit.problem, data, z)[..., order] - np.log(data.ratio[order])
-            apart = np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi
+            apart = half_turn(difference.imag)
             amplitude = np.abs(data.ratio[order]) * np.exp(difference.real)
             return np.stack([amplitude, np.rad2deg(phase + apart)], axis=-2)
 

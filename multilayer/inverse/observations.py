@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import RealArray, half_turn
 from multilayer.errors import InputError
 from multilayer.inverse.measured_columns import MeasuredValues, read_values, zero_noise
 from multilayer.inverse.measurement_file import Absorption, Measurement, Reflection, SurfaceImpedance, TransmissionLoss
@@ -127,7 +127,7 @@ class Observation:
         with np.errstate(divide="ignore", invalid="ignore"):  # a prior may reach where nothing moves
             difference = self.scale.of_response(response) - self.scale.of_measured(self.measured)
         if self.scale.has_phase and np.iscomplexobj(difference):
-            difference = difference.real + 1j * (np.mod(difference.imag + np.pi, 2 * np.pi) - np.pi)
+            difference = difference.real + 1j * half_turn(difference.imag)
         return self.whitening(difference)
 
 
