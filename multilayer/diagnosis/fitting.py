@@ -32,6 +32,7 @@ _ROUNDS, _STILL = 8, 1e-3  # in which errors of laws and a fit come to agree, an
 ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
+_NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
 _TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
@@ -201,18 +202,16 @@ def polished(fits: Mapping[K, Fitted], executor: Executor | None = None) -> dict
     best are followed until nothing moves any more.
     """
     least = min((one.minimum.cost for one in fits.values()), default=0.0)
-    found = _replaced(fits, lambda one: one.minimum.cost < _BEHIND * least, _polish, executor)
-    best = max((one.log_evidence for one in found.values()), default=0.0)
-    return _replaced(found, lambda one: one.log_evidence > best - ALIVE, _settled, executor)
+    near = [key for key, one in fits.items() if one.minimum.cost < _NEAR * least]
+    chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
+    found = _replaced(fits, chosen, _polish, executor)
+    best = max((found[key].log_evidence for key in chosen), default=0.0)
+    return _replaced(found, [key for key in chosen if found[key].log_evidence > best - ALIVE], _settled, executor)
 
 
 def _replaced(
-    fits: Mapping[K, Fitted],
-    wanted: Callable[[Fitted], bool],
-    change: Callable[[Fitted], Fitted],
-    executor: Executor | None,
+    fits: Mapping[K, Fitted], keys: Sequence[K], change: Callable[[Fitted], Fitted], executor: Executor | None
 ) -> dict[K, Fitted]:
-    keys = [key for key, one in fits.items() if wanted(one)]
     return {**fits, **dict(zip(keys, run_all(change, [fits[key] for key in keys], executor), strict=True))}
 
 
@@ -224,18 +223,20 @@ def _settled(fitted: Fitted) -> Fitted:
     """Return a fit where nothing moves any more.
 
     How wrong a law is, is known roughly, and is not to tell how large its effect is: at the end its errors are held as
-    they are where the fit is, and the fit follows, until both agree. Where they never do, the law explains nothing, and
-    the fit stays at the minimum of `Embedded`.
+    they are where the fit is, and the fit follows, until both agree. Where they never do, the fit is the minimum of
+    `Embedded`; what is far off anyway stays where it is.
     """
-    if fitted.errors is None:
+    if fitted.errors is None or fitted.minimum.cost > _FAR * len(fitted.minimum.residual):
         return fitted
-    hypothesis, errors, z = fitted.hypothesis, fitted.errors, fitted.minimum.z
+    hypothesis, errors, z, before = fitted.hypothesis, fitted.errors, fitted.minimum.z, np.inf
     for _ in range(_ROUNDS):
         found = minimised(Softened(hypothesis, errors), z)
         moved = float(np.sqrt((found.z - z) @ found.precision @ (found.z - z)))
-        z, held = found.z, errors
         if moved < _STILL:
-            return Fitted(hypothesis, found, held)
+            return Fitted(hypothesis, found, errors)
+        if moved > before:
+            break
+        z, before = found.z, moved
         errors = LawErrors.of(law_basis(hypothesis, z))
     embedded = Embedded(hypothesis)
     found = embedded.minimum(settle(embedded, fitted.minimum.z))
