@@ -1,6 +1,7 @@
 """How often the search of a diagnosis finds the best minimum known: ``docs/validation/search.md``.
 
-Run it as ``python -m tests.benchmarks.search > docs/validation/search.md``; a quarter of an hour on two cores.
+Run it as ``python -m tests.benchmarks.search > docs/validation/search.md``; about an hour on one core
+(``--problems 50``: a quarter of that).
 
 Each problem is a campaign of the blind check's draw (finite elements, sizes from invisible to obvious, laws bent by up
 to 30 %) under the hypothesis of the effect that acts. The best known minimum is the best of: the search as it is; the
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import ArgumentParser
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from time import process_time
@@ -26,7 +28,7 @@ FINISHED = 6
 EXPLAINED = 4.0  # chi-square per datum: above, the law is none of what acts, however well it is fitted
 HEADING = """# The search of a diagnosis
 
-Made by `python -m tests.benchmarks.search`. {what}
+Made by `python -m tests.benchmarks.search`, its draws in their order. {what}
 
 | effect | problems | largest nominal chi-square per datum | reached | behind by at most |
 |---|---|---|---|---|"""
@@ -52,15 +54,23 @@ def main() -> None:
     """Print the page."""
     from concurrent.futures import ProcessPoolExecutor
 
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--problems", type=int, default=PROBLEMS)
+    count = parser.parse_args().problems
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for outcome in pool.map(solve, problems()):
+        for outcome in pool.map(solve, problems(count)):
             outcomes.append(outcome)
             sys.stderr.write(f"{outcome}\n")
+    page(outcomes)
+
+
+def page(outcomes: list[Outcome]) -> None:
+    """Print the page of some outcomes."""
     text = (
         f"{len(outcomes)} problems of draws of seed {SEED}; a minimum is reached within {REACHED} nats. A law that "
-        f"leaves more than {EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too crude), "
-        "and such fits are not followed to the end."
+        f"leaves more than {EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too "
+        "crude), and such fits are not followed to the end."
     )
     tell(HEADING.format(what=text))
     explained = [one for one in outcomes if one.left <= EXPLAINED]
@@ -70,11 +80,11 @@ def main() -> None:
     if rest := [one for one in outcomes if one.left > EXPLAINED]:
         tell(line("the others", rest))
     noisy = np.array([behind for one in explained for behind in one.behind[1:]])
+    seconds, harder = (float(np.median([getattr(one, key) for one in outcomes])) for key in ("seconds", "harder"))
     tell(
         f"\nWith the data multiplied by 1 + {NOISE:g} noise the same search reaches it in "
-        f"{100 * np.mean(noisy < REACHED):.1f} % of those that the law explains. Median processor time of the fit of one "
-        f"effect, beginning with the nominal model's: {np.median([one.seconds for one in outcomes]):.1f} s; of the harder "
-        f"search {np.median([one.harder for one in outcomes]):.1f} s more."
+        f"{100 * np.mean(noisy < REACHED):.1f} % of those that the law explains. Median processor time of the nominal "
+        f"model's fit and that of one effect: {seconds:.1f} s; of the harder search {harder:.1f} s more."
     )
 
 
@@ -86,12 +96,12 @@ def line(name: str, outcomes: list[Outcome]) -> str:
     return f"| {name} | {len(outcomes)} | {gap:.3g} | {reached} of {len(outcomes)} | {behind.max():.2f} nats |"
 
 
-def problems() -> Iterator[int]:
+def problems(wanted: int) -> Iterator[int]:
     """Give the numbers of draws with one effect."""
     from multilayer.diagnosis.blind_draw import draw
 
     number, count = 0, 0
-    while count < PROBLEMS:
+    while count < wanted:
         if len(draw(number, SEED).effects) == 1 and draw(number, SEED).kind in ("one", "deleted"):
             yield number
             count += 1

@@ -1,6 +1,7 @@
 """What to measure next."""
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from multilayer.diagnosis import experiments
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import Hypothesis
+from multilayer.diagnosis.judgement import Judgement
 from multilayer.diagnosis.tube import experiments as tube_experiments
 from multilayer.executors import local_pool
 from multilayer.inverse.problem import Minimum
@@ -35,3 +37,14 @@ def test_swapped_channels_tell_a_gain_from_glue_wherever_it_is_computed():
     assert swapped["separates"] == [["channel_gain"], ["adhesive"]]
     with local_pool(2) as pool:
         assert experiments.next_experiments(alive, pool) == plans
+
+
+@pytest.mark.parametrize(("behind", "group", "alive"), [(30.0, 1, 2), (150.0, 1, 1), (3.0, 2, 2), (3.0, 3, 3)])
+def test_what_is_far_behind_is_worth_no_experiment(behind, group, alive):
+    names = [("skin",), ("adhesive",), ("preload",)]
+    found = SimpleNamespace(
+        ranked=names, fitted=dict.fromkeys(names, "fit"), score=lambda one: -behind * names.index(one),
+        probabilities=lambda: dict.fromkeys(names, 0.3),
+    )  # fmt: skip
+    judgement = Judgement(found, SimpleNamespace(group=names[:group]), {}, None, {})
+    assert len(judgement.alive) == alive

@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.law_errors import LawErrors, Softened, law_basis
-from multilayer.inverse.least_squares import minimise
+from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis
+from multilayer.inverse.least_squares import minimise, settle
 from multilayer.inverse.problem import Minimum
 from multilayer.testing.benches import joint_bench
 from tests.inverse.gaussian import linear
+from tests.inverse.test_joint import campaign_and_signals
 
 
 def basis():
@@ -80,3 +82,37 @@ def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
         found = Fitted(hypothesis, Minimum(z, 0.0, values, np.zeros((3, len(z)))))
         value, low, high = found.interval("skin.ratio")
         assert 1 <= low <= value <= high < 100.001
+
+
+@pytest.mark.parametrize("names", [("channel_gain",), ("rocking",), ("skin", "channel_delay"), ("preload", "adhesive")])
+def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names):
+    """Minus twice the log density, errors of laws integrated out, by its own differences."""
+    campaign, joint = joint_bench()
+    hypothesis = Hypothesis(campaign, joint, tuple(EFFECTS[name]() for name in names))
+    embedded = Embedded(hypothesis)
+    z = 0.3 * np.random.default_rng(4).standard_normal(len(hypothesis.parameters))
+
+    def density(at):
+        basis, residual = law_basis(hypothesis, at), hypothesis.residual(at)
+        covariance = np.eye(len(residual)) + basis @ basis.T
+        return residual @ np.linalg.solve(covariance, residual) + np.linalg.slogdet(covariance)[1]
+
+    values, slopes = embedded.linearised(z)
+    assert values @ values == pytest.approx(density(z), rel=1e-8)
+    steps = 3e-5 * np.eye(len(z))
+    expected = np.array([(density(z + step) - density(z - step)) / 6e-5 for step in steps])
+    np.testing.assert_allclose(2 * slopes.T @ values, expected, atol=2e-4 * np.abs(expected).max())
+
+
+def test_where_errors_of_a_law_are_taken_does_not_matter():
+    """From points about it a fit ends at one minimum, and there nothing moves any more."""
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    hypothesis = nominal.hypothesis.with_effects(EFFECTS["channel_gain"]())
+    embedded, near = Embedded(hypothesis), fit(hypothesis, nominal.minimum.z).minimum
+    rng = np.random.default_rng(5)
+    spread = np.linalg.cholesky(near.covariance)
+    ends = [settle(embedded, near.z + spread @ rng.standard_normal(len(near.z))) for _ in range(3)]
+    for end in ends:
+        assert end.converged
+        assert end.cost == pytest.approx(ends[0].cost, abs=1e-3)
+        np.testing.assert_allclose(end.z[-1], ends[0].z[-1], atol=2e-2 * np.sqrt(ends[0].covariance[-1, -1]))
