@@ -5,7 +5,7 @@ Run it as ``python -m tests.benchmarks.search > docs/validation/search.md``; abo
 
 Each problem is a campaign of the blind check's draw (finite elements, sizes from invisible to obvious, laws bent by up
 to 30 %) under the hypothesis of the effect that acts. The best known minimum is the best of: the search as it is; the
-same with rounding's noise; and a search all over the prior that follows ten times as many starts.
+same with rounding's noise; and a search all over the prior that follows five times as many starts.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FINISHED = 6
 EXPLAINED = 4.0  # chi-square per datum: above, the law is none of what acts, however well it is fitted
 HEADING = """# The search of a diagnosis
 
-Made by `python -m tests.benchmarks.search`, its draws in their order. {what}
+Made by `python -m tests.benchmarks.search --problems {count}`. {what}
 
 | effect | problems | largest nominal chi-square per datum | reached | behind by at most |
 |---|---|---|---|---|"""
@@ -68,11 +68,13 @@ def main() -> None:
 def page(outcomes: list[Outcome]) -> None:
     """Print the page of some outcomes."""
     text = (
-        f"{len(outcomes)} problems of draws of seed {SEED}; a minimum is reached within {REACHED} nats. A law that "
-        f"leaves more than {EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too "
-        "crude), and such fits are not followed to the end."
+        f"The first draws of seed {SEED} with one effect,\neach under the hypothesis of that effect. The best minimum "
+        "known is the best of the search as it is, the same with\nrounding's noise, and a search all over the prior that "
+        f"follows five times as many starts; it is reached within {REACHED} nats.\nA law that leaves more than "
+        f"{EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too crude);\nsuch fits are "
+        "not followed to the end."
     )
-    tell(HEADING.format(what=text))
+    tell(HEADING.format(what=text, count=len(outcomes)))
     explained = [one for one in outcomes if one.left <= EXPLAINED]
     for effect in sorted({one.effect for one in explained}):
         tell(line(effect, [one for one in explained if one.effect == effect]))
