@@ -82,7 +82,7 @@ def main() -> None:
     """Diagnose, compare and print the page."""
     lines, sentences, without = [HEADING], [], [WITHOUT]
     times = [TIME.format(cores=os.cpu_count())]
-    for folder in sorted(path for path in CAMPAIGNS.iterdir() if path.is_dir()):
+    for folder in sorted(file.parent for file in CAMPAIGNS.glob("*/campaign.yaml")):
         print(folder.name, file=sys.stderr)  # noqa: T201
         job = read_fit(folder)
         bursts = sum(len(one.bursts) for one in job.campaign.configurations)

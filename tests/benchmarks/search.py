@@ -69,8 +69,8 @@ def page(outcomes: list[Outcome]) -> None:
     """Print the page of some outcomes."""
     text = (
         f"The first draws of seed {SEED} with one effect,\neach under the hypothesis of that effect. The best minimum "
-        "known is the best of the search as it is, the same with\nrounding's noise, and a search all over the prior that "
-        f"follows five times as many starts; it is reached within {REACHED} nats.\nA law that leaves more than "
+        "known is the best of the search as it is, the same with\nrounding's noise, and a search all over the prior "
+        f"that follows five times as many starts; it is reached within {REACHED} nats.\nA law that leaves more than "
         f"{EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too crude);\n"
         "such fits are not followed to the end."
     )
