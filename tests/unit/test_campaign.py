@@ -19,7 +19,7 @@ from multilayer.signals.spectra import frequencies, padded_length, to_signal, to
 
 RATE = 25600.0
 CAMPAIGNS = Path(__file__).parents[2] / ".." / "shared" / "campaigns"
-FOLDERS = [path for path in sorted(CAMPAIGNS.iterdir()) if path.is_dir()] if CAMPAIGNS.is_dir() else []
+FOLDERS = sorted(file.parent for file in CAMPAIGNS.rglob("campaign.yaml"))
 
 HEAD = """\
 version: 1
@@ -322,7 +322,7 @@ class TestCalibration:
 
 @pytest.mark.reference
 @pytest.mark.skipif(not FOLDERS, reason="../shared is absent")
-@pytest.mark.parametrize("folder", FOLDERS, ids=lambda path: path.name)
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda path: path.relative_to(CAMPAIGNS).as_posix())
 def test_the_shared_campaigns_load_without_a_problem(folder):
     campaign = load_campaign(folder)
     recordings = load_recordings(campaign)
