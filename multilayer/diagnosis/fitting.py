@@ -28,7 +28,6 @@ _TINY = 1e-300
 _TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
 _ROUGH = 1e-3  # that of minima that are compared
 _FEW, _SOME, _MOST = 15, 30, 100  # steps after which starts, and ends, are compared, and a descent is given up
-_ROUNDS, _STILL = 8, 1e-3  # in which errors of laws and a fit come to agree, and standard deviations it then moves
 ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
@@ -220,27 +219,17 @@ def _polish(fitted: Fitted) -> Fitted:
 
 
 def _settled(fitted: Fitted) -> Fitted:
-    """Return a fit where nothing moves any more.
+    """Return a fit where nothing moves any more; what is far off anyway stays where it is.
 
-    How wrong a law is, is known roughly, and is not to tell how large its effect is: at the end its errors are held as
-    they are where the fit is, and the fit follows, until both agree. Where they never do, the fit is the minimum of
-    `Embedded`; what is far off anyway stays where it is.
+    How wrong a law is, is known roughly, and is not to tell how large its effect is: at last the errors are held as
+    they are at the minimum of `Embedded`, and the fit follows.
     """
     if fitted.errors is None or fitted.minimum.cost > _FAR * len(fitted.minimum.residual):
         return fitted
-    hypothesis, errors, z, before = fitted.hypothesis, fitted.errors, fitted.minimum.z, np.inf
-    for _ in range(_ROUNDS):
-        found = minimised(Softened(hypothesis, errors), z)
-        moved = float(np.sqrt((found.z - z) @ found.precision @ (found.z - z)))
-        if moved < _STILL:
-            return Fitted(hypothesis, found, errors)
-        if moved > before:
-            break
-        z, before = found.z, moved
-        errors = LawErrors.of(law_basis(hypothesis, z))
-    embedded = Embedded(hypothesis)
-    found = embedded.minimum(settle(embedded, fitted.minimum.z))
-    return Fitted(hypothesis, found, embedded.errors(found.z))
+    embedded = Embedded(fitted.hypothesis)
+    z = settle(embedded, fitted.minimum.z).z
+    errors = embedded.errors(z)
+    return Fitted(fitted.hypothesis, minimised(Softened(fitted.hypothesis, errors), z), errors)
 
 
 def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:
