@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
@@ -18,7 +17,7 @@ from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import descend, draw_prior, in_pieces
 
 K = TypeVar("K")
-# relative sizes of a smooth discrepancy that is allowed, descents that go on with it, and their steps
+# by how much each datum may be off, relative, descents that go on with it, and their steps
 _STAGES = ((0.3, 32, 12), (0.06, 12, 12), (0.015, 6, 15))
 _FINISHED = 2  # valleys whose floor is sought
 # where starts are: resonances over the band, how many moduli, angles of loss, points of laws they are chosen from
@@ -26,22 +25,6 @@ _AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1)
 _NEAR_LEVEL, _NEAR_ANGLE, _LIKELY = 0.5, 0.15, 0.02  # what counts as near a level and an angle; against odd laws
 _LOST = 2.0  # times the misfit that chance makes: of campaigns that nothing explains
 _APART = 0.5  # rms of what residuals differ by: descents that end nearer have found the same
-
-
-@dataclass(frozen=True)
-class Valley:
-    """Where a search of the prior has led.
-
-    Attributes
-    ----------
-    z : array, shape (d,)
-        Coordinates; those of what the laboratory states are 0.
-    cost : float
-        Of the last stage: it compares valleys of the same data.
-    """
-
-    z: RealArray
-    cost: float
 
 
 def scattered(hypothesis: Hypothesis) -> RealArray:
@@ -69,13 +52,13 @@ def scattered(hypothesis: Hypothesis) -> RealArray:
     return np.concatenate([chosen, np.zeros((len(chosen), len(joint.parameters) - chosen.shape[1]))], axis=1)
 
 
-def valleys(hypothesis: Hypothesis, first: RealArray, own: RealArray) -> list[Valley]:
-    """Return where the data can be explained roughly, the best first.
+def valleys(hypothesis: Hypothesis, first: RealArray, own: RealArray) -> RealArray:
+    """Return where the data can be explained roughly, coordinates of shape (k, d), the best first.
 
     What is added to a reading may bury it: of a rocking plate's resonance the nominal model makes one of the sample,
-    and from there no descent leads back. So an effect is sought with unknowns all over their prior, by continuation: a
-    smooth discrepancy is allowed that is large at first, and differences count as `Hypothesis.bounded` has them. What
-    the laboratory states is taken as stated.
+    and from there no descent leads back. So an effect is sought with unknowns all over their prior, by continuation:
+    each datum may be off by some more, much at first, and differences count as `Hypothesis.bounded` has them. What the
+    laboratory states is taken as stated.
 
     Parameters
     ----------
@@ -95,10 +78,10 @@ def valleys(hypothesis: Hypothesis, first: RealArray, own: RealArray) -> list[Va
     points = points[_promising(np.nan_to_num(costs, nan=np.inf).reshape(len(first), len(own)), _STAGES[0][1])]
     for size, kept, steps in _STAGES:
         residual = _rough(coarse, free, size)
-        points, costs = _distinct(residual, *descend(residual, points[:kept], steps))
+        points = _distinct(residual, *descend(residual, points[:kept], steps))
     found = np.zeros((len(points), len(hypothesis.parameters)))
     found[:, free] = points
-    return [Valley(z, float(cost)) for z, cost in zip(found, costs, strict=True)]
+    return found
 
 
 def _rough(hypothesis: Hypothesis, free: list[int], size: float) -> Callable[[RealArray], RealArray]:
@@ -123,16 +106,14 @@ def _promising(costs: RealArray, most: int) -> list[int]:
     return list(dict.fromkeys([*rows[: most - most // 3], *columns[: most // 3]]))
 
 
-def _distinct(
-    residual: Callable[[RealArray], RealArray], points: RealArray, costs: RealArray
-) -> tuple[RealArray, RealArray]:
-    """Return the points that explain the data differently, and their costs, the lowest first."""
+def _distinct(residual: Callable[[RealArray], RealArray], points: RealArray, costs: RealArray) -> RealArray:
+    """Return the points that explain the data differently, that of the lowest cost first."""
     values = residual(points)
     kept: list[int] = []
     for i in np.argsort(costs, kind="stable"):
         if np.isfinite(costs[i]) and all(np.mean((values[i] - values[j]) ** 2) > _APART**2 for j in kept):
             kept.append(int(i))
-    return points[kept], costs[kept]
+    return points[kept]
 
 
 def is_lost(nominal: Fitted, fits: Iterable[Fitted]) -> bool:
@@ -157,7 +138,7 @@ def valleys_with(fitted: Fitted, effect: Effect) -> list[Callable[[], Fitted]]:
     first = np.concatenate([np.concatenate([laws, sizes], axis=1), fitted.minimum.z[None]])
     hypothesis = before.with_effects(*before.effects, effect)
     own = np.stack(starting_points(hypothesis, len(effect.parameters)))
-    return [partial(at_minimum, hypothesis, one.z, *ROUGHLY) for one in valleys(hypothesis, first, own)[:_FINISHED]]
+    return [partial(at_minimum, hypothesis, z, *ROUGHLY) for z in valleys(hypothesis, first, own)[:_FINISHED]]
 
 
 def improved(

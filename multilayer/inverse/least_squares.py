@@ -25,11 +25,8 @@ _HOPELESS = 4.0
 _SHORT = 1e-6  # step of a derivative, of a coordinate
 _LEVEL = 3e-3  # slope, per standard deviation, at which a minimum is reached
 _BETWEEN, _RENEWALS = 40, 4  # steps after which coordinates are taken anew, and how often
-_DAMPING, _EASED, _HARDENED = (
-    1e-2,
-    5.0,
-    5.0,
-)  # of the diagonal; what an accepted step divides it by, a refused one multiplies
+_DAMPING = 1e-2  # of the diagonal, at first
+_EASED, _HARDENED = 5.0, 5.0  # what an accepted step divides it by, and a refused one multiplies it by
 _LEAST_DAMPING, _STUCK = 1e-8, 1e6
 _STRIDE = 1.0  # of a coordinate, at most in a step: the prior's standard deviation
 _AT_ONCE = 256  # points

@@ -60,16 +60,7 @@ def by_forward_differences(residual: Callable[[RealArray], RealArray], z: RealAr
 
     Right to about a millionth, which is no less than a search or a posterior's width needs.
     """
-    return differences(residual(around(z)))
-
-
-def around(z: RealArray) -> RealArray:
-    """Return coordinates (n,) and those a short step along each axis from them, shape (n + 1, n)."""
-    return np.concatenate([z[None], z + _SHORT * np.eye(z.size)])
-
-
-def differences(values: RealArray) -> tuple[RealArray, RealArray]:
-    """Return a function's value, shape (k,), and derivative, shape (k, n), of its values `around` a point."""
+    values = residual(np.concatenate([z[None], z + _SHORT * np.eye(z.size)]))
     return values[0], (values[1:] - values[0]).T / _SHORT
 
 
