@@ -12,9 +12,11 @@ import subprocess
 import sys
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
@@ -53,42 +55,51 @@ def main() -> None:
     """Print the table, or as a worker the answers."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--short", action="store_true", help="a few cases, a few variants")
-    parser.add_argument("--answers", action="store_true", help="print the answers of this process as JSON")
+    parser.add_argument("--answer", action="store_true", help="print the answer of this process to one case as JSON")
+    parser.add_argument("--together", type=int, default=os.cpu_count(), help="processes at once; all processors")
+    parser.add_argument("--variants", nargs="*", help="the first and those named, in place of all")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--noise", type=int, default=0, help="seed; 0 for none")
     parser.add_argument("cases", nargs="*", help="all when left out")
     given = parser.parse_args()
     chosen = given.cases or [name for name in cases() if not given.short or name in SHORT_CASES]
-    if given.answers:
-        tell(json.dumps(answers(chosen, given.jobs, given.noise)))
+    if given.answer:
+        tell(json.dumps(answer(given.cases[0], given.jobs, given.noise)))
         return
-    sys.exit(compare(chosen, [v for v in VARIANTS if not given.short or v.name in SHORT]))
+    names = SHORT if given.short else [VARIANTS[0].name, *(given.variants or (v.name for v in VARIANTS))]
+    sys.exit(compare(chosen, [v for v in VARIANTS if v.name in names], given.together))
 
 
-def compare(chosen: list[str], variants: list[Variant]) -> int:
-    """Print what each variant says of each case; return 1 where they differ."""
-    told = {}
-    for variant in variants:
-        command = [
-            sys.executable, "-m", "tests.benchmarks.machines", "--answers",
-            "--jobs", str(variant.jobs), "--noise", str(variant.noise), *chosen,
-        ]  # fmt: skip
-        environment = {"OMP_NUM_THREADS": "1", **os.environ, **variant.environment}
-        sys.stderr.write(f"{variant.name} ...\n")
-        found = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=False)
-        if found.returncode:
-            sys.exit(f"{variant.name}: {found.stderr}")
-        told[variant.name] = json.loads(found.stdout)
-    first = told[variants[0].name]
-    tell(f"| case | says | {' | '.join(v.name for v in variants[1:])} |")
-    tell(f"|{'---|' * (len(variants) + 1)}")
+def compare(chosen: list[str], variants: list[Variant], together: int) -> int:
+    """Print what each variant says of each case, as it comes; return 1 where they differ."""
+    tell(f"| case | says | {' | '.join(v.name for v in variants[1:])} | s |")
+    tell(f"|{'---|' * (len(variants) + 2)}")
     differs = 0
-    for case in chosen:
-        seen = [differences(first[case], told[v.name][case]) for v in variants[1:]]
-        differs += sum(bool(one) for one in seen)
-        tell(f"| {case} | {in_short(first[case])} | {' | '.join(one or 'same' for one in seen)} |")
+    with ThreadPoolExecutor(together) as pool:
+        told = {case: [pool.submit(answer_of, case, variant) for variant in variants] for case in chosen}
+        for case, runs in told.items():
+            first, *others = [run.result() for run in runs]
+            seen = [differences(first, other) for other in others]
+            differs += sum(bool(one) for one in seen)
+            tell(
+                f"| {case} | {in_short(first)} | {' | '.join(one or 'same' for one in seen)} | {first['seconds']:.0f} |"
+            )
     tell(f"\n{len(chosen)} cases, {len(variants)} variants: {differs or 'no'} differences")
     return int(differs > 0)
+
+
+def answer_of(case: str, variant: Variant) -> dict[str, Any]:
+    """Return what a variant says of a case, in a process started as that variant."""
+    command = [
+        sys.executable, "-m", "tests.benchmarks.machines", "--answer",
+        "--jobs", str(variant.jobs), "--noise", str(variant.noise), case,
+    ]  # fmt: skip
+    environment = {"OMP_NUM_THREADS": "1", **os.environ, **variant.environment}
+    found = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=False)
+    if found.returncode:
+        sys.exit(f"{variant.name}, {case}: {found.stderr}")
+    answer: dict[str, Any] = json.loads(found.stdout)
+    return answer
 
 
 def in_short(answer: Mapping[str, Any]) -> str:
@@ -213,29 +224,27 @@ def rounded(values: Any, seed: int) -> Any:
     return values * (1 + NOISE * np.random.default_rng(seed).standard_normal(values.shape)) if seed else values
 
 
-def answers(chosen: list[str], jobs: int, noise: int) -> dict[str, Any]:
-    """Return of every case what must not depend on the machine."""
+def answer(case: str, jobs: int, noise: int) -> dict[str, Any]:
+    """Return of a case what must not depend on the machine, and the time it took."""
     from multilayer.executors import local_pool
 
-    known = cases()
-    found = {}
-    for name in chosen:
-        with local_pool(jobs) as pool:
-            record = known[name](pool, noise)
-        group = record["group"]
-        named = [cause for cause in record["causes"] if cause["effects"] in group]
-        plans = record["next_experiment"]
-        found[name] = {
-            "verdict": record["verdict"],
-            "group": group,
-            "experiment": [plans[0]["change"], plans[0]["separates"]] if plans else [],
-            "sizes": {
-                f"{'+'.join(cause['effects'])}: {key}": [p["value"], p["low"], p["high"]]
-                for cause in named
-                for key, p in cause["parameters"].items()
-            },
-        }
-    return found
+    start = perf_counter()
+    with local_pool(jobs) as pool:
+        record = cases()[case](pool, noise)
+    group = record["group"]
+    named = [cause for cause in record["causes"] if cause["effects"] in group]
+    plans = record["next_experiment"]
+    return {
+        "verdict": record["verdict"],
+        "group": group,
+        "experiment": [plans[0]["change"], plans[0]["separates"]] if plans else [],
+        "sizes": {
+            f"{'+'.join(cause['effects'])}: {key}": [p["value"], p["low"], p["high"]]
+            for cause in named
+            for key, p in cause["parameters"].items()
+        },
+        "seconds": perf_counter() - start,
+    }
 
 
 def tell(text: str) -> None:
