@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polished
 from multilayer.diagnosis.free_rim import ROUGH, free_rim
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
-from multilayer.diagnosis.multistart import improved, is_lost, valleys_with
+from multilayer.diagnosis.multistart import is_far_off
 from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.scattered import scattered
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
@@ -137,16 +138,13 @@ def fits_one_by_one(
     """
     finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
-    tasks = begin_tasks(nominal, rest)
+    hides = is_far_off(nominal.minimum.cost / len(nominal.minimum.residual))  # what the model's unknowns are
+    tasks = begin_tasks(nominal, rest, others=scattered(rig_hypothesis(nominal.hypothesis)) if hides else None)
     # making finite elements takes as long as many fits, and none of these needs them
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     begun = run_all(call, [*first, *tasks.values()], executor)
     rigs, found = begun.pop(0) if finite else ({}, {})
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
-    if is_lost(nominal, found.values()):
-        # all but those with finite elements, which hold around one law only
-        known = {(name,): partial(valleys_with, nominal, e) for name, e in rest.items() if isinstance(e, Effect)}
-        found = improved(found, known, executor)
     found = polished(found, executor)
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
 
@@ -162,7 +160,7 @@ def _fits_with_rim(
     """Return finite elements by configuration, and the fits of effects that need them."""
     hypothesis = rig_hypothesis(nominal.hypothesis)
     rigs, start = free_rim(hypothesis.campaign, hypothesis.joint, minima)
-    return rigs, fit_effects(_with_rigs(nominal, rigs), effects, dict.fromkeys(effects, start))
+    return rigs, fit_effects(_with_rigs(nominal, rigs), effects, start)
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:

@@ -15,7 +15,8 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened
+from multilayer.diagnosis.multistart import valleys
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise, settle
@@ -27,12 +28,12 @@ _WIDEST = 100.0  # standard deviations of the prior, times an effect's `size_err
 _TINY = 1e-300
 _TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
 _ROUGH = 1e-3  # that of minima that are compared
-_FEW, _SOME, _MOST = 15, 30, 100  # steps after which starts, and ends, are compared, and a descent is given up
+_SOME, _MOST = 30, 100  # steps after which ends are compared, and a descent is given up
 ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
+_FOLLOWED = 2  # valleys whose floor is sought
 _FAR = 4.0  # times the misfit that chance makes
-_BEHIND = 10.0  # times the least misfit of all effects after the first steps: of one that is given up
+_BEHIND = 10.0  # times the least misfit of all effects in their valleys: of one that is given up
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
-_TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
 
@@ -91,98 +92,61 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Begun:
-    """A fit after a few steps.
+    """A fit of which valleys are known, not their floors.
 
     Attributes
     ----------
     hypothesis : AnyHypothesis
-    ways : tuple of (tuple of float, Minimum)
-        Sizes of a discrepancy that is let go by and by, none of the straight way, and the minimum with the first of
-        them. Any way may end in a wrong valley. Those of `begin` are the straight one, and one with a discrepancy of
-        what is far off.
+    starts : array, shape (k, n)
+        Coordinates in the valleys, the most promising first.
+    misfit : float
+        Per datum, roughly, in the first.
     """
 
     hypothesis: AnyHypothesis
-    ways: tuple[tuple[tuple[float, ...], Minimum], ...]
-
-    @property
-    def costs(self) -> tuple[float, ...]:
-        """Of every way so far."""
-        return tuple(minimum.cost for _, minimum in self.ways)
+    starts: RealArray
+    misfit: float
 
     @property
     def ends(self) -> list[Callable[[], Fitted]]:
-        """What finishes the fit on every way, not done yet; that with the most evidence is the fit."""
-        return [partial(_finish, self.hypothesis, minimum.z, sizes) for sizes, minimum in self.ways]
+        """What finishes the fit in every valley, not done yet; that with the most evidence is the fit."""
+        return [partial(at_minimum, self.hypothesis, z, *ROUGHLY) for z in self.starts]
 
     def given_up(self) -> Fitted:
         """Return the fit where it is; at its end it would have more evidence."""
-        return Fitted(self.hypothesis, self.ways[0][1])
+        z = self.starts[0]
+        residual, slopes = self.hypothesis.linearised(z)
+        return Fitted(self.hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
 
 
-def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Fitted:
+def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int = _FOLLOWED) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
     return _polish(best_of([end() for end in begin(hypothesis, start, followed=followed).ends]))
 
 
-def begin(hypothesis: AnyHypothesis, start: RealArray, *, followed: int | None = None) -> Begun:
-    """Return the first steps of the fit of a hypothesis.
+def begin(
+    hypothesis: AnyHypothesis, start: RealArray, *, others: RealArray | None = None, followed: int = _FOLLOWED
+) -> Begun:
+    """Return the valleys of a hypothesis.
 
     Parameters
     ----------
     hypothesis : AnyHypothesis
-    start : array
+    start : array, shape (n,)
         Coordinates of law and nuisances, and of effects that are given already.
-    followed : int, optional
-        How many of the starts with the least cost are followed; by default one for a single number to be found, two
-        for several: resonances have more than one valley.
+    others : array, shape (m, n), optional
+        Further ones.
+    followed : int
+        Of how many valleys the floor is sought.
     """
-    missing = len(hypothesis.parameters) - len(start)
     # what is stated of the laboratory may have been dragged far off to explain what the effect explains
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
-    bases = (start, np.where(stated, 0.0, start)) if np.any(start[stated]) else (start,)
-    own = starting_points(hypothesis, missing)
-    points = np.stack([np.concatenate([base, at]) for base in bases for at in own])
-    residuals, priors = hypothesis.residual(points), np.sum(points**2, axis=-1)
-    sizes = _discrepancies(float(np.nanmin(np.sum(residuals**2, axis=-1) + priors)) / residuals.shape[-1])
-    if sizes:
-        residuals = LawErrors.of(sizes[0] * smooth_basis(hypothesis)).whitened(residuals)
-    costs = np.sum(residuals**2, axis=-1) + priors
-    order = np.argsort(costs, kind="stable")
-    chosen = list(order[: followed or (1 if missing < 2 else 2)])
-    if sizes:  # far off, the cost of a start says little: the best of either kind is followed
-        kinds = range(len(bases))
-        chosen = list(dict.fromkeys([*chosen, *(int(order[order // len(own) == kind][0]) for kind in kinds)]))
-    ways = ((), sizes) if sizes else ((),)
-    return Begun(hypothesis, tuple((way, _first_steps(hypothesis, points[chosen], way)) for way in ways))
-
-
-def _discrepancies(per_datum: float) -> tuple[float, ...]:
-    """Return relative sizes of a smooth discrepancy that is allowed while the fit is far off, falling.
-
-    What is thousands of standard deviations off drags everything else along; a minimum is found by and by.
-    """
-    if not per_datum > _FAR:
-        return ()
-    first = min(_TYPICAL * float(np.sqrt(per_datum)), _LARGEST)
-    return tuple(np.geomspace(first, _TYPICAL, max(2, int(np.ceil(np.log(first / _TYPICAL) / np.log(_FALL))))))
-
-
-def _first_steps(hypothesis: AnyHypothesis, starts: RealArray, sizes: Sequence[float]) -> Minimum:
-    """Return where the best of some starts has come to, with the first of the discrepancies."""
-
-    def roughly(start: RealArray) -> Minimum:
-        return _approached(_softened(hypothesis, start, sizes[0]) if sizes else hypothesis, start, _FEW)
-
-    return min((roughly(start) for start in starts), key=lambda one: one.cost)
-
-
-def _finish(hypothesis: AnyHypothesis, start: RealArray, sizes: Sequence[float]) -> Fitted:
-    """Return roughly the minimum reached from a start, with the errors of laws there."""
-    z = start
-    for size in sizes:
-        z = _approached(_softened(hypothesis, z, size), z).z
-    return at_minimum(hypothesis, z, *ROUGHLY)
+    bases = [start[None], np.where(stated, 0.0, start)[None], *([] if others is None else [others])]
+    own = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
+    starts, misfits = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), own)
+    if not len(starts):  # no response anywhere: where it is, for what follows to say so
+        return Begun(hypothesis, np.concatenate([start, own[0]])[None], np.inf)
+    return Begun(hypothesis, starts[:followed], float(misfits[0]))
 
 
 def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
@@ -233,25 +197,11 @@ def _settled(fitted: Fitted) -> Fitted:
 
 
 def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:
-    """Return the minimum reached from a start.
-
-    From afar it takes more steps than `_approached`, and comes nearer where the valley is narrow.
-    """
+    """Return the minimum reached from a start."""
     return minimise(problem, start, most, tolerance, "trf", scaled=True)
 
 
-def _approached(problem: Problem, start: RealArray, most: int = _MOST) -> Minimum:
-    """Return roughly the minimum reached from a start that may be far off."""
-    return minimise(problem, start, most, _ROUGH, "dogbox")
-
-
-def _softened(hypothesis: AnyHypothesis, z: RealArray, size: float) -> Softened:
-    """Return the hypothesis with a smooth discrepancy and the errors of laws at z."""
-    basis = np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1)
-    return Softened(hypothesis, LawErrors.of(basis))
-
-
-def starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
+def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
     """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
     if not missing:
         return [np.empty(0)]
@@ -265,7 +215,8 @@ def starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
 def fit_effects(
     nominal: Fitted,
     effects: Mapping[str, BaseEffect],
-    starts: Mapping[str, RealArray] | None = None,
+    start: RealArray | None = None,
+    others: RealArray | None = None,
     executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself, roughly: see `polished`.
@@ -275,22 +226,27 @@ def fit_effects(
     nominal : Fitted
     effects : mapping
         By name; those that the model admits.
-    starts : mapping, optional
-        The nominal model's unknowns to start from, by effect, where those of `nominal` are of no use.
+    start : array, optional
+        The nominal model's unknowns to start from, where those of `nominal` are of no use.
+    others : array, optional
+        See `begin`.
     executor : Executor, optional
         Where fits run; in this process when left out.
     """
-    tasks = begin_tasks(nominal, effects, starts)
+    tasks = begin_tasks(nominal, effects, start, others)
     return finish_all(dict(zip(tasks, run_all(call, [*tasks.values()], executor), strict=True)), executor)
 
 
 def begin_tasks(
-    nominal: Fitted, effects: Mapping[str, BaseEffect], starts: Mapping[str, RealArray] | None = None
+    nominal: Fitted,
+    effects: Mapping[str, BaseEffect],
+    start: RealArray | None = None,
+    others: RealArray | None = None,
 ) -> dict[tuple[str, ...], Callable[[], Begun]]:
-    """Return the first steps of the fits of `fit_effects`, not made yet."""
-    known = starts or {}
+    """Return the search for valleys in the fits of `fit_effects`, not done yet."""
+    first = nominal.minimum.z if start is None else start
     return {
-        (name,): partial(begin, nominal.hypothesis.with_effects(one), known.get(name, nominal.minimum.z))
+        (name,): partial(begin, nominal.hypothesis.with_effects(one), first, others=others)
         for name, one in effects.items()
     }
 
@@ -301,7 +257,7 @@ def finish_all(
     rivals: Sequence[Fitted] = (),
     behind: float = _BEHIND,
 ) -> dict[K, Fitted]:
-    """Return roughly the fits that have begun, by the same keys; those far behind another, either way, are given up.
+    """Return roughly the fits that have begun, by the same keys; those far behind another are given up.
 
     Parameters
     ----------
@@ -310,22 +266,18 @@ def finish_all(
     rivals : sequence of Fitted
         Fits that have been finished already.
     behind : float
-        Times the least misfit after the first steps: where those that are far off are given up.
+        Times the least misfit, where what chance makes counts as least: those above are given up.
     """
-    done = [one.minimum.cost for one in rivals]
-    straight = min((*done, *(one.costs[0] for one in begun.values())), default=0.0)
-    eased = min((*done, *(one.costs[-1] for one in begun.values())), default=0.0)
-    hopeless = {
-        key
-        for key, one in begun.items()
-        if len(one.ways) > 1 and one.costs[0] > behind * straight and one.costs[1] > behind * eased
-    }
-    tasks = [(way, key, end) for key, one in begun.items() if key not in hopeless for way, end in enumerate(one.ends)]
-    tasks.sort(key=lambda task: -task[0])  # the long ways first: workers then end together
-    found: dict[K, list[Fitted]] = {key: [begun[key].given_up()] for key in hopeless}
-    for (_, key, _), end in zip(tasks, run_all(call, [end for *_, end in tasks], executor), strict=True):
+    misfits = [
+        *(one.misfit for one in begun.values()),
+        *(one.minimum.cost / len(one.minimum.residual) for one in rivals),
+    ]
+    least = max(min(misfits, default=1.0), 1.0)
+    tasks = [(key, end) for key, one in begun.items() if not one.misfit > behind * least for end in one.ends]
+    found: dict[K, list[Fitted]] = {}
+    for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)
-    return {key: best_of(found[key]) for key in begun}
+    return {key: best_of(found[key]) if key in found else one.given_up() for key, one in begun.items()}
 
 
 def best_of(ends: Sequence[Fitted]) -> Fitted:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -149,15 +149,22 @@ class Hypothesis(BaseHypothesis[Effect]):
         """Return the same with residuals of some data only."""
         return replace(self, seen=tuple(data))
 
-    @property
-    def thinned(self) -> Hypothesis:
-        """The same with two bins of each burst."""
-        return self.of([data.thinned(_THINNED) for data in self.data])
+    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals of some bins of each burst, shape (..., n), each being allowed to be off by `size` more.
 
-    def bounded(self, difference: ComplexArray) -> ComplexArray:
-        """Return ``2 (a - b)/(|a| + |b|)`` for a difference of ln a and ln b: smooth where the phase turns over."""
-        real = np.clip(difference.real, -_FAR_OFF, _FAR_OFF)
-        return np.asarray(2 * (np.exp(real + 1j * difference.imag) - 1) / (np.exp(real) + 1))
+        Where that is not 0 they are ``2 (a - b)/(|a| + |b|)`` over the standard deviation, of modelled a and measured
+        b: smooth where the phase turns over.
+        """
+        few = self.of([data.thinned(_THINNED) for data in self.data])
+        if not size:
+            return few.residual
+        spread = [np.sqrt(data.variance + size**2) for data in few.data]
+
+        def residual(z: RealArray) -> RealArray:
+            pairs = zip(few.log_ratios(z), spread, strict=True)
+            return np.concatenate([(_bounded(difference) / width).view(float) for difference, width in pairs], axis=-1)
+
+        return residual
 
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
@@ -376,3 +383,9 @@ def _loaded(setting: Setting, rods: Sequence[Rod], mass: RealArray) -> ComplexAr
     thin = 1e-6
     plate: Rod = (1e14, mass / (setting.area * thin), thin)
     return chain_transmissibility(setting.frequency, [*rods, plate])
+
+
+def _bounded(difference: ComplexArray) -> ComplexArray:
+    """Return ``2 (a - b)/(|a| + |b|)`` for a difference of ln a and ln b."""
+    real = np.clip(difference.real, -_FAR_OFF, _FAR_OFF)
+    return np.asarray(2 * (np.exp(real + 1j * difference.imag) - 1) / (np.exp(real) + 1))

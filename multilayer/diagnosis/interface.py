@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, Self
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
@@ -82,6 +82,9 @@ class AnyHypothesis(Protocol):
 
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data)."""
+
+    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals for a first search, each datum being allowed to be off by `size` more, relative."""
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative."""

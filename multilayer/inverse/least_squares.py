@@ -120,7 +120,11 @@ def _cost_and_slope(problem: Problem, origin: RealArray, factor: RealArray, u: R
 
 
 def descend(
-    residual: Callable[[RealArray], RealArray], starts: RealArray, most: int, tolerance: float = 1e-3
+    residual: Callable[[RealArray], RealArray],
+    starts: RealArray,
+    most: int,
+    tolerance: float = 1e-3,
+    moving: int | None = None,
 ) -> tuple[RealArray, RealArray]:
     """Return where many starts lead, each a descent by Levenberg and Marquardt, all of them advancing together.
 
@@ -136,6 +140,8 @@ def descend(
         Steps.
     tolerance : float
         Relative fall of the cost below which a step counts as slow; a descent ends with two of them in a row.
+    moving : int, optional
+        How many of the first coordinates move, while the others stay; all when left out.
 
     Returns
     -------
@@ -150,23 +156,25 @@ def descend(
     z = np.array(starts, dtype=float)
     values = in_pieces(residual, z)
     cost = _total(values, z)
-    m, n = z.shape
+    m, n = len(z), z.shape[1] if moving is None else moving
+    short = _SHORT * np.eye(n, z.shape[1])
     damping, slow = np.full(m, _DAMPING), np.zeros(m, dtype=int)
     going, moved = np.isfinite(cost), np.ones(m, dtype=bool)
     precision, slope = np.zeros((m, n, n)), np.zeros((m, n))
     for _ in range(most):
         if (new := np.flatnonzero(going & moved)).size:
-            ahead = in_pieces(residual, (z[new, None] + _SHORT * np.eye(n)).reshape(-1, n)).reshape(len(new), n, -1)
+            ahead = in_pieces(residual, (z[new, None] + short).reshape(-1, z.shape[1])).reshape(len(new), n, -1)
             derivative = np.nan_to_num((ahead - values[new, None]) / _SHORT)
             precision[new] = derivative @ derivative.transpose(0, 2, 1) + np.eye(n)
-            slope[new] = np.einsum("mid,md->mi", derivative, values[new]) + z[new]
+            slope[new] = np.einsum("mid,md->mi", derivative, values[new]) + z[new, :n]
             moved[new] = False
         if not (at := np.flatnonzero(going)).size:
             break
         diagonal = np.einsum("mii->mi", precision[at])
         damped = precision[at] + (damping[at, None] * diagonal)[:, None] * np.eye(n)
         step = -np.linalg.solve(damped, slope[at, :, None])[..., 0]
-        trial = z[at] + step / np.maximum(np.abs(step).max(axis=-1, keepdims=True) / _STRIDE, 1.0)
+        trial = z[at]
+        trial[:, :n] += step / np.maximum(np.abs(step).max(axis=-1, keepdims=True) / _STRIDE, 1.0)
         tried = in_pieces(residual, trial)
         costs = _total(tried, trial)
         lower = costs < cost[at]

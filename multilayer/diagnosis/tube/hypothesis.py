@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -134,6 +134,19 @@ class TubeHypothesis(BaseHypothesis[TubeEffect]):
     def with_effects(self, *effects: TubeEffect) -> TubeHypothesis:
         """Return the hypothesis of other effects."""
         return replace(self, effects=effects)
+
+    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals, shape (..., n), each part of a reflection coefficient being allowed to be off by `size`."""
+        if not size:
+            return self.residual
+        spread = [np.stack(data.spread, axis=-1) for data in self.data]
+        widths = [np.sqrt(both**2 + size**2).reshape(-1) for both in spread]
+
+        def residual(z: RealArray) -> RealArray:
+            pairs = zip(self.log_ratios(z), widths, strict=True)
+            return np.concatenate([difference.view(float) / width for difference, width in pairs], axis=-1)
+
+        return residual
 
     def of(self, data: Sequence[TubeData]) -> TubeHypothesis:
         """Return the same with residuals of some data only."""
