@@ -12,7 +12,7 @@ from multilayer.inverse.least_squares import descend, in_pieces
 
 Residual = Callable[[RealArray], RealArray]
 _STAGES = ((20, 10), (12, 10), (6, 10), (4, 10))  # descents that go on, and their steps, as the discrepancy falls
-_AHEAD = 4  # steps in which all but an effect's parameters move, before these do
+_AHEAD = 10  # steps in which all but an effect's parameters move, before these do
 _TYPICAL, _LARGEST, _FALL = 0.004, 0.3, 6.0  # relative: a standard deviation of the data; of discrepancies; by steps of
 _FAR = 4.0  # times the misfit that chance makes: of what is far off, and of valleys far behind the best one
 # what tells descents apart: rms of what residuals differ by, or coordinates of the effect's parameters
@@ -75,7 +75,9 @@ def _discrepancies(per_datum: float) -> tuple[float, ...]:
 
 
 def _promising(costs: RealArray, most: int) -> list[int]:
-    """Return flat indices of a table (m, k) of costs: the best of rows and of columns, no two of the same."""
+    """Return flat indices of a table (m, k) of costs: all, or the best of rows and of columns, no two of the same."""
+    if costs.size <= most:
+        return [*range(costs.size)]
     k = costs.shape[1]
     rows = [int(i) * k + int(np.argmin(costs[i])) for i in np.argsort(costs.min(axis=1), kind="stable")]
     columns = [int(np.argmin(costs[:, j])) * k + int(j) for j in np.argsort(costs.min(axis=0), kind="stable")]
