@@ -142,10 +142,10 @@ def begin(
     # what is stated of the laboratory may have been dragged far off to explain what the effect explains
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
     bases = [start[None], np.where(stated, 0.0, start)[None], *([] if others is None else [others])]
-    own = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
-    starts, misfits = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), own)
+    effect = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
+    starts, misfits = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), effect)
     if not len(starts):  # no response anywhere: where it is, for what follows to say so
-        return Begun(hypothesis, np.concatenate([start, own[0]])[None], np.inf)
+        return Begun(hypothesis, np.concatenate([start, effect[0]])[None], np.inf)
     return Begun(hypothesis, starts[:followed], float(misfits[0]))
 
 

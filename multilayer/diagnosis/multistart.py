@@ -19,35 +19,40 @@ _FAR = 4.0  # times the misfit that chance makes: of what is far off, and of val
 _APART, _OTHER = 0.5, 0.3
 
 
-def valleys(hypothesis: AnyHypothesis, bases: RealArray, own: RealArray) -> tuple[RealArray, RealArray]:
-    """Return where the data can be explained roughly, coordinates of shape (k, d), and misfits per datum there.
+def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> tuple[RealArray, RealArray]:
+    """Return where the data can be explained roughly: coordinates, the best first, and misfits per datum there.
 
     What an effect adds to a reading may bury it: of a rocking plate's resonance the nominal model makes one of the
     sample, and from there no descent leads back. And what is thousands of standard deviations off drags everything
     else along. So many starts go down at once, by continuation: each datum may be off by some more, much at first.
-    Before that the effect's parameters are held while the others follow: at a start of one by itself a good size costs
-    as much as a bad one.
+    Before that the effect's parameters are held while the others follow: at the nominal model's unknowns a good size of
+    the effect may cost as much as a bad one.
 
     Parameters
     ----------
     hypothesis : AnyHypothesis
     bases : array, shape (m, n)
-        Starts of the parameters but the last ones.
-    own : array, shape (p, k)
-        Starts of the last ones; each goes with each of the others.
+        Starts of the parameters but those of the last effect.
+    effect : array, shape (p, k)
+        Starts of the latter; each goes with each of the others.
+
+    Returns
+    -------
+    points : array, shape (v, n + k)
+    misfits : array, shape (v,)
+        Empty both where there is no response anywhere.
     """
-    grid = np.zeros((len(bases), len(own), len(hypothesis.parameters)))
-    grid[:, :, : bases.shape[1]], grid[:, :, bases.shape[1] :] = bases[:, None], own
-    points = grid.reshape(-1, grid.shape[-1])
-    sizes = _discrepancies(np.min(_costs(hypothesis.roughly(0.0), points)))
-    residual = hypothesis.roughly(sizes[0])
-    costs = _costs(residual, points).reshape(grid.shape[:2])
+    n, k = bases.shape[1], effect.shape[1]
+    points = np.concatenate([np.repeat(bases, len(effect), axis=0), np.tile(effect, (len(bases), 1))], axis=1)
+    discrepancies = _discrepancies(np.min(_costs(hypothesis.roughly(0.0), points)))
+    residual = hypothesis.roughly(discrepancies[0])
+    costs = _costs(residual, points).reshape(len(bases), len(effect))
     points = points[_promising(costs, _STAGES[0][0])]
-    if own.shape[1]:
-        points, _ = descend(residual, points, _AHEAD, moving=bases.shape[1])
-    for size, (kept, steps) in zip(sizes, _STAGES, strict=False):
+    if k:
+        points, _ = descend(residual, points, _AHEAD, moving=n)
+    for size, (kept, steps) in zip(discrepancies, _STAGES, strict=False):
         residual = hypothesis.roughly(size)
-        points = _distinct(residual, own.shape[1], *descend(residual, points[:kept], steps))
+        points = _distinct(residual, k, *descend(residual, points[:kept], steps))
     misfits = _costs(hypothesis.roughly(_TYPICAL), points)
     near = misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)
     return points[near], misfits[near]
@@ -84,12 +89,12 @@ def _promising(costs: RealArray, most: int) -> list[int]:
     return list(dict.fromkeys([*rows[: most - most // 3], *columns[: most // 3]]))
 
 
-def _distinct(residual: Residual, own: int, points: RealArray, costs: RealArray) -> RealArray:
-    """Return the points that differ in what they say of the data or in the last coordinates, the best first."""
+def _distinct(residual: Residual, k: int, points: RealArray, costs: RealArray) -> RealArray:
+    """Return the points that differ in what they say of the data or in the last k coordinates, the best first."""
     values = residual(points)
     kept: list[int] = []
     for i in np.argsort(costs, kind="stable"):
-        last = [np.max(np.abs(points[i] - points[j])[points.shape[1] - own :], initial=0.0) for j in kept]
+        last = [np.max(np.abs(points[i] - points[j])[points.shape[1] - k :], initial=0.0) for j in kept]
         off = [np.mean((values[i] - values[j]) ** 2) for j in kept]
         if np.isfinite(costs[i]) and all(a > _OTHER or b > _APART**2 for a, b in zip(last, off, strict=True)):
             kept.append(int(i))
