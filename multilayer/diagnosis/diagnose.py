@@ -138,8 +138,7 @@ def fits_one_by_one(
     """
     finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
-    hides = is_far_off(nominal.minimum.cost / len(nominal.minimum.residual))  # what the model's unknowns are
-    tasks = begin_tasks(nominal, rest, others=scattered(rig_hypothesis(nominal.hypothesis)) if hides else None)
+    tasks = begin_tasks(nominal, rest, others=_other_laws(nominal, minima))
     # making finite elements takes as long as many fits, and none of these needs them
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     begun = run_all(call, [*first, *tasks.values()], executor)
@@ -147,6 +146,14 @@ def fits_one_by_one(
     found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
     found = polished(found, executor)
     return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
+
+
+def _other_laws(nominal: Fitted, minima: Sequence[Minimum]) -> RealArray:
+    """Return further starts of the nominal model's unknowns: its other minima, and all laws where a gap hides them."""
+    others = [minimum.z for minimum in minima]
+    if is_far_off(nominal.minimum.cost / len(nominal.minimum.residual)):
+        others.extend(scattered(rig_hypothesis(nominal.hypothesis)))
+    return np.stack(others)
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

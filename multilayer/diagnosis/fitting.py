@@ -15,8 +15,8 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened
-from multilayer.diagnosis.multistart import valleys
+from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.multistart import discrepancies, is_far_off, valleys
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise, settle
@@ -99,24 +99,31 @@ class Begun:
     hypothesis : AnyHypothesis
     starts : array, shape (k, n)
         Coordinates in the valleys, the most promising first.
-    misfit : float
-        Per datum, roughly, in the first.
+    given_up : Fitted
+        The fit in the first of them, the errors of laws as there; at its end it would have more evidence.
     """
 
     hypothesis: AnyHypothesis
     starts: RealArray
-    misfit: float
+    given_up: Fitted
+
+    @classmethod
+    def at(cls, hypothesis: AnyHypothesis, starts: RealArray) -> Begun:
+        """Return what is known at the starts."""
+        z, errors = starts[0], None
+        problem: Problem = hypothesis
+        if any(effect.law_error for effect in hypothesis.effects):
+            errors = LawErrors.of(law_basis(hypothesis, z))
+            problem = Softened(hypothesis, errors)
+        residual, slopes = problem.linearised(z)
+        return cls(
+            hypothesis, starts, Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes), errors)
+        )
 
     @property
     def ends(self) -> list[Callable[[], Fitted]]:
         """What finishes the fit in every valley, not done yet; that with the most evidence is the fit."""
         return [partial(at_minimum, self.hypothesis, z, *ROUGHLY) for z in self.starts]
-
-    def given_up(self) -> Fitted:
-        """Return the fit where it is; at its end it would have more evidence."""
-        z = self.starts[0]
-        residual, slopes = self.hypothesis.linearised(z)
-        return Fitted(self.hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
 
 
 def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int = _FOLLOWED) -> Fitted:
@@ -143,10 +150,20 @@ def begin(
     stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
     bases = [start[None], np.where(stated, 0.0, start)[None], *([] if others is None else [others])]
     effect = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
-    starts, misfits = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), effect)
+    starts = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), effect)
+    if any(getattr(one, "needs_finite_elements", False) for one in hypothesis.effects):
+        # these hold around one law, with which they were made: that is as good a start as a valley
+        points = np.concatenate([np.broadcast_to(start, (len(effect), len(start))), effect], axis=1)
+        straight = points[np.argmin(np.sum(hypothesis.residual(points) ** 2, axis=-1) + np.sum(points**2, axis=-1))]
+        return Begun.at(hypothesis, np.insert(starts[:followed], 0, straight, axis=0))
     if not len(starts):  # no response anywhere: where it is, for what follows to say so
-        return Begun(hypothesis, np.concatenate([start, effect[0]])[None], np.inf)
-    return Begun(hypothesis, starts[:followed], float(misfits[0]))
+        starts = np.concatenate([start, effect[0]])[None]
+    return Begun.at(hypothesis, starts[:followed])
+
+
+def _per_datum(hypothesis: AnyHypothesis, z: RealArray) -> float:
+    residual = hypothesis.residual(z)
+    return float(residual @ residual + z @ z) / residual.size
 
 
 def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
@@ -179,7 +196,19 @@ def _replaced(
 
 
 def _polish(fitted: Fitted) -> Fitted:
-    return at_minimum(fitted.hypothesis, fitted.minimum.z)
+    z = fitted.minimum.z
+    if not is_far_off(_per_datum(fitted.hypothesis, z)):
+        return at_minimum(fitted.hypothesis, z)
+    # what the errors of laws may explain is no valley of the data alone
+    return best_of([at_minimum(fitted.hypothesis, start) for start in (z, _eased(fitted.hypothesis, z))])
+
+
+def _eased(hypothesis: AnyHypothesis, z: RealArray) -> RealArray:
+    """Return roughly where a fit comes to with a smooth discrepancy that is let go by and by."""
+    for size in discrepancies(_per_datum(hypothesis, z)):
+        soft = LawErrors.of(np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1))
+        z = minimise(Softened(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
+    return z
 
 
 def _settled(fitted: Fitted) -> Fitted:
@@ -264,20 +293,19 @@ def finish_all(
     begun : mapping
     executor : Executor, optional
     rivals : sequence of Fitted
-        Fits that have been finished already.
+        Fits that have been finished already; they have that much less to go.
     behind : float
-        Times the least misfit, where what chance makes counts as least: those above are given up.
+        Times the least cost in a first valley, or what chance makes of it: those above are given up.
     """
-    misfits = [
-        *(one.misfit for one in begun.values()),
-        *(one.minimum.cost / len(one.minimum.residual) for one in rivals),
-    ]
-    least = max(min(misfits, default=1.0), 1.0)
-    tasks = [(key, end) for key, one in begun.items() if not one.misfit > behind * least for end in one.ends]
+    costs = {key: one.given_up.minimum.cost for key, one in begun.items()}
+    n = max((len(one.given_up.minimum.residual) for one in begun.values()), default=0)
+    finished = [behind * one.minimum.cost for one in rivals]
+    least = max(min([*costs.values(), *finished], default=0.0), n)
+    tasks = [(key, end) for key, one in begun.items() if not costs[key] > behind * least for end in one.ends]
     found: dict[K, list[Fitted]] = {}
     for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)
-    return {key: best_of(found[key]) if key in found else one.given_up() for key, one in begun.items()}
+    return {key: best_of(found[key]) if key in found else one.given_up for key, one in begun.items()}
 
 
 def best_of(ends: Sequence[Fitted]) -> Fitted:

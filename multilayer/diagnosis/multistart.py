@@ -19,8 +19,8 @@ _FAR = 4.0  # times the misfit that chance makes: of what is far off, and of val
 _APART, _OTHER = 0.5, 0.3
 
 
-def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> tuple[RealArray, RealArray]:
-    """Return where the data can be explained roughly: coordinates, the best first, and misfits per datum there.
+def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> RealArray:
+    """Return where the data can be explained roughly: coordinates, the best first.
 
     What an effect adds to a reading may bury it: of a rocking plate's resonance the nominal model makes one of the
     sample, and from there no descent leads back. And what is thousands of standard deviations off drags everything
@@ -38,24 +38,22 @@ def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> t
 
     Returns
     -------
-    points : array, shape (v, n + k)
-    misfits : array, shape (v,)
-        Empty both where there is no response anywhere.
+    array, shape (v, n + k)
+        Empty where there is no response anywhere.
     """
     n, k = bases.shape[1], effect.shape[1]
     points = np.concatenate([np.repeat(bases, len(effect), axis=0), np.tile(effect, (len(bases), 1))], axis=1)
-    discrepancies = _discrepancies(np.min(_costs(hypothesis.roughly(0.0), points)))
-    residual = hypothesis.roughly(discrepancies[0])
+    sizes = discrepancies(float(np.min(_costs(hypothesis.roughly(0.0), points))))
+    residual = hypothesis.roughly(sizes[0])
     costs = _costs(residual, points).reshape(len(bases), len(effect))
     points = points[_promising(costs, _STAGES[0][0])]
     if k:
         points, _ = descend(residual, points, _AHEAD, moving=n)
-    for size, (kept, steps) in zip(discrepancies, _STAGES, strict=False):
+    for size, (kept, steps) in zip(sizes, _STAGES, strict=False):
         residual = hypothesis.roughly(size)
         points = _distinct(residual, k, *descend(residual, points[:kept], steps))
     misfits = _costs(hypothesis.roughly(_TYPICAL), points)
-    near = misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)
-    return points[near], misfits[near]
+    return points[misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)]
 
 
 def is_far_off(misfit: float) -> bool:
@@ -70,7 +68,7 @@ def _costs(residual: Residual, points: RealArray) -> RealArray:
     return np.asarray(np.nan_to_num(costs, nan=np.inf))
 
 
-def _discrepancies(per_datum: float) -> tuple[float, ...]:
+def discrepancies(per_datum: float) -> tuple[float, ...]:
     """Return relative sizes of a discrepancy that is allowed, falling; of what is near none."""
     if not is_far_off(per_datum):
         return (0.0,)

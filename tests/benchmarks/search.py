@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 from typing import Any
@@ -138,23 +138,23 @@ def solve(number: int) -> Outcome:
         if not seed:
             seconds = process_time() - start
             gap = nominal.minimum.cost / len(nominal.minimum.residual)
-            first = nominal
+            first, others = nominal, [minimum.z for minimum in minima]
     start = process_time()
     if not effects[name].needs_finite_elements:
-        ends += harder(first, effects[name], sealed.truth)
+        ends += harder(first, others, effects[name], sealed.truth)
     best = max(ends, key=lambda end: end.log_evidence)
     behind = tuple(float(best.log_evidence - end.log_evidence) for end in ends[:2])
     left = best.minimum.cost / len(best.minimum.residual)
     return Outcome(number, name, gap, left, behind, seconds, process_time() - start)
 
 
-def harder(nominal: Any, effect: Any, truth: Mapping[str, float]) -> list[Any]:
+def harder(nominal: Any, minima: Sequence[Any], effect: Any, truth: Mapping[str, float]) -> list[Any]:
     """Return the ends of a search with more starts, among them the true size where the draw tells it."""
     from multilayer.diagnosis import multistart
     from multilayer.diagnosis.fitting import begin, polished
     from multilayer.diagnosis.scattered import scattered
 
-    others = scattered(nominal.hypothesis)
+    others = np.concatenate([scattered(nominal.hypothesis), minima])
     effects = [effect]
     if all(f"{effect.name}.{one.name}" in truth for one in effect.parameters):
         at = tuple(float(one.prior.coordinate(truth[f"{effect.name}.{one.name}"])) for one in effect.parameters)

@@ -54,15 +54,14 @@ def test_fits_far_behind_are_given_up_and_others_finished():
     def begun(off):
         same = linear(slopes, off + slopes @ np.ones(2))
         hypothesis = Bare(same.function, same.parameters)
-        misfit = float(np.mean(hypothesis.residual(np.zeros(2)) ** 2))
-        return Begun(hypothesis, np.zeros((1, 2)), misfit)
+        return Begun.at(hypothesis, np.zeros((1, 2)))
 
     near, far = begun(0.1), begun(30.0)
     found = finish_all({"near": near, "far": far})
     assert list(found) == ["near", "far"]
     assert np.array_equal(found["far"].minimum.z, far.starts[0])
-    assert found["near"].minimum.cost < near.given_up().minimum.cost
+    assert found["near"].minimum.cost < near.given_up.minimum.cost
     assert found["near"].log_evidence > found["far"].log_evidence
     # alone it is the best there is, and is finished
     alone = finish_all({"far": far})
-    assert alone["far"].minimum.cost < far.given_up().minimum.cost
+    assert alone["far"].minimum.cost < far.given_up.minimum.cost
