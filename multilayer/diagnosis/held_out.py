@@ -110,7 +110,7 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tupl
     soft = Softened(seen, LawErrors.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
     found = minimised(soft, start)
     residual, slopes = unseen.linearised(found.z)
-    open_of_unknowns = LawErrors.of(_spread(slopes, found.precision))
+    open_of_unknowns = LawErrors.of(_spread(slopes, found.jacobian))
     if not one.errors:
         return open_of_unknowns.whitened(residual), _log_density(open_of_unknowns, residual)
     here, slopes_here = seen.linearised(found.z)
@@ -122,14 +122,17 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tupl
     # unknowns and errors of laws together; what is each configuration's own is not seen elsewhere
     known = np.concatenate([slopes_here, laws], axis=1)
     told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
-    spread = _spread(told, np.eye(known.shape[1]) + known.T @ known)
-    every = LawErrors.of(np.concatenate([spread, anew], axis=1))
+    every = LawErrors.of(np.concatenate([_spread(told, known), anew], axis=1))
     return open_of_unknowns.whitened(residual), _log_density(every, residual)
 
 
-def _spread(slopes: RealArray, precision: RealArray) -> RealArray:
-    """Return columns B with B B^T the covariance of what unknowns of a precision change."""
-    return np.asarray(np.linalg.solve(np.linalg.cholesky(precision), slopes.T).T)
+def _spread(slopes: RealArray, known: RealArray) -> RealArray:
+    """Return columns B with ``B B^T = S (1 + K^T K)^-1 S^T``: what S changes, of unknowns known by slopes K.
+
+    From K itself: its square may have lost the 1 to rounding.
+    """
+    factor: RealArray = np.asarray(np.linalg.qr(np.concatenate([np.eye(known.shape[1]), known]))[1])
+    return np.asarray(np.linalg.solve(factor.T, slopes.T).T)
 
 
 def _log_density(errors: LawErrors, residual: RealArray) -> float:
