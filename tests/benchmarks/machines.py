@@ -78,7 +78,11 @@ def compare(chosen: list[str], variants: list[Variant], together: int) -> int:
     with ThreadPoolExecutor(together) as pool:
         told = {case: [pool.submit(answer_of, case, variant) for variant in variants] for case in chosen}
         for case, runs in told.items():
-            first, *others = [run.result() for run in runs]
+            try:
+                first, *others = [run.result() for run in runs]
+            except subprocess.CalledProcessError as failed:
+                pool.shutdown(cancel_futures=True)
+                sys.exit(f"{case}: {failed.stderr}")
             seen = [differences(first, other) for other in others]
             differs += sum(bool(one) for one in seen)
             tell(
@@ -95,9 +99,7 @@ def answer_of(case: str, variant: Variant) -> dict[str, Any]:
         "--jobs", str(variant.jobs), "--noise", str(variant.noise), case,
     ]  # fmt: skip
     environment = {"OMP_NUM_THREADS": "1", **os.environ, **variant.environment}
-    found = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=False)
-    if found.returncode:
-        sys.exit(f"{variant.name}, {case}: {found.stderr}")
+    found = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=True)
     answer: dict[str, Any] = json.loads(found.stdout)
     return answer
 

@@ -73,9 +73,8 @@ def page(outcomes: list[Outcome]) -> None:
         f"The first draws of seed {SEED} with one effect,\neach under the hypothesis of that effect. The best minimum "
         "known is the best of the search as it is, the same with\nrounding's noise, and a harder one from all over the "
         "prior and from the true size, with five times as many starts;\n"
-        f"it is reached within {REACHED} nats. A law that leaves more than "
-        f"{EXPLAINED:g} per datum at its best does not explain the campaign (it is bent, or too crude);\n"
-        "such fits are not followed to the end."
+        f"it is reached within {REACHED} nats of evidence. A law that leaves more than {EXPLAINED:g} per datum at its "
+        "best does not explain the\ncampaign (it is bent, or too crude); such fits are not followed to the end."
     )
     tell(HEADING.format(what=text, count=len(outcomes)))
     explained = [one for one in outcomes if one.left <= EXPLAINED]
