@@ -136,7 +136,7 @@ def fits_one_by_one(
     executor : Executor or None
         Where fits run; None for this process.
     """
-    finite = {name: effect for name, effect in effects.items() if getattr(effect, "needs_finite_elements", False)}
+    finite = {name: effect for name, effect in effects.items() if effect.needs_finite_elements}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
     tasks = begin_tasks(nominal, rest, others=_other_laws(nominal, minima))
     # making finite elements takes as long as many fits, and none of these needs them
@@ -151,7 +151,7 @@ def fits_one_by_one(
 def _other_laws(nominal: Fitted, minima: Sequence[Minimum]) -> RealArray:
     """Return further starts of the nominal model's unknowns: its other minima, and all laws where a gap hides them."""
     others = [minimum.z for minimum in minima]
-    if is_far_off(nominal.minimum.cost / len(nominal.minimum.residual)):
+    if is_far_off(nominal.minimum.cost_per_datum):
         others.extend(scattered(rig_hypothesis(nominal.hypothesis)))
     return np.stack(others)
 

@@ -16,7 +16,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
-from multilayer.diagnosis.multistart import discrepancies, is_far_off, valleys
+from multilayer.diagnosis.multistart import costs_per_datum, discrepancies, is_far_off, valleys
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.inverse.least_squares import minimise, settle
@@ -31,7 +31,6 @@ _ROUGH = 1e-3  # that of minima that are compared
 _SOME, _MOST = 30, 100  # steps after which ends are compared, and a descent is given up
 ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FOLLOWED = 2  # valleys whose floor is sought
-_FAR = 4.0  # times the misfit that chance makes
 _BEHIND = 10.0  # times the least misfit of all effects in their valleys: of one that is given up
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
@@ -112,7 +111,7 @@ class Begun:
         """Return what is known at the starts."""
         z, errors = starts[0], None
         problem: Problem = hypothesis
-        if any(effect.law_error for effect in hypothesis.effects):
+        if _has_law_errors(hypothesis):
             errors = LawErrors.of(law_basis(hypothesis, z))
             problem = Softened(hypothesis, errors)
         residual, slopes = problem.linearised(z)
@@ -126,9 +125,9 @@ class Begun:
         return [partial(at_minimum, self.hypothesis, z, *ROUGHLY) for z in self.starts]
 
 
-def fit(hypothesis: AnyHypothesis, start: RealArray, *, followed: int = _FOLLOWED) -> Fitted:
+def fit(hypothesis: AnyHypothesis, start: RealArray) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
-    return _polish(best_of([end() for end in begin(hypothesis, start, followed=followed).ends]))
+    return _polish(best_of([end() for end in begin(hypothesis, start).ends]))
 
 
 def begin(
@@ -151,24 +150,23 @@ def begin(
     bases = [start[None], np.where(stated, 0.0, start)[None], *([] if others is None else [others])]
     effect = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
     starts = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), effect)
-    if any(getattr(one, "needs_finite_elements", False) for one in hypothesis.effects):
+    if any(one.needs_finite_elements for one in hypothesis.effects):
         # these hold around one law, with which they were made: that is as good a start as a valley
         points = np.concatenate([np.broadcast_to(start, (len(effect), len(start))), effect], axis=1)
-        straight = points[np.argmin(np.sum(hypothesis.residual(points) ** 2, axis=-1) + np.sum(points**2, axis=-1))]
+        straight = points[np.argmin(costs_per_datum(hypothesis.residual, points))]
         return Begun.at(hypothesis, np.insert(starts[:followed], 0, straight, axis=0))
     if not len(starts):  # no response anywhere: where it is, for what follows to say so
         starts = np.concatenate([start, effect[0]])[None]
     return Begun.at(hypothesis, starts[:followed])
 
 
-def _per_datum(hypothesis: AnyHypothesis, z: RealArray) -> float:
-    residual = hypothesis.residual(z)
-    return float(residual @ residual + z @ z) / residual.size
+def _has_law_errors(hypothesis: AnyHypothesis) -> bool:
+    return any(effect.law_error for effect in hypothesis.effects)
 
 
 def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
     """Return the minimum reached from a start near it, with the errors of laws there."""
-    if not any(effect.law_error for effect in hypothesis.effects):
+    if not _has_law_errors(hypothesis):
         return Fitted(hypothesis, minimised(hypothesis, start, most, tolerance))
     embedded = Embedded(hypothesis)
     found = embedded.minimum(minimised(embedded, start, most, tolerance))
@@ -196,17 +194,19 @@ def _replaced(
 
 
 def _polish(fitted: Fitted) -> Fitted:
-    z = fitted.minimum.z
-    if not is_far_off(_per_datum(fitted.hypothesis, z)):
-        return at_minimum(fitted.hypothesis, z)
-    # what the errors of laws may explain is no valley of the data alone
-    return best_of([at_minimum(fitted.hypothesis, start) for start in (z, _eased(fitted.hypothesis, z))])
+    hypothesis, z = fitted.hypothesis, fitted.minimum.z
+    misfit = float(costs_per_datum(hypothesis.residual, z[None])[0])
+    starts = [z]
+    if is_far_off(misfit):  # what the errors of laws may explain is no valley of the data alone
+        starts.append(_eased(hypothesis, z, discrepancies(misfit)))
+    return best_of([at_minimum(hypothesis, start) for start in starts])
 
 
-def _eased(hypothesis: AnyHypothesis, z: RealArray) -> RealArray:
+def _eased(hypothesis: AnyHypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
     """Return roughly where a fit comes to with a smooth discrepancy that is let go by and by."""
-    for size in discrepancies(_per_datum(hypothesis, z)):
-        soft = LawErrors.of(np.concatenate([size * smooth_basis(hypothesis), law_basis(hypothesis, z)], axis=1))
+    smooth = smooth_basis(hypothesis)
+    for size in sizes:
+        soft = LawErrors.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
         z = minimise(Softened(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
     return z
 
@@ -217,7 +217,7 @@ def _settled(fitted: Fitted) -> Fitted:
     How wrong a law is, is known roughly, and is not to tell how large its effect is: at last the errors are held as
     they are at the minimum of `Embedded`, and the fit follows.
     """
-    if fitted.errors is None or fitted.minimum.cost > _FAR * len(fitted.minimum.residual):
+    if fitted.errors is None or is_far_off(fitted.minimum.cost_per_datum):
         return fitted
     embedded = Embedded(fitted.hypothesis)
     z = settle(embedded, fitted.minimum.z).z
@@ -245,7 +245,6 @@ def fit_effects(
     nominal: Fitted,
     effects: Mapping[str, BaseEffect],
     start: RealArray | None = None,
-    others: RealArray | None = None,
     executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself, roughly: see `polished`.
@@ -257,12 +256,10 @@ def fit_effects(
         By name; those that the model admits.
     start : array, optional
         The nominal model's unknowns to start from, where those of `nominal` are of no use.
-    others : array, optional
-        See `begin`.
     executor : Executor, optional
         Where fits run; in this process when left out.
     """
-    tasks = begin_tasks(nominal, effects, start, others)
+    tasks = begin_tasks(nominal, effects, start)
     return finish_all(dict(zip(tasks, run_all(call, [*tasks.values()], executor), strict=True)), executor)
 
 

@@ -149,19 +149,22 @@ class Hypothesis(BaseHypothesis[Effect]):
         """Return the same with residuals of some data only."""
         return replace(self, seen=tuple(data))
 
+    @cached_property
+    def _few(self) -> Hypothesis:
+        return self.of([data.thinned(_THINNED) for data in self.data])
+
     def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
         """Return residuals of some bins of each burst, shape (..., n), each being allowed to be off by `size` more.
 
         Where that is not 0 they are ``2 (a - b)/(|a| + |b|)`` over the standard deviation, of modelled a and measured
         b: smooth where the phase turns over.
         """
-        few = self.of([data.thinned(_THINNED) for data in self.data])
         if not size:
-            return few.residual
-        spread = [np.sqrt(data.variance + size**2) for data in few.data]
+            return self._few.residual
+        spread = [np.sqrt(data.variance + size**2) for data in self._few.data]
 
         def residual(z: RealArray) -> RealArray:
-            pairs = zip(few.log_ratios(z), spread, strict=True)
+            pairs = zip(self._few.log_ratios(z), spread, strict=True)
             return np.concatenate([(_bounded(difference) / width).view(float) for difference, width in pairs], axis=-1)
 
         return residual

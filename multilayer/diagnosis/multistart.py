@@ -8,7 +8,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.inverse.least_squares import descend, in_pieces
+from multilayer.inverse.least_squares import descend, in_pieces, total_cost
 
 Residual = Callable[[RealArray], RealArray]
 _STAGES = ((20, 10), (12, 10), (6, 10), (4, 10))  # descents that go on, and their steps, as the discrepancy falls
@@ -43,16 +43,16 @@ def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> R
     """
     n, k = bases.shape[1], effect.shape[1]
     points = np.concatenate([np.repeat(bases, len(effect), axis=0), np.tile(effect, (len(bases), 1))], axis=1)
-    sizes = discrepancies(float(np.min(_costs(hypothesis.roughly(0.0), points))))
+    sizes = discrepancies(float(np.min(costs_per_datum(hypothesis.roughly(0.0), points))))
     residual = hypothesis.roughly(sizes[0])
-    costs = _costs(residual, points).reshape(len(bases), len(effect))
+    costs = costs_per_datum(residual, points).reshape(len(bases), len(effect))
     points = points[_promising(costs, _STAGES[0][0])]
     if k:
         points, _ = descend(residual, points, _AHEAD, moving=n)
     for size, (kept, steps) in zip(sizes, _STAGES, strict=False):
         residual = hypothesis.roughly(size)
         points = _distinct(residual, k, *descend(residual, points[:kept], steps))
-    misfits = _costs(hypothesis.roughly(_TYPICAL), points)
+    misfits = costs_per_datum(hypothesis.roughly(_TYPICAL), points)
     return points[misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)]
 
 
@@ -61,11 +61,10 @@ def is_far_off(misfit: float) -> bool:
     return not misfit <= _FAR
 
 
-def _costs(residual: Residual, points: RealArray) -> RealArray:
+def costs_per_datum(residual: Residual, points: RealArray) -> RealArray:
     """Return misfits with the priors' share, per datum, infinite where there is no response."""
     values = in_pieces(residual, points)
-    costs = (np.sum(values**2, axis=-1) + np.sum(points**2, axis=-1)) / values.shape[-1]
-    return np.asarray(np.nan_to_num(costs, nan=np.inf))
+    return np.asarray(total_cost(values, points) / values.shape[-1])
 
 
 def discrepancies(per_datum: float) -> tuple[float, ...]:

@@ -155,7 +155,7 @@ def descend(
     """
     z = np.array(starts, dtype=float)
     values = in_pieces(residual, z)
-    cost = _total(values, z)
+    cost = total_cost(values, z)
     m, n = len(z), z.shape[1] if moving is None else moving
     short = _SHORT * np.eye(n, z.shape[1])
     damping, slow = np.full(m, _DAMPING), np.zeros(m, dtype=int)
@@ -176,7 +176,7 @@ def descend(
         trial = z[at]
         trial[:, :n] += step / np.maximum(np.abs(step).max(axis=-1, keepdims=True) / _STRIDE, 1.0)
         tried = in_pieces(residual, trial)
-        costs = _total(tried, trial)
+        costs = total_cost(tried, trial)
         lower = costs < cost[at]
         won, lost = at[lower], at[~lower]
         slow[won] = np.where(cost[won] - costs[lower] < tolerance * cost[won], slow[won] + 1, 0)
@@ -192,7 +192,7 @@ def in_pieces(function: Callable[[RealArray], RealArray], points: RealArray) -> 
     return np.concatenate([function(points[i : i + _AT_ONCE]) for i in range(0, len(points), _AT_ONCE)])
 
 
-def _total(values: RealArray, z: RealArray) -> RealArray:
+def total_cost(values: RealArray, z: RealArray) -> RealArray:
     """Return squared residuals and z squared, infinite where there is no response."""
     cost = np.sum(values**2, axis=-1) + np.sum(z**2, axis=-1)
     return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
@@ -265,7 +265,7 @@ def draw_prior(n: int, count: int, seed: int) -> RealArray:
 
 
 def _cost(problem: Problem, z: RealArray) -> RealArray:
-    return _total(problem.residual(z), z)
+    return total_cost(problem.residual(z), z)
 
 
 def distinct(minima: Sequence[Minimum]) -> list[Minimum]:

@@ -103,6 +103,11 @@ class Minimum:
         return float(self.misfit + self.z @ self.z)
 
     @property
+    def cost_per_datum(self) -> float:
+        """Cost over the number of data: about 1 by chance alone."""
+        return self.cost / len(self.residual)
+
+    @property
     def precision(self) -> RealArray:
         """Inverse covariance of z by Laplace's approximation, with Gauss-Newton's Hessian."""
         return np.asarray(self.jacobian.T @ self.jacobian + np.eye(self.z.size))

@@ -1,7 +1,8 @@
 """Diagnose the same data on other kernels, threads, processes, and with rounding's noise: all must say the same.
 
-Run it as ``make machines``; some minutes. ``--short`` takes a few cases under a few variants. Exit status 1 where a
-verdict, a group, a first experiment, or the size of a named effect differs from that of the first variant.
+Run it as ``make machines``; more than an hour. ``--short`` takes a few cases under a few variants, some minutes. Exit
+status 1 where a verdict, a group, a first experiment, or the size of a named effect differs from that of the first
+variant.
 """
 
 from __future__ import annotations

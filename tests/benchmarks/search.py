@@ -136,14 +136,14 @@ def solve(number: int) -> Outcome:
         ends.append(fits[name,])
         if not seed:
             seconds = process_time() - start
-            gap = nominal.minimum.cost / len(nominal.minimum.residual)
+            gap = nominal.minimum.cost_per_datum
             first, others = nominal, [minimum.z for minimum in minima]
     start = process_time()
     if not effects[name].needs_finite_elements:
         ends += harder(first, others, effects[name], sealed.truth)
     best = max(ends, key=lambda end: end.log_evidence)
     behind = tuple(float(best.log_evidence - end.log_evidence) for end in ends[:2])
-    left = best.minimum.cost / len(best.minimum.residual)
+    left = best.minimum.cost_per_datum
     return Outcome(number, name, gap, left, behind, seconds, process_time() - start)
 
 

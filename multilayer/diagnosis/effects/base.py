@@ -144,7 +144,9 @@ class BaseEffect:
     size_error : float
         How well a size that is found tells the true one, relative, one standard deviation: `law_error` when None.
     starts : tuple of tuple of float
-        Coordinates of all parameters from which fits start; the middle of the priors and 1.5 to either side when empty.
+        Coordinates of all parameters from which fits start; some all over the priors when empty.
+    needs_finite_elements : bool
+        Whether the rods of the two-plate rig are replaced by finite elements of the free rim.
     """
 
     kind: ClassVar[str]
@@ -157,6 +159,7 @@ class BaseEffect:
     law_error: ClassVar[float] = 0.15
     size_error: ClassVar[float | None] = None
     starts: ClassVar[tuple[tuple[float, ...], ...]] = ()
+    needs_finite_elements: ClassVar[bool] = False
 
 
 class Effect(BaseEffect):
@@ -169,15 +172,12 @@ class Effect(BaseEffect):
     ----------
     moves_resonances : bool
         Whether it acts as a change of the sample's modulus does, rather than on what is read.
-    needs_finite_elements : bool
-        Whether the rods are replaced by finite elements of the free rim.
     aside : tuple of str
         Parameters that do not say how large the effect is: its law's error does not follow them.
     """
 
     kind = "two-plate rig"
     moves_resonances: ClassVar[bool] = False
-    needs_finite_elements: ClassVar[bool] = False
     aside: ClassVar[tuple[str, ...]] = ()
 
     def applies(self, campaign: Campaign) -> bool:
