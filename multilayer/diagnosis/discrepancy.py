@@ -19,9 +19,11 @@ SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float] = SIZES) -> tuple[float, float]:
     """Return the log evidence of a model with a smooth discrepancy, and the most probable size of that.
 
-    ``r ~ N(0, C + P K_s P^T)`` with `P` the projector off the columns of the Jacobian: a discrepancy orthogonal to what
-    the unknowns can absorb (M. Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274-1285), averaged over sizes s. C holds the
-    errors of the effects' own laws. On the same scale as `Fitted.log_evidence`.
+    ``r ~ N(0, C + J J^T + P K_s P^T)``, ``P = (1 + J J^T)^-1``: what the unknowns leave of a discrepancy, their priors
+    being what they are, averaged over sizes s. Where the data say all, P projects off the columns of the Jacobian (M.
+    Plumlee, J. Am. Stat. Assoc. 112 (2017) 1274-1285); what the data hardly tell absorbs nothing, and the direction of
+    its slopes, which is one of rounding, does not count. C holds the errors of the effects' own laws. On the same
+    scale as `Fitted.log_evidence`.
     """
     gains = _Leftover.of(fitted).gains(sizes)
     best = float(sizes[int(np.argmax(gains))])
@@ -68,11 +70,12 @@ class _Leftover:
     def of(cls, fitted: Fitted) -> _Leftover:
         minimum = fitted.minimum
         basis = fitted.softened(smooth_basis(fitted.hypothesis).T).T
-        q, _ = np.linalg.qr(minimum.jacobian)
-        free = basis - q @ (q.T @ basis)
-        # off the Jacobian's columns the unknowns change nothing: the nominal evidence, the misfit there marginalised
-        residual = minimum.residual - q @ (q.T @ minimum.residual)
-        return cls(free.T @ free, free.T @ residual)
+        u, s, _ = np.linalg.svd(minimum.jacobian, full_matrices=False)
+        left = 1 / (1 + s**2)  # (1 + J J^T)^-1 along the columns of u; the misfit at a minimum is that of r0 times it
+        along = u.T @ basis
+        free = basis - u @ ((1 - left)[:, None] * along)
+        whitened = basis - u @ ((1 - left**1.5)[:, None] * along)
+        return cls(whitened.T @ whitened, free.T @ minimum.residual)
 
     def gains(self, sizes: Sequence[float]) -> list[float]:
         """Return the gains of log evidence for discrepancies of some sizes."""

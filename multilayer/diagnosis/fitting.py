@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from typing import TypeVar
@@ -33,6 +33,7 @@ ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FOLLOWED = 2  # valleys whose floor is sought
 _BEHIND = 10.0  # times the least misfit of all effects in their valleys: of one that is given up
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
+_HOPELESS = 10.0  # cost per datum, the errors of laws allowed, of a rough minimum from which none is explained
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
 
@@ -48,11 +49,14 @@ class Fitted:
         Its residuals have unit variance where the effects' laws are as wrong as they may be.
     errors : LawErrors, optional
         Those of the laws; none of the nominal model.
+    valleys : array, shape (k, n), optional
+        Coordinates where its search began, the most promising first.
     """
 
     hypothesis: AnyHypothesis
     minimum: Minimum
     errors: LawErrors | None = None
+    valleys: RealArray | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,7 +131,7 @@ class Begun:
 
 def fit(hypothesis: AnyHypothesis, start: RealArray) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
-    return _polish(best_of([end() for end in begin(hypothesis, start).ends]))
+    return _polish(finish_all({0: begin(hypothesis, start)})[0])
 
 
 def begin(
@@ -176,11 +180,13 @@ def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, t
 def polished(fits: Mapping[K, Fitted], executor: Executor | None = None) -> dict[K, Fitted]:
     """Return fits at their minima, from near there.
 
-    Those that explain far less than the best are left as they are; those that an experiment may have to tell from the
-    best are followed until nothing moves any more.
+    Those that explain far less than the best, or next to nothing, are left as they are; those that an experiment may
+    have to tell from the best are followed until nothing moves any more.
     """
     least = min((one.minimum.cost for one in fits.values()), default=0.0)
-    near = [key for key, one in fits.items() if one.minimum.cost < _NEAR * least]
+    near = [
+        key for key, one in fits.items() if one.minimum.cost < _NEAR * least and one.minimum.cost_per_datum < _HOPELESS
+    ]
     chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
     found = _replaced(fits, chosen, _polish, executor)
     best = max((found[key].log_evidence for key in chosen), default=0.0)
@@ -194,11 +200,15 @@ def _replaced(
 
 
 def _polish(fitted: Fitted) -> Fitted:
-    hypothesis, z = fitted.hypothesis, fitted.minimum.z
-    misfit = float(costs_per_datum(hypothesis.residual, z[None])[0])
-    starts = [z]
-    if is_far_off(misfit):  # what the errors of laws may explain is no valley of the data alone
-        starts.append(_eased(hypothesis, z, discrepancies(misfit)))
+    """Return the best of a fit's own minimum and, where the data alone leave much over, those below its valleys.
+
+    What the errors of laws may explain is no valley of the data alone, and a descent that uses them early is lost:
+    there a smooth discrepancy is allowed first, and let go by and by.
+    """
+    hypothesis, starts = fitted.hypothesis, [fitted.minimum.z]
+    if fitted.valleys is not None and is_far_off(float(costs_per_datum(hypothesis.residual, starts[0][None])[0])):
+        misfits = costs_per_datum(hypothesis.residual, fitted.valleys)
+        starts += [_eased(hypothesis, *pair) for pair in zip(fitted.valleys, map(discrepancies, misfits), strict=True)]
     return best_of([at_minimum(hypothesis, start) for start in starts])
 
 
@@ -302,7 +312,10 @@ def finish_all(
     found: dict[K, list[Fitted]] = {}
     for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
         found.setdefault(key, []).append(end)
-    return {key: best_of(found[key]) if key in found else one.given_up for key, one in begun.items()}
+    return {
+        key: replace(best_of(found[key]), valleys=one.starts) if key in found else one.given_up
+        for key, one in begun.items()
+    }
 
 
 def best_of(ends: Sequence[Fitted]) -> Fitted:
