@@ -12,11 +12,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from multilayer.inverse.joint_fit import fit_joint
-from multilayer.inverse.joint_knowledge import modulus_band, with_knowledge
+from multilayer.inverse.joint_posterior import modulus_band, with_posterior
 from multilayer.inverse.sources import read_fit
 
 job = read_fit(Path("../foam_b"), model="finite")
-fit = with_knowledge(fit_joint(job.campaign, job.recordings, "fractional_zener", settings=job.settings))
+fit = with_posterior(fit_joint(job.campaign, job.recordings, "fractional_zener", settings=job.settings))
 print(fit.law)
 print(f"chi-square {fit.best.cost:.0f} for {fit.n_data} data, p = {fit.p_value:.2f}")
 
@@ -41,5 +41,5 @@ plt.show()
 
 # %%
 # What the data determine of the law, parameter by parameter:
-for sentence in fit.knowledge.determination.sentences[:4]:
+for sentence in fit.summary.identifiability.sentences[:4]:
     print(sentence)

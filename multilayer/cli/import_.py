@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from multilayer.measurements.cutting import Window
     from multilayer.measurements.importing import ImportedCampaign
-    from multilayer.measurements.knowledge import Knowledge
+    from multilayer.measurements.metadata import Metadata
     from multilayer.measurements.pairs import ChannelChoice, Pair
 
 _MOST_TOLD = 10
@@ -72,7 +72,7 @@ def import_campaign(
     refuse_unusable(out.parent)
     refuse_occupied(out)
     choice = _choice(sensitivity or [], unit or [], rate)
-    known = _knowledge(like, configuration, calibration)
+    known = _metadata(like, configuration, calibration)
     window = Window(_cycles(cycles, known), _time(before, "before"), _time(after, "after"))
     wanted = _frequencies(frequencies)
     pairs = read_pairs(files, _with_names(choice, files, base, top))
@@ -90,17 +90,17 @@ def _choice(sensitivity: list[str], unit: list[str], rate: str | None) -> Channe
     return ChannelChoice({}, parse_sensitivities(sensitivity), parse_units(unit), sampling_rate)
 
 
-def _knowledge(like: Path | None, configuration: str | None, calibration: bool) -> Knowledge:
+def _metadata(like: Path | None, configuration: str | None, calibration: bool) -> Metadata:
     from multilayer.errors import InputError
-    from multilayer.measurements.knowledge import Knowledge, read_knowledge
+    from multilayer.measurements.metadata import Metadata, read_metadata
 
     if like is None and configuration is not None:
         raise InputError("--configuration names a mounting of the file given with --like; give that, too")
-    known = Knowledge() if like is None else read_knowledge(like, configuration)
+    known = Metadata() if like is None else read_metadata(like, configuration)
     return known.as_calibration() if calibration else known
 
 
-def _cycles(given: float | None, known: Knowledge) -> float:
+def _cycles(given: float | None, known: Metadata) -> float:
     from multilayer.errors import InputError
     from multilayer.measurements.importing import CYCLES
 
@@ -155,7 +155,7 @@ def _with_names(choice: ChannelChoice, files: list[Path], base: str | None, top:
     return replace(choice, names=found)
 
 
-def _make(pairs: list[Pair], known: Knowledge, window: Window, wanted: tuple[float, ...]) -> ImportedCampaign:
+def _make(pairs: list[Pair], known: Metadata, window: Window, wanted: tuple[float, ...]) -> ImportedCampaign:
     from multilayer.cli.progress import progress_bar
     from multilayer.measurements.importing import make_campaign
     from multilayer.signals.find_bursts import number_of_blocks

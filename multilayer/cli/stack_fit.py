@@ -30,7 +30,7 @@ def fit_stack_file(
     campaign_options : mapping
         Options that a campaign's fit has and this one has not, by name; None where not given.
     posterior : str or None
-        Where intervals come from; one of `knowledge.METHODS`, of which the first where None.
+        Where intervals come from; one of `summary.METHODS`, of which the first where None.
 
     Raises
     ------
@@ -39,8 +39,8 @@ def fit_stack_file(
     """
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
-    from multilayer.inverse.knowledge import LAPLACE
-    from multilayer.inverse.knowledge import refuse_unusable as refuse_method
+    from multilayer.inference.summary import LAPLACE
+    from multilayer.inference.summary import refuse_unusable as refuse_method
     from multilayer.inverse.stack_file import load_stack_fit, name_of
     from multilayer.inverse.stack_fit import fit_stacks
     from multilayer.json_text import json_text

@@ -11,8 +11,8 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Values
-from multilayer.inverse.priors import Parameter, Priors
-from multilayer.inverse.problem import by_forward_differences
+from multilayer.inference.priors import Parameter, Priors
+from multilayer.inference.problem import by_forward_differences
 
 E = TypeVar("E", bound=BaseEffect)
 

@@ -18,21 +18,21 @@ from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, f
 from multilayer.diagnosis.free_rim import ROUGH, free_rim
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
-from multilayer.diagnosis.multistart import is_far_off
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.scattered import scattered
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
+from multilayer.inference.multistart import is_far_off
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import solve_joint
 from multilayer.inverse.joint_fit import plane_wave_problem
-from multilayer.inverse.problem import Minimum
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
+from multilayer.signals.recording import Recording
 
 _REFERENCE = 1000.0  # Hz, where moduli are told
 _DB = 20 / np.log(10)

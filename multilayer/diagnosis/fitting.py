@@ -16,11 +16,11 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
-from multilayer.diagnosis.multistart import costs_per_datum, discrepancies, is_far_off, valleys
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
-from multilayer.inverse.least_squares import minimise, settle
-from multilayer.inverse.problem import Minimum, Problem
+from multilayer.inference.least_squares import minimise, settle
+from multilayer.inference.multistart import costs_per_datum, discrepancies, is_far_off, valleys
+from multilayer.inference.problem import Minimum, Problem
 
 K = TypeVar("K")
 _STEP = 1e-3  # of a coordinate

@@ -7,10 +7,10 @@ from functools import partial
 
 from multilayer.arrays import RealArray
 from multilayer.errors import MultilayerError
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.finite import Fineness
 from multilayer.inverse.joint import JointProblem, search_laws
 from multilayer.inverse.joint_fit import rigs_around, with_free_rim
-from multilayer.inverse.problem import Minimum
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign

@@ -7,7 +7,7 @@ from typing import Any, Protocol, Self
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.inverse.priors import Parameter
+from multilayer.inference.priors import Parameter
 
 
 class AnyData(Protocol):

@@ -10,8 +10,8 @@ from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum, astride, central_differences
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum, astride, central_differences
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin

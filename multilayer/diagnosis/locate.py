@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.problem import Minimum
 
 _BANDS = 4  # per configuration
 _DRAWS = 2000

@@ -49,7 +49,7 @@ from multilayer.diagnosis.thresholds import (
     TOLERANCE,
 )
 from multilayer.executors import run_all
-from multilayer.inverse.stated import nuisance_p_value
+from multilayer.inference.stated import nuisance_p_value
 
 Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)

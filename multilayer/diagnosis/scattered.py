@@ -6,7 +6,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.inverse.least_squares import draw_prior
+from multilayer.inference.least_squares import draw_prior
 
 # where starts are: resonances over the band, how many moduli, angles of loss, points of laws they are chosen from
 _AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1), 4096

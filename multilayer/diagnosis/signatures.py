@@ -10,7 +10,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import DETECTED
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.problem import Minimum
 
 
 def signature(nominal: Fitted, effect: BaseEffect) -> RealArray:

@@ -16,8 +16,8 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
+from multilayer.inference.correlated import birge, combined, distance, verdict_of
 from multilayer.inverse.axis_ratios import AXES, LEVEL, AxisRatios
-from multilayer.inverse.correlated import birge, combined, distance, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, covariance_of, values_of
 
 COLUMNS = (

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.correlated import ALIKE, Verdict, combined, probability, verdict_of
+from multilayer.inference.correlated import ALIKE, Verdict, combined, probability, verdict_of
 
 AXES = ("x", "y", "z")
 LEVEL = 0.95  # of intervals

@@ -19,8 +19,8 @@ from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.transfer_function import Lateral, RodPoint, frequency_limit, transfer_function
 from multilayer.inverse.transmissibility import measure
 from multilayer.measurements.description import Campaign, Configuration, Uncertainty
-from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
+from multilayer.signals.recording import Recording
 
 Progress = Callable[[str], None]
 

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from multilayer.errors import show
-from multilayer.inverse.priors import Prior
+from multilayer.inference.priors import Prior
 from multilayer.simulation.located import Located
 from multilayer.units import Unit, UnitLabel, parse_quantity
 

@@ -20,9 +20,9 @@ from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.uncertainty import ErrorParts, error_parts, pseudo_inverse
 from multilayer.measurements.description import Campaign, Uncertainty
-from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import noise_level
 
 _DB_PER_NEPER = 20 / np.log(10)

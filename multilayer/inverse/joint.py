@@ -18,11 +18,11 @@ from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, di
 from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
+from multilayer.inference.least_squares import TIGHT, distinct, hopeful, minimise, search
+from multilayer.inference.priors import Parameter, Prior, Priors
+from multilayer.inference.problem import Minimum, by_forward_differences
 from multilayer.inverse.burst import BurstData
 from multilayer.inverse.law_deviation import LawDeviation
-from multilayer.inverse.least_squares import TIGHT, distinct, hopeful, minimise, search
-from multilayer.inverse.priors import Parameter, Prior, Priors
-from multilayer.inverse.problem import Minimum, by_forward_differences
 from multilayer.inverse.record_end import RecordEnd, period_of, rings_at_end
 from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign, Uncertainty

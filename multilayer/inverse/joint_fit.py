@@ -14,6 +14,11 @@ from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, MultilayerError
 from multilayer.frames import Frame, Tabular
+from multilayer.inference.least_squares import distinct, hopeful
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum
+from multilayer.inference.stated import Statement, far_off, nuisance_p_value
+from multilayer.inference.summary import PosteriorSummary
 from multilayer.inverse.acceptance import Criteria
 from multilayer.inverse.burst import BurstData, BurstProblem
 from multilayer.inverse.finite import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
@@ -30,18 +35,13 @@ from multilayer.inverse.joint import (
     with_record_ends,
 )
 from multilayer.inverse.joint_laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
-from multilayer.inverse.knowledge import Knowledge
-from multilayer.inverse.least_squares import distinct, hopeful
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum
 from multilayer.inverse.result import CSV_COLUMNS, modulus_frame
 from multilayer.inverse.rig import Rig
 from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.stated import Statement, far_off, nuisance_p_value
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.media.laws import ModulusLaw
 from multilayer.signals.calibration import Calibration
+from multilayer.signals.recording import Recording
 
 JOINT = "joint"
 Progress = Callable[[str], None]
@@ -69,8 +69,8 @@ class JointFit(Tabular):
         The distinct solutions, the most probable first.
     criteria : Criteria
         Of eq. (10), for `accepted`.
-    knowledge : Knowledge, optional
-        Intervals, and what the data determine; see `joint_knowledge.with_knowledge`.
+    summary : PosteriorSummary, optional
+        Intervals, and what the data determine; see `joint_posterior.with_posterior`.
     candidates : tuple of Candidate
         The laws compared, with deviations of all sizes; moduli are means over them. The law by itself when empty.
     """
@@ -81,7 +81,7 @@ class JointFit(Tabular):
     problem: JointProblem = field(repr=False)
     minima: list[Minimum] = field(repr=False)
     criteria: Criteria
-    knowledge: Knowledge | None = field(default=None, repr=False)
+    summary: PosteriorSummary | None = field(default=None, repr=False)
     candidates: tuple[Candidate, ...] = field(default=(), repr=False)
 
     @cached_property
@@ -276,7 +276,7 @@ class JointFit(Tabular):
                 {"chi_square": m.cost, "log_evidence": m.log_evidence, "law": self._law_of(m).model_dump(mode="json")}
                 for m in self.minima
             ],
-            **({} if self.knowledge is None else self.knowledge.to_dict()),
+            **({} if self.summary is None else self.summary.to_dict()),
         }
 
     def _law_of(self, minimum: Minimum) -> ModulusLaw:

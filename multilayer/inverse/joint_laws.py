@@ -17,11 +17,11 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chance import exceeding
-from multilayer.inverse.correlated import birge
+from multilayer.inference.correlated import birge
+from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
+from multilayer.inference.problem import Minimum, by_forward_differences
 from multilayer.inverse.joint import JointProblem, settle
 from multilayer.inverse.law_deviation import LawDeviation
-from multilayer.inverse.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
-from multilayer.inverse.problem import Minimum, by_forward_differences
 
 AUTO = "auto"
 LAWS_COMPARED = (

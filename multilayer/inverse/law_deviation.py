@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.inverse.priors import Parameter, Prior
+from multilayer.inference.priors import Parameter, Prior
 
 PER_DECADE = 3  # a step is 1.14 decades wide: more of them cannot be told apart
 _MARGIN = 10.0  # beyond the data on either side: what acts there tilts the band

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import suggest
+from multilayer.inference.whitening import ValueNoise
 from multilayer.inverse.measurement_file import COMPLEX, POLAR, REAL, SPREADS, Measurement, Stiffness
-from multilayer.inverse.whitening import ValueNoise
 from multilayer.measurements.tables import TextTable, read_table, split_header, unit_factor
 
 _FREQUENCY = ("frequency", "f", "freq")

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray, half_turn
 from multilayer.errors import InputError
+from multilayer.inference.whitening import CorrelatedError, Whitening, whitening
 from multilayer.inverse.measured_columns import MeasuredValues, read_values, zero_noise
 from multilayer.inverse.measurement_file import Absorption, Measurement, Reflection, SurfaceImpedance, TransmissionLoss
 from multilayer.inverse.stack_models import Response, Samples, respond, response_of
-from multilayer.inverse.whitening import CorrelatedError, Whitening, whitening
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.settings import Bands

@@ -13,7 +13,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
-from multilayer.inverse.correlated import ALIKE, combined, probability
+from multilayer.inference.correlated import ALIKE, combined, probability
 from multilayer.inverse.modulus_points import ModulusPoint, static_stress
 from multilayer.inverse.preload_result import PreloadResult, Slope
 from multilayer.inverse.stress_regression import Cell, Regression, Solution

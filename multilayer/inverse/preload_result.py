@@ -10,7 +10,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
-from multilayer.inverse.correlated import ALIKE, Verdict, verdict_of
+from multilayer.inference.correlated import ALIKE, Verdict, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen
 from multilayer.inverse.stress_regression import Cell, Regression, Solution
 

@@ -15,8 +15,8 @@ from multilayer.errors import InputError, Problem, suggest
 from multilayer.inverse.settings import FitSettings, Method, RigModel
 from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.signals.calibration import Calibration
+from multilayer.signals.recording import Recording
 
 FIT_FILE = "fit.yaml"
 OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})

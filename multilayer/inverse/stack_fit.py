@@ -11,13 +11,13 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
-from multilayer.inverse.knowledge import LAPLACE, Knowledge
-from multilayer.inverse.least_squares import search
-from multilayer.inverse.posterior import Posterior
-from multilayer.inverse.priors import Prior
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.least_squares import search
+from multilayer.inference.posterior import Posterior
+from multilayer.inference.priors import Prior
+from multilayer.inference.problem import Minimum
+from multilayer.inference.summary import LAPLACE, PosteriorSummary
 from multilayer.inverse.stack_file import StackFitFile, load_stack_fit, name_of
-from multilayer.inverse.stack_knowledge import curve_bands, knowledge_of
+from multilayer.inverse.stack_posterior import curve_bands, summary_of
 from multilayer.inverse.stack_problem import StackProblem
 from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
 from multilayer.inverse.stack_unknowns import Unknown
@@ -91,7 +91,7 @@ def describe(
     scaled = [_widened(minimum, scale) for minimum in minima]
     best, covariance = minima[0].z, scaled[0].covariance
     spread = np.sqrt(np.diag(covariance))
-    known = knowledge_of(problem, scaled, scale, posterior, tell)
+    known = summary_of(problem, scaled, scale, posterior, tell)
     return StackFitResult(
         name=name,
         settings=settings or {},
@@ -102,7 +102,7 @@ def describe(
         scale=scale,
         stacks=_fitted(problem, best),
         warnings=problem.warnings(best),
-        knowledge=known,
+        summary=known,
     )
 
 
@@ -133,13 +133,15 @@ def _values(problem: StackProblem, z: RealArray) -> RealArray:
     return np.concatenate([unknown.values(own) for unknown, own in problem.parts(z)], axis=-1)
 
 
-def _quantities(problem: StackProblem, z: RealArray, covariance: RealArray, known: Knowledge) -> list[FoundQuantity]:
+def _quantities(
+    problem: StackProblem, z: RealArray, covariance: RealArray, known: PosteriorSummary
+) -> list[FoundQuantity]:
     found: list[FoundQuantity] = []
     for unknown, own in problem.parts(z):
         inside = slice(len(found), len(found) + own.size)
         of_unknown = _of_prior if unknown.space is None else _of_law
         # one finding per coordinate, and as many quantities
-        ends = [(finding.posterior, finding.posterior_90) for finding in known.determination.findings[inside]]
+        ends = [(finding.posterior, finding.posterior_90) for finding in known.identifiability.findings[inside]]
         found += of_unknown(unknown, own, covariance[inside, inside], ends)
     return found
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import by_differences
 from multilayer.inverse.observations import Observation
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import by_differences
 from multilayer.inverse.stack_file import StackFitFile
 from multilayer.inverse.stack_unknowns import Unknown
 from multilayer.simulation.located import with_values

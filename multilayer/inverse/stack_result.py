@@ -12,8 +12,8 @@ from multilayer.arrays import RealArray
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.csv_table import csv_table
 from multilayer.frames import Column, Frame, Tabular, over
-from multilayer.inverse.knowledge import Knowledge
-from multilayer.inverse.posterior import Band
+from multilayer.inference.posterior import Band
+from multilayer.inference.summary import PosteriorSummary
 from multilayer.simulation.result import plain_list
 from multilayer.stack import Stack
 
@@ -175,7 +175,7 @@ class StackFitResult(Tabular):
         The fitted stacks by name.
     warnings : list of str
         Where formulae do not hold.
-    knowledge : Knowledge
+    summary : PosteriorSummary
         Posterior, and what the data determine.
     """
 
@@ -187,7 +187,7 @@ class StackFitResult(Tabular):
     curves: list[FittedCurve]
     scale: float
     stacks: dict[str, Stack] = field(repr=False)
-    knowledge: Knowledge = field(repr=False)
+    summary: PosteriorSummary = field(repr=False)
     warnings: list[str] = field(default_factory=list)
 
     @property
@@ -246,7 +246,7 @@ class StackFitResult(Tabular):
             "minima": [self._minimum(minimum) for minimum in self.minima],
             "measurements": [_curve(curve) for curve in self.curves],
             "warnings": self.warnings,
-            **self.knowledge.to_dict(),
+            **self.summary.to_dict(),
         }
 
     def _minimum(self, minimum: FoundMinimum) -> dict[str, Any]:

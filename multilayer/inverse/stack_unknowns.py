@@ -12,9 +12,9 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.inference.priors import Parameter, Prior, Priors
 from multilayer.inverse.field_priors import MistakeError, field_limits, is_modulus, pair, prior_of
 from multilayer.inverse.law_fit import law_template
-from multilayer.inverse.priors import Parameter, Prior, Priors
 from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace

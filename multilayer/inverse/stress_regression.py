@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.correlated import birge
+from multilayer.inference.correlated import birge
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen, covariance_of, values_of
 
 Cell: TypeAlias = tuple[Specimen, float]

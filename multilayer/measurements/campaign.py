@@ -19,7 +19,7 @@ from multilayer.measurements.description import (
     Description,
 )
 from multilayer.measurements.readers import read_waveforms
-from multilayer.measurements.recording import Recording
+from multilayer.signals.recording import Recording
 
 if TYPE_CHECKING:
     from multilayer.signals.calibration import Calibration

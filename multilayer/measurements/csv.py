@@ -10,8 +10,8 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.channels import Channel, Channels, rate_of_step
 from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
+from multilayer.signals.channels import Channel, Channels, rate_of_step
 from multilayer.units import parse_quantity
 
 _HEADER = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")

@@ -11,9 +11,9 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.measurements.pairs import Pair
-from multilayer.measurements.recording import Recording
 from multilayer.signals.envelope import envelope
 from multilayer.signals.find_bursts import FoundBurst, find_bursts, stated_frequency
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 from multilayer.signals.time_of_flight import time_of_flight
 

@@ -8,7 +8,7 @@ from typing import Any
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import Document, dump_yaml
 from multilayer.measurements.description import FILL_IN, CalibrationCampaign, Campaign
-from multilayer.measurements.knowledge import UNNAMED, Knowledge
+from multilayer.measurements.metadata import UNNAMED, Metadata
 from multilayer.measurements.writing import HEADING, signal_name
 
 _PLATE = ("density", "young_modulus", "poisson_ratio")
@@ -27,78 +27,76 @@ _CALIBRATION = "# Both accelerometers at one spot of the support plate. SI units
 _ANY = 0.1  # a number that every field to be filled in may have
 
 
-def file_names(knowledge: Knowledge, frequencies: Sequence[float]) -> dict[float, str]:
+def file_names(metadata: Metadata, frequencies: Sequence[float]) -> dict[float, str]:
     """Return the file of each burst, relative to the campaign's folder, by frequency."""
-    name = "calibration" if knowledge.is_calibration else _name(knowledge)
+    name = "calibration" if metadata.is_calibration else _name(metadata)
     stem = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
     return {frequency: signal_name(stem, frequency) for frequency in frequencies}
 
 
 def campaign_text(
-    knowledge: Knowledge, names: Mapping[float, str], level: float, cycles: float, rate: float
+    metadata: Metadata, names: Mapping[float, str], level: float, cycles: float, rate: float
 ) -> tuple[str, bool]:
     """Return ``campaign.yaml``, and whether nothing in it is still to be filled in.
 
     Parameters
     ----------
-    knowledge : Knowledge
+    metadata : Metadata
     names : mapping
         See `file_names`.
     level : float
-        rms of the base over a burst, m/s2, where the knowledge says none.
+        rms of the base over a burst, m/s2, where the metadata says none.
     cycles : float
         Periods of a burst.
     rate : float
         Sampling rate, Hz.
     """
-    text = dump_yaml(_data(knowledge, names, level, cycles, rate, FILL_IN))
-    if knowledge.is_calibration:
+    text = dump_yaml(_data(metadata, names, level, cycles, rate, FILL_IN))
+    if metadata.is_calibration:
         return _CALIBRATION + text, True
     complete = FILL_IN not in text
     return HEADING + ("" if complete else _TEMPLATE) + text, complete
 
 
-def refuse_wrong(knowledge: Knowledge, cycles: float) -> None:
-    """Refuse knowledge that does not fit a campaign, before anything is computed.
+def refuse_wrong(metadata: Metadata, cycles: float) -> None:
+    """Refuse metadata that does not fit a campaign, before anything is computed.
 
     Raises
     ------
     InputError
         With every mistake at the line of the file that says it.
     """
-    if knowledge.document is None or knowledge.file is None:
+    if metadata.document is None or metadata.file is None:
         return
-    data = _data(knowledge, file_names(knowledge, [1.0]), 1.0, cycles, 1e9, _ANY)
+    data = _data(metadata, file_names(metadata, [1.0]), 1.0, cycles, 1e9, _ANY)
     places, keys = (
-        {_moved(path, knowledge.index): place for path, place in there.items() if _is_kept(path, knowledge.index)}
-        for there in (knowledge.document.places, knowledge.document.key_places)
+        {_moved(path, metadata.index): place for path, place in there.items() if _is_kept(path, metadata.index)}
+        for there in (metadata.document.places, metadata.document.key_places)
     )
-    validate(
-        Document(knowledge.file, data, places, keys), CalibrationCampaign if knowledge.is_calibration else Campaign
-    )
+    validate(Document(metadata.file, data, places, keys), CalibrationCampaign if metadata.is_calibration else Campaign)
 
 
-def _name(knowledge: Knowledge) -> str:
-    return str(knowledge.mounting.get("name", UNNAMED))
+def _name(metadata: Metadata) -> str:
+    return str(metadata.mounting.get("name", UNNAMED))
 
 
 def _data(
-    knowledge: Knowledge, names: Mapping[float, str], level: float, cycles: float, rate: float, missing: Any
+    metadata: Metadata, names: Mapping[float, str], level: float, cycles: float, rate: float, missing: Any
 ) -> dict[str, Any]:
     """Return the fields of the campaign, with `missing` for what nobody knows yet."""
-    shape = knowledge.data.get("burst")
+    shape = metadata.data.get("burst")
     burst = {"cycles": cycles, "window": "hann", "level_rms": float(f"{level:.4g}")}
     burst |= dict(shape) if isinstance(shape, Mapping) else {}
     bursts = [{"frequency": frequency, "file": file} for frequency, file in names.items()]
     head = {"version": 1, "rig": "shaker-two-plate"}
-    head |= {key: knowledge.data[key] for key in knowledge.data if key not in _OF_THE_RECORDING}
+    head |= {key: metadata.data[key] for key in metadata.data if key not in _OF_THE_RECORDING}
     head |= {"sampling_rate": rate}
-    if knowledge.is_calibration:
+    if metadata.is_calibration:
         return head | {"burst": burst, "bursts": bursts}
-    mounting = {key: value for key, value in knowledge.mounting.items() if key not in ("bursts", "name")}
+    mounting = {key: value for key, value in metadata.mounting.items() if key not in ("bursts", "name")}
     to_fill = dict.fromkeys([key for key in _MOUNTING if key not in mounting], missing)
-    unknown = {part: dict.fromkeys(keys, missing) for part, keys in _TO_FILL.items() if part not in knowledge.data}
-    configuration = {"name": _name(knowledge)} | mounting | to_fill | {"bursts": bursts}
+    unknown = {part: dict.fromkeys(keys, missing) for part, keys in _TO_FILL.items() if part not in metadata.data}
+    configuration = {"name": _name(metadata)} | mounting | to_fill | {"bursts": bursts}
     return head | unknown | {"burst": burst, "configurations": [configuration]}
 
 

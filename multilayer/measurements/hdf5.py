@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.measurements.channels import Channels
 from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of
 from multilayer.measurements.reading import library, reads
+from multilayer.signals.channels import Channels
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _KIND = "an HDF5 file"

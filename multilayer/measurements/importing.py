@@ -14,7 +14,7 @@ from multilayer.errors import InputError, Problem
 from multilayer.measurements.cutting import CutBurst, CutResult, Window, cut_bursts
 from multilayer.measurements.describing import campaign_text, file_names, refuse_wrong
 from multilayer.measurements.description import FILE_NAME
-from multilayer.measurements.knowledge import Knowledge
+from multilayer.measurements.metadata import Metadata
 from multilayer.measurements.pairs import ChannelChoice, Pair, pair_of
 from multilayer.measurements.readers import read_channels
 from multilayer.measurements.writing import signal_bytes
@@ -75,7 +75,7 @@ def read_pairs(files: Sequence[Path], choice: ChannelChoice) -> list[Pair]:
 
 def make_campaign(
     pairs: Sequence[Pair],
-    knowledge: Knowledge,
+    metadata: Metadata,
     window: Window,
     frequencies: tuple[float, ...] = (),
     progress: Callable[[str], None] = lambda _: None,
@@ -85,25 +85,25 @@ def make_campaign(
     Parameters
     ----------
     pairs : sequence of Pair
-    knowledge : Knowledge
+    metadata : Metadata
     window : Window
     frequencies : tuple of float
-        Those to be taken, Hz; those that the knowledge lists, or all, when left out.
+        Those to be taken, Hz; those that the metadata lists, or all, when left out.
     progress : callable
         See `cutting.cut_bursts`.
 
     Raises
     ------
     InputError
-        When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the knowledge does
+        When there is no burst, a burst could not be fitted (see `multilayer.signals.quality`), or the metadata does
         not fit a campaign.
     """
-    refuse_wrong(knowledge, window.cycles)
-    result = cut_bursts(pairs, window, frequencies or knowledge.frequencies, progress)
-    _refuse_unfit(result, window.cycles, together=knowledge.is_calibration)
-    names = file_names(knowledge, [burst.frequency for burst in result.bursts])
+    refuse_wrong(metadata, window.cycles)
+    result = cut_bursts(pairs, window, frequencies or metadata.frequencies, progress)
+    _refuse_unfit(result, window.cycles, together=metadata.is_calibration)
+    names = file_names(metadata, [burst.frequency for burst in result.bursts])
     level = _level(result.bursts, window.cycles)
-    text, complete = campaign_text(knowledge, names, level, window.cycles, pairs[0].sampling_rate)
+    text, complete = campaign_text(metadata, names, level, window.cycles, pairs[0].sampling_rate)
     return ImportedCampaign(text, result, names, complete)
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.measurements.channels import Channels
 from multilayer.measurements.hdf5 import SIGNATURE, read_hdf5
 from multilayer.measurements.named_arrays import channels_of
 from multilayer.measurements.reading import reads
+from multilayer.signals.channels import Channels
 
 _KIND = "a MATLAB file"
 _SIGNATURE_AT = 512  # of version 7.3, which is HDF5 behind a header of MATLAB's

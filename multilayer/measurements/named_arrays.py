@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.channels import Channel, Channels, as_samples, rate_of_step
+from multilayer.signals.channels import Channel, Channels, as_samples, rate_of_step
 
 _RATES = ("sampling_rate", "sample_rate", "samplerate", "samplingrate", "sampling_frequency", "fs", "rate")
 _STEPS = ("dt", "time_step", "wf_increment")

@@ -9,7 +9,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.recording import Waveforms
+from multilayer.signals.recording import Waveforms
 
 _CHANNELS = ("base", "top")
 _WANTED = (*_CHANNELS, "sampling_rate")

@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.measurements.accelerometers import acceleration_factor, parse_sensitivity, voltage_factor
-from multilayer.measurements.channels import Channel, Channels
+from multilayer.signals.channels import Channel, Channels
 
 ROLES = ("base", "top")
 

@@ -10,9 +10,9 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.accelerometers import acceleration_factor
-from multilayer.measurements.channels import Channel, Channels
-from multilayer.measurements.recording import Reader, Waveforms
 from multilayer.registry import Registry
+from multilayer.signals.channels import Channel, Channels
+from multilayer.signals.recording import Reader, Waveforms
 
 _BURST = re.compile(r"(base|top)(_\d+)?")
 _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', 'top_2', ..."

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.channels import Channel, Channels, as_samples, different
 from multilayer.measurements.reading import damaged, library, reads
+from multilayer.signals.channels import Channel, Channels, as_samples, different
 
 _KIND = "a TDMS file"
 _SIGNATURE = b"TDSm"

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.channels import Channel, Channels, as_samples, different, rate_of_step
 from multilayer.measurements.reading import damaged, library, reads
+from multilayer.signals.channels import Channel, Channels, as_samples, different, rate_of_step
 
 _KIND = "a universal file"
 _TIME_RESPONSE = 1

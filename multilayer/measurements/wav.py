@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.channels import Channel, Channels, as_samples
 from multilayer.measurements.reading import reads
+from multilayer.signals.channels import Channel, Channels, as_samples
 
 
 def read_wav(path: Path | str) -> Channels:

@@ -7,7 +7,7 @@ from io import BytesIO
 
 import numpy as np
 
-from multilayer.measurements.recording import Recording
+from multilayer.signals.recording import Recording
 
 _FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of every entry of an archive: the same signals make the same bytes
 HEADING = """\

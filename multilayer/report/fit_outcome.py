@@ -37,7 +37,7 @@ class FitTask:
     elements : int or None
     figures : bool
     posterior : str or None
-        How a joint fit's intervals are found; one of `knowledge.METHODS`, of which the first where None.
+        How a joint fit's intervals are found; one of `summary.METHODS`, of which the first where None.
     """
 
     source: Path
@@ -65,7 +65,7 @@ class FitTask:
         from multilayer.inverse.sources import read_fit
 
         if self.posterior is not None:
-            from multilayer.inverse.knowledge import refuse_unusable
+            from multilayer.inference.summary import refuse_unusable
 
             if not self.joint:
                 raise InputError("--posterior is of joint fits and of fits of stacks; add --joint, or leave it out")
@@ -114,15 +114,15 @@ def number_of_steps(task: FitTask, job: FitJob) -> int:
 def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> FitResult | JointFit:
     """Return the result of a task whose input has been read."""
     if task.joint:
+        from multilayer.inference.summary import LAPLACE
         from multilayer.inverse.joint_fit import fit_joint
-        from multilayer.inverse.joint_knowledge import with_knowledge
-        from multilayer.inverse.knowledge import LAPLACE
+        from multilayer.inverse.joint_posterior import with_posterior
 
         found = fit_joint(
             job.campaign, job.recordings, task.law, elements=task.elements, settings=job.settings,
             calibration=job.calibration, progress=progress,
         )  # fmt: skip
-        return with_knowledge(found, task.posterior or LAPLACE, progress)
+        return with_posterior(found, task.posterior or LAPLACE, progress)
     from multilayer.inverse.fit import fit_campaign
 
     return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
@@ -144,7 +144,7 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
 def _moduli(task: FitTask, result: Any) -> dict[str, Any]:
     if not task.joint:
         return {}
-    from multilayer.inverse.joint_knowledge import modulus_intervals
+    from multilayer.inverse.joint_posterior import modulus_intervals
 
     return {"modulus_intervals": modulus_intervals(result)}
 

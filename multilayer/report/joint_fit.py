@@ -9,12 +9,12 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from multilayer.inference.posterior import Posterior
 from multilayer.inverse.joint_fit import JointFit
-from multilayer.inverse.joint_knowledge import modulus_band, motion_curves
 from multilayer.inverse.joint_laws import LawRow
-from multilayer.inverse.posterior import Posterior
+from multilayer.inverse.joint_posterior import modulus_band, motion_curves
 from multilayer.report.console import console
-from multilayer.report.determination_table import determination_table
+from multilayer.report.identifiability_table import identifiability_table
 from multilayer.report.numbers import pressure_unit
 from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
 
@@ -65,10 +65,10 @@ def joint_table(result: JointFit) -> None:
     for remark in (result.remark, result.remark_on_laws):
         if remark:
             out.print(Text(remark))
-    if result.knowledge is not None:
-        determination_table(result.knowledge.determination, nuisances=False)
-        if result.knowledge.remark:
-            out.print(Text(f"- {result.knowledge.remark}"))
+    if result.summary is not None:
+        identifiability_table(result.summary.identifiability, nuisances=False)
+        if result.summary.remark:
+            out.print(Text(f"- {result.summary.remark}"))
 
 
 def _laws_table(result: JointFit) -> None:
@@ -99,8 +99,8 @@ def joint_figures(result: JointFit) -> dict[str, bytes]:
     """Return the figures of a joint fit as PNG files by name."""
     with figure_style():
         figures = {"moduli.png": draw_law(result), "residuals.png": draw_residuals(result)}
-        if result.knowledge is not None:
-            figures["transmissibility.png"] = draw_motion(result, result.knowledge.posterior)
+        if result.summary is not None:
+            figures["transmissibility.png"] = draw_motion(result, result.summary.posterior)
         return {name: png(figure) for name, figure in figures.items()}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from multilayer.inverse.determination import Determination
+from multilayer.inference.identifiability import Identifiability
 from multilayer.inverse.joint_fit import JointFit
 from multilayer.report.fit_html import moduli_span
 from multilayer.report.html import Page, Picture, Section, page_html, picture
@@ -25,7 +25,7 @@ def joint_html(result: JointFit, inputs: Mapping[str, Any]) -> str:
     span = moduli_span(*([row[key] for row in rows] for key in ("E1_pa", "loss_factor", "frequency_hz")))
     holds = not result.remark
     label, start = _verdict(result)
-    knowledge = result.knowledge
+    summary = result.summary
     page = Page(
         name=result.campaign,
         kind="one modulus law for all bursts",
@@ -35,7 +35,7 @@ def joint_html(result: JointFit, inputs: Mapping[str, Any]) -> str:
         facts=_facts(result, rows),
         sections=(
             Section("The law", _pictures(result), _tables(result), remarks=_remarks(result)),
-            *([] if knowledge is None else [determined_section(knowledge.determination, knowledge.remark)]),
+            *([] if summary is None else [determined_section(summary.identifiability, summary.remark)]),
             _moduli(rows),
         ),
         inputs={**result.settings, "campaign": result.campaign, **inputs},
@@ -98,7 +98,7 @@ def _remarks(result: JointFit) -> tuple[str, ...]:
     return tuple(remark for remark in (result.remark, result.remark_on_laws) if remark)
 
 
-def determined_section(found: Determination, remark: str) -> Section:
+def determined_section(found: Identifiability, remark: str) -> Section:
     """Return what the data determine, as a fit of any kind tells it."""
     rows = tuple(
         (

@@ -11,8 +11,8 @@ from rich.text import Text
 from multilayer.arrays import RealArray
 from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, parts_of
 from multilayer.report.console import console
-from multilayer.report.determination_table import determination_table
 from multilayer.report.files import file_names
+from multilayer.report.identifiability_table import identifiability_table
 from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
 from multilayer.response.bands import band_centres
 
@@ -41,7 +41,7 @@ def stack_fit_table(result: StackFitResult) -> None:
     if len(result.minima) > 1:
         out.print(Text(f"{len(result.minima)} minima", style="italic"))
         out.print(_minima(result))
-    determination_table(result.knowledge.determination)
+    identifiability_table(result.summary.identifiability)
     for remark in remarks(result):
         out.print(Text(f"- {remark}"))
 
@@ -67,8 +67,8 @@ def remarks(result: StackFitResult) -> list[str]:
     for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
         names = [_short(result.quantities[k].name) for k in (i, j)]
         said.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
-    if result.knowledge.remark:
-        said.append(result.knowledge.remark)
+    if result.summary.remark:
+        said.append(result.summary.remark)
     return said
 
 

@@ -28,7 +28,7 @@ def stack_fit_html(result: StackFitResult) -> str:
         sections=(
             Section("What was found", listings=((_found(result.quantities), ""),), remarks=tuple(remarks(result))),
             Section("Measured beside fitted", pictures[:_MOST_CURVES], ((_curves(result), ""),), folded=folded),
-            determined_section(result.knowledge.determination, result.knowledge.remark),
+            determined_section(result.summary.identifiability, result.summary.remark),
             *([_minima(result)] if len(result.minima) > 1 else []),
         ),
         inputs=result.settings,

@@ -11,7 +11,6 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.rig.bench import Bench
 from multilayer.rig.draws import Errors, draw_errors, noise_stream
 from multilayer.rig.effect_base import Mounting
@@ -19,6 +18,7 @@ from multilayer.rig.file import RigFile
 from multilayer.rig.noise import add_noise, converted
 from multilayer.rig.rod_difference import softened_difference, softening_of
 from multilayer.rig.statement import campaign_of, truth_of
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import to_signal, to_spectrum
 
 Channels: TypeAlias = tuple[RealArray, RealArray]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, noise_level, padded_length, to_signal, to_spectrum
 from multilayer.signals.time_of_flight import time_of_flight
-
-if TYPE_CHECKING:
-    from multilayer.measurements.recording import Recording
 
 # the main lobe of a Hann window reaches 2 / duration to either side of the tone
 _LOBE = 2.0

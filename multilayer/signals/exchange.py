@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, noise_level, padded_length, to_signal, to_spectrum
-
-if TYPE_CHECKING:
-    from multilayer.measurements.recording import Recording
 
 SWAPPED = -1
 _SIGNIFICANT = 5.0  # standard deviations of the noise

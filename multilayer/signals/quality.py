@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from multilayer.arrays import RealArray
 from multilayer.signals.clipping import clipped_repeats
 from multilayer.signals.envelope import rms
 from multilayer.signals.exchange import SWAPPED, leading_channel
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import band, frequencies, noise_level, padded_length, to_spectrum
-
-if TYPE_CHECKING:
-    from multilayer.measurements.recording import Recording
 
 CYCLES = 10.0
 _BURST_BAND = 0.1  # of the spectrum's crest: where the burst is, without its side lobes

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import fft
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
-
-if TYPE_CHECKING:
-    from multilayer.measurements.recording import Recording
+from multilayer.signals.recording import Recording
 
 # a normal deviate exceeds 0.6745 standard deviations in half of all cases
 _MEDIAN_TO_STD = 1.0 / 0.6745

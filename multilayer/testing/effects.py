@@ -11,7 +11,7 @@ from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
-from multilayer.inverse.priors import Parameter
+from multilayer.inference.priors import Parameter
 from multilayer.testing.benches import bench
 
 _TINY, _USUAL = -6.0, 0.0  # standard normal coordinates of an effect's parameters

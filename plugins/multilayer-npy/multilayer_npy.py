@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.recording import Waveforms
+from multilayer.signals.recording import Waveforms
 
 
 def read_npy(path: Path) -> Waveforms:

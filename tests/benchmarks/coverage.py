@@ -19,12 +19,12 @@ from itertools import repeat
 import numpy as np
 from scipy.stats import chi2
 
+from multilayer.inference.problem import Minimum
+from multilayer.inference.summary import PosteriorSummary, summarise
 from multilayer.inverse.fit import burst_problems, fit_campaign
 from multilayer.inverse.joint import JointProblem, configuration_data, first_guess, law_space, solve_joint
-from multilayer.inverse.joint_knowledge import law_quantities
 from multilayer.inverse.joint_laws import LawMixture, with_deviations
-from multilayer.inverse.knowledge import Knowledge, knowledge
-from multilayer.inverse.problem import Minimum
+from multilayer.inverse.joint_posterior import law_quantities
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.settings import FitSettings
 from tests.benchmarks.laboratories import NOISE, REPEATS, Simulated, laboratories, simulate
@@ -89,7 +89,7 @@ class Found:
     p_value: float = float("nan")
 
 
-def fit_jointly(made: Simulated) -> tuple[JointProblem, Minimum, Knowledge]:
+def fit_jointly(made: Simulated) -> tuple[JointProblem, Minimum, PosteriorSummary]:
     """Return the joint problem of a campaign, its best solution and what is known, as `fit --joint` has it."""
     campaign = made.campaign
     problems = burst_problems(campaign, made.recordings, FitSettings(), None)
@@ -98,7 +98,7 @@ def fit_jointly(made: Simulated) -> tuple[JointProblem, Minimum, Knowledge]:
     space = law_space(LAW, *first_guess(data, rigs))
     problem = JointProblem(data, rigs, space, campaign.uncertainty, made.model_error)
     minima = solve_joint(problem)
-    return problem, minima[0], knowledge(problem, minima, derived=law_quantities(problem), checked=0)
+    return problem, minima[0], summarise(problem, minima, derived=law_quantities(problem), checked=0)
 
 
 def score_jointly(made: Simulated) -> Found:
@@ -109,7 +109,7 @@ def score_jointly(made: Simulated) -> Found:
     laws = LawMixture(with_deviations(LAW, problem, [best]))
     bands = [laws.band(f, level, known.posterior) for level in LEVELS]
     held = _within([band.low for band in bands], [band.high for band in bands], [true.real, true.imag, _loss(true)])
-    law = [finding for finding in known.determination.findings if not finding.nuisance]
+    law = [finding for finding in known.identifiability.findings if not finding.nuisance]
     ends = np.array([[finding.posterior, finding.posterior_90] for finding in law])
     of_law = _within(ends[:, :, 0].T, ends[:, :, 1].T, [getattr(made.law, finding.name) for finding in law])
     narrow = ends[:, 1, 1] < KNOWN_WITHIN * ends[:, 1, 0]

@@ -15,11 +15,11 @@ from multilayer.inverse.preload_result import PreloadResult
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.several import SAME_RIG
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.file import RigFile
 from multilayer.rig.statement import campaign_of
 from multilayer.rig.synthesis import Task, make_campaign, measure
+from multilayer.signals.recording import Recording
 
 UNCERTAINTY = {
     "channel_gain": 0.003, "channel_delay": 1e-6, "remount_gain": 0.001, "thickness": 5e-5, "density": 0.01,

@@ -22,13 +22,13 @@ import numpy as np
 import scipy
 from scipy.optimize import minimize
 
+from multilayer.inference.least_squares import draw_prior, minimise
 from multilayer.inverse.branches import find_candidates
 from multilayer.inverse.burst import BurstProblem
 from multilayer.inverse.fit import burst_problems, fit_campaign, search_bounds
 from multilayer.inverse.joint import JointProblem
 from multilayer.inverse.joint_fit import JointFit, fit_joint
-from multilayer.inverse.joint_knowledge import with_knowledge
-from multilayer.inverse.least_squares import draw_prior, minimise
+from multilayer.inverse.joint_posterior import with_posterior
 from multilayer.inverse.search import refine
 from multilayer.inverse.sources import FitJob, read_fit
 from multilayer.measurements.description import Uncertainty
@@ -78,7 +78,7 @@ def nelder_mead(cost: Callable[[np.ndarray], float], start: np.ndarray) -> Timed
 def joint(job: FitJob, repeats: int) -> list[str]:
     """Return the section on a joint fit."""
     fitted = timed(lambda: fit_joint(job.campaign, job.recordings, settings=job.settings), repeats)
-    known = timed(lambda: with_knowledge(fitted.value), repeats)
+    known = timed(lambda: with_posterior(fitted.value), repeats)
     bursts = sum(len(c.bursts) for c in job.campaign.configurations)
     total = fitted.seconds + known.seconds
     return [

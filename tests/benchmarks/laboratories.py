@@ -10,9 +10,9 @@ from scipy.stats import qmc
 
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.media.laws import FractionalZener
 from multilayer.signals.bursts import hann_burst
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, to_signal, to_spectrum
 
 FS = 25600.0

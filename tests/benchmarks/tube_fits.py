@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.observations import Observation
-from multilayer.inverse.problem import Minimum
 from multilayer.inverse.stack_file import StackFitFile
 from multilayer.inverse.stack_fit import describe, find_minima
 from multilayer.inverse.stack_problem import StackProblem

@@ -232,7 +232,7 @@ class TestFile:
 
     def test_a_reader_and_a_law(self, tmp_path):
         (tmp_path / "both.py").write_text(
-            "from typing import Literal\nfrom multilayer.measurements.recording import Waveforms\n"
+            "from typing import Literal\nfrom multilayer.signals.recording import Waveforms\n"
             "from multilayer.media.laws import Constant\n"
             "class Stiff(Constant):\n    law: Literal['stiff'] = 'stiff'\n"
             "def read_dat(path) -> Waveforms:\n    return None\n"

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from multilayer.inverse.nested import nested
+from multilayer.inference.nested_sampling import nested
 from multilayer.response import plane_wave
 from tests.cli.command import run
 from tests.inverse.stack_fits import IN_A_TUBE, F, noisy, parts, write
@@ -81,7 +81,7 @@ def test_a_stack_fit(tube, tmp_path, method):
 def test_nested_sampling_of_a_stack_fit(tube, tmp_path, monkeypatch):
     pytest.importorskip("dynesty")
     # roughly, for the sake of time
-    monkeypatch.setattr("multilayer.inverse.knowledge.nested", partial(nested, n_live=60, at_once=8, remaining=1.0))
+    monkeypatch.setattr("multilayer.inference.summary.nested", partial(nested, n_live=60, at_once=8, remaining=1.0))
     results = {}
     for method in ("laplace", "nested"):
         out = tmp_path / method

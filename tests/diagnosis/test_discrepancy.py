@@ -12,7 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.discrepancy import discrepancy_evidence, tolerant_p_value
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.law_errors import smooth_basis
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.problem import Minimum
 
 FREQUENCY = np.geomspace(50.0, 800.0, 24)
 SPREAD = 0.01  # standard deviation of ln(ratio)

@@ -13,7 +13,7 @@ from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.judgement import Judgement
 from multilayer.diagnosis.tube import experiments as tube_experiments
 from multilayer.executors import local_pool
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
 
 

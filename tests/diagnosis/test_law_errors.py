@@ -8,8 +8,8 @@ from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis
-from multilayer.inverse.least_squares import minimise, settle
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.least_squares import minimise, settle
+from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
 from tests.inverse.gaussian import linear
 from tests.inverse.test_joint import campaign_and_signals

@@ -8,7 +8,7 @@ from scipy.stats import kstest
 from multilayer.diagnosis.discrepancy import law_p_value
 from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
 from multilayer.diagnosis.law_errors import LawErrors
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.problem import Minimum
 from tests.inverse.gaussian import Plain, linear
 
 N_DATA = 40

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.inverse.priors import Parameter, Prior
-from multilayer.inverse.problem import by_differences
+from multilayer.inference.priors import Parameter, Prior
+from multilayer.inference.problem import by_differences
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
+from multilayer.signals.recording import Recording
 
 Law = Callable[[np.ndarray], np.ndarray]
 Recordings = dict[tuple[str, float], Recording]

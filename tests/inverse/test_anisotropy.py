@@ -11,10 +11,10 @@ from multilayer.inverse.axis_ratios import AXES
 from multilayer.inverse.fit import fit_campaign
 from multilayer.inverse.modulus_points import points_of
 from multilayer.inverse.several import SAME_RIG
-from multilayer.measurements.recording import Recording
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.statement import campaign_of
 from multilayer.rig.synthesis import Task, measure
+from multilayer.signals.recording import Recording
 from tests.inverse.comparable import drawn, point
 from tests.inverse.test_preload import UNCERTAINTY
 from tests.rig.virtual import LAW, rig_file

@@ -8,7 +8,7 @@ from multilayer.inverse.fit import fit_campaign, search_bounds
 from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
+from multilayer.signals.recording import Recording
 from tests.inverse.synthetic import FS, Truth, burst, campaign_dict, problem, rig
 
 BOUNDS = search_bounds(FitSettings())

@@ -7,10 +7,10 @@ from multilayer.inverse.compare_methods import compare_methods, number_of_steps_
 from multilayer.inverse.comparison import MethodComparison, MethodPoint, causality_check
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.signals.bursts import hann_burst
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, to_signal, to_spectrum
 from tests.inverse.synthetic import FS, campaign_dict
 

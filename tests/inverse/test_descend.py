@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multilayer.inverse.least_squares import descend, minimise, settle
+from multilayer.inference.least_squares import descend, minimise, settle
 from tests.inverse.gaussian import Plain, linear, standard
 
 

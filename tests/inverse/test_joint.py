@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.finite import FiniteRig
 from multilayer.inverse.joint import Neighbourhood, law_space
 from multilayer.inverse.joint_fit import fit_joint, number_of_steps
-from multilayer.inverse.joint_knowledge import modulus_band, motion_curves, with_knowledge
-from multilayer.inverse.problem import Minimum
+from multilayer.inverse.joint_posterior import modulus_band, motion_curves, with_posterior
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.sources import read_fit
 from multilayer.measurements.description import Campaign
-from multilayer.measurements.recording import Recording
 from multilayer.media.laws import FractionalZener
 from multilayer.report.joint_fit import draw_law
 from multilayer.report.style import figure_style
 from multilayer.signals.bursts import hann_burst
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 from tests.benchmarks.scoring import true_modulus
 from tests.cli.command import run
@@ -60,7 +60,7 @@ def _recording(true, f0, gain, noise, rng):
 
 @pytest.fixture(scope="module")
 def known(fitted):
-    return with_knowledge(fitted)
+    return with_posterior(fitted)
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_what_cannot_be_told_apart_stays_as_uncertain_as_stated(fitted):
 def test_intervals_are_of_the_laws_own_parameters(known):
     # one of the coordinates is the ratio of the moduli
     assert known.problem.space.coordinates[1] == "relaxed_modulus/unrelaxed_modulus"
-    findings = known.knowledge.determination.findings
+    findings = known.summary.identifiability.findings
     assert [f.name for f in findings[:4]] == known.problem.space.names
     assert [f.unit for f in findings[:4]] == ["Pa", "Pa", "s", ""]
     for finding in findings[:4]:
@@ -104,11 +104,11 @@ def test_intervals_are_of_the_laws_own_parameters(known):
         assert finding.posterior_90 == pytest.approx((value / factor, value * factor), abs=0.2 * std)
         assert finding.posterior_90[0] < getattr(LAW, finding.name) < finding.posterior_90[1]
         assert finding.verdict == "determined"
-    assert "the data determine unrelaxed_modulus: " in known.knowledge.determination.sentences[1]
+    assert "the data determine unrelaxed_modulus: " in known.summary.identifiability.sentences[1]
 
 
 def test_bands_of_curves(known):
-    at, posterior = np.array(BURSTS), known.knowledge.posterior
+    at, posterior = np.array(BURSTS), known.summary.posterior
     moduli, covariance = known.moduli(at)
     band = modulus_band(known, at, 0.9)
     assert band.high[0] - band.low[0] == pytest.approx(2 * 1.645 * np.sqrt(covariance[:, 0, 0]), rel=0.1)

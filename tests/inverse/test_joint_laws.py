@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
+from multilayer.inference.stated import far_off, nuisance_p_value
 from multilayer.inverse.joint_fit import fit_joint, number_of_steps
-from multilayer.inverse.joint_knowledge import modulus_band
 from multilayer.inverse.joint_laws import LAWS_COMPARED
+from multilayer.inverse.joint_posterior import modulus_band
 from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.stated import far_off, nuisance_p_value
 from multilayer.media.kramers_kronig import check_kramers_kronig
 from tests.inverse.rods import PAPER, STATED, campaign_of_rods, fractional_zener, havriliak_negami
 

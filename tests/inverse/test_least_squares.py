@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from multilayer.inverse.least_squares import minimise
-from multilayer.inverse.problem import by_differences, by_forward_differences
+from multilayer.inference.least_squares import minimise
+from multilayer.inference.problem import by_differences, by_forward_differences
 from tests.inverse.gaussian import Plain, standard
 
 

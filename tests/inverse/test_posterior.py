@@ -8,13 +8,13 @@ import pytest
 from scipy.stats import norm, truncnorm
 
 from multilayer.errors import InputError
+from multilayer.inference.least_squares import search
+from multilayer.inference.nested_sampling import nested
+from multilayer.inference.posterior import Posterior, laplace
+from multilayer.inference.priors import Prior
+from multilayer.inference.profile import profile_likelihood
 from multilayer.inverse.fit import burst_problems
 from multilayer.inverse.joint import JointProblem, configuration_data
-from multilayer.inverse.least_squares import search
-from multilayer.inverse.nested import nested
-from multilayer.inverse.posterior import Posterior, laplace
-from multilayer.inverse.priors import Prior
-from multilayer.inverse.profile import profile_likelihood
 from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Uncertainty

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from multilayer.inverse.priors import Parameter, Prior, Priors
+from multilayer.inference.priors import Parameter, Prior, Priors
 
 KINDS = {
     "normal": (Prior(normal=(-3.0, 2.0)), stats.norm(-3.0, 2.0)),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multilayer.inverse.least_squares import minimise
+from multilayer.inference.least_squares import minimise
 from multilayer.inverse.stack_file import load_stack_fit
 from multilayer.inverse.stack_fit import describe, fit_stacks
 from multilayer.inverse.stack_problem import StackProblem

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
-from multilayer.inverse.least_squares import minimise
+from multilayer.inference.least_squares import minimise
 from multilayer.inverse.stack_fit import describe
 from multilayer.inverse.stack_models import shape_factor
 from multilayer.response import plane_wave

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from multilayer.inference.summary import LAPLACE
 from multilayer.inverse.joint_fit import fit_joint
-from multilayer.inverse.joint_knowledge import with_knowledge
-from multilayer.inverse.knowledge import LAPLACE
+from multilayer.inverse.joint_posterior import with_posterior
 from multilayer.inverse.result import BurstFit, FitResult, Solution
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.sources import read_fit
@@ -63,7 +63,7 @@ def fit_page(*names, rejected=()):
 @cache
 def joint():
     job = read_fit(EXAMPLES / "foam_b")
-    return with_knowledge(fit_joint(job.campaign, job.recordings, settings=job.settings), LAPLACE)
+    return with_posterior(fit_joint(job.campaign, job.recordings, settings=job.settings), LAPLACE)
 
 
 @cache

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
-from multilayer.measurements.recording import Recording
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.calibration import Calibration, calibrate
+from multilayer.signals.recording import Recording
 from multilayer.signals.time_of_flight import time_of_flight
 
 RATE = 25600.0

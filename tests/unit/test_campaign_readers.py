@@ -8,7 +8,7 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.measurements.npz import read_npz
 from multilayer.measurements.readers import READERS, read_waveforms
-from multilayer.measurements.recording import Recording, Waveforms
+from multilayer.signals.recording import Recording, Waveforms
 
 RATE = 25600.0
 RNG = np.random.default_rng(0)

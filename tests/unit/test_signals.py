@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multilayer.measurements.recording import Recording
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.envelope import analytic_signal, envelope, level_difference_db, rms
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import band, frequencies, noise_level, padded_length, to_signal, to_spectrum
 from multilayer.signals.time_of_flight import time_of_flight
 

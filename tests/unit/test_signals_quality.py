@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multilayer.measurements.recording import Recording
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.clipping import clipped_repeats
 from multilayer.signals.exchange import SWAPPED, energy_delay, leading_channel
 from multilayer.signals.quality import check_configuration, check_recording
+from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 
 RATE = 25600.0

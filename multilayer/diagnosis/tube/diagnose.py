@@ -19,8 +19,8 @@ from multilayer.diagnosis.tube.experiments import next_measurements
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
 from multilayer.errors import InputError
-from multilayer.inverse.least_squares import search
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.least_squares import search
+from multilayer.inference.problem import Minimum
 from multilayer.simulation.warned import collected_warnings
 
 _FAR = 0.7  # standard deviations of a prior

@@ -15,8 +15,8 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.errors import MultilayerError
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.stack_unknowns import Unknown
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings

@@ -16,8 +16,8 @@ from scipy.special import logsumexp, ndtr, ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, suggest
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum, Problem
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum, Problem
 
 Curve = Callable[[RealArray], RealArray]
 _DRAWS = 2000

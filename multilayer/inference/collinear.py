@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.inverse.priors import Parameter
+from multilayer.inference.priors import Parameter
 
 OPEN = 1.0  # an eigenvalue of J^T J below it: the prior says more of this direction than the data
 _CORRELATED = 0.95

@@ -9,7 +9,7 @@ import numpy as np
 
 from multilayer.arrays import BoolArray, RealArray
 from multilayer.chance import exceeding
-from multilayer.inverse.priors import Parameter
+from multilayer.inference.priors import Parameter
 
 _FAR = 3.0  # standard deviations
 

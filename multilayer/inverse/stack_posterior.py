@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.determination import Derived
-from multilayer.inverse.knowledge import Knowledge, Tell, knowledge
-from multilayer.inverse.posterior import Band, Posterior
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum
+from multilayer.inference.identifiability import Derived
+from multilayer.inference.posterior import Band, Posterior
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum
+from multilayer.inference.summary import PosteriorSummary, Tell, summarise
 from multilayer.inverse.stack_problem import StackProblem
 from multilayer.inverse.stack_result import parts_of
 from multilayer.inverse.stack_unknowns import Unknown
@@ -44,9 +44,9 @@ class Widened:
         return residual / self.scale, jacobian / self.scale
 
 
-def knowledge_of(
+def summary_of(
     problem: StackProblem, minima: Sequence[Minimum], scale: float, method: str, tell: Tell | None = None
-) -> Knowledge:
+) -> PosteriorSummary:
     """Return what is known of the unknowns.
 
     Parameters
@@ -60,7 +60,7 @@ def knowledge_of(
     tell : callable, optional
     """
     checked = _SLOWLY if _is_slow(problem) else _CHECKED
-    return knowledge(
+    return summarise(
         Widened(problem, scale), minima, method, derived=law_quantities(problem), checked=checked, tell=tell
     )
 

@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray, half_turn
-from multilayer.inverse.determination import Derived
+from multilayer.inference.identifiability import Derived
+from multilayer.inference.posterior import Band, Posterior
+from multilayer.inference.summary import LAPLACE, Tell, summarise
 from multilayer.inverse.joint import ConfigurationData, JointProblem
 from multilayer.inverse.joint_fit import JointFit
-from multilayer.inverse.knowledge import LAPLACE, Tell, knowledge
-from multilayer.inverse.posterior import Band, Posterior
 
 MODULI = ("E1_pa", "E2_pa", "loss_factor")
 _LEVELS = (0.68, 0.90)
 _DRAWN = 400  # samples for a curve of the rig: its quantiles are then within 0.1 standard deviations
 
 
-def with_knowledge(fit: JointFit, method: str = LAPLACE, tell: Tell | None = None) -> JointFit:
+def with_posterior(fit: JointFit, method: str = LAPLACE, tell: Tell | None = None) -> JointFit:
     """Return a joint fit with intervals of all parameters and what the data determine.
 
     Parameters
@@ -30,8 +30,8 @@ def with_knowledge(fit: JointFit, method: str = LAPLACE, tell: Tell | None = Non
     tell : callable, optional
         Called with a short text now and then.
     """
-    found = knowledge(fit.problem, fit.minima, method, derived=law_quantities(fit.problem), tell=tell)
-    return replace(fit, knowledge=found)
+    found = summarise(fit.problem, fit.minima, method, derived=law_quantities(fit.problem), tell=tell)
+    return replace(fit, summary=found)
 
 
 def law_quantities(problem: JointProblem) -> list[Derived]:
@@ -53,13 +53,13 @@ def modulus_band(fit: JointFit, frequency: ArrayLike, probability: float) -> Ban
 
     All laws compared and deviations from them count by their evidence; of the best law by itself what is known of it.
     """
-    of_best = None if fit.knowledge is None else fit.knowledge.posterior
+    of_best = None if fit.summary is None else fit.summary.posterior
     return fit.laws.band(np.asarray(frequency, dtype=float), probability, of_best)
 
 
 def modulus_intervals(fit: JointFit) -> list[dict[str, Any]]:
     """Return intervals of the moduli at the frequencies of the bursts, as plain data."""
-    if fit.knowledge is None:
+    if fit.summary is None:
         return []
     at = np.array(sorted({float(f) for data in fit.problem.data for f in data.centres}))
     bands = [modulus_band(fit, at, level) for level in _LEVELS]

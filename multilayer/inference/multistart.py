@@ -1,14 +1,14 @@
-"""Valleys of a hypothesis: where descents from many starts lead, before some of them are followed to the floor."""
+"""Valleys of a problem: where descents from many starts lead, before some of them are followed to the floor."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.inverse.least_squares import descend, in_pieces, total_cost
+from multilayer.inference.least_squares import descend, in_pieces, total_cost
 
 Residual = Callable[[RealArray], RealArray]
 _STAGES = ((20, 10), (12, 10), (6, 10), (4, 10))  # descents that go on, and their steps, as the discrepancy falls
@@ -19,21 +19,27 @@ _FAR = 4.0  # times the misfit that chance makes: of what is far off, and of val
 _APART, _OTHER = 0.5, 0.3
 
 
-def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> RealArray:
+class Rough(Protocol):
+    """A problem whose residuals are also known roughly."""
+
+    def roughly(self, size: float) -> Residual:
+        """Return residuals for a first search, each datum being allowed to be off by `size` more, relative."""
+
+
+def valleys(problem: Rough, bases: RealArray, extra: RealArray) -> RealArray:
     """Return where the data can be explained roughly: coordinates, the best first.
 
-    What an effect adds to a reading may bury it: of a rocking plate's resonance the nominal model makes one of the
-    sample, and from there no descent leads back. And what is thousands of standard deviations off drags everything
-    else along. So many starts go down at once, by continuation: each datum may be off by some more, much at first.
-    Before that the effect's parameters are held while the others follow: at the nominal model's unknowns a good size of
-    the effect may cost as much as a bad one.
+    What a model leaves out may bury the data: of another resonance it makes one of its parameters', and from there no
+    descent leads back. And what is thousands of standard deviations off drags everything else along. So many starts go
+    down at once, by continuation: each datum may be off by some more, much at first. Before that extra parameters are
+    held while the others follow: where these were without them, a good value may cost as much as a bad one.
 
     Parameters
     ----------
-    hypothesis : AnyHypothesis
+    problem : Rough
     bases : array, shape (m, n)
-        Starts of the parameters but those of the last effect.
-    effect : array, shape (p, k)
+        Starts of the parameters but the extra ones.
+    extra : array, shape (p, k)
         Starts of the latter; each goes with each of the others.
 
     Returns
@@ -41,18 +47,18 @@ def valleys(hypothesis: AnyHypothesis, bases: RealArray, effect: RealArray) -> R
     array, shape (v, n + k)
         Empty where there is no response anywhere.
     """
-    n, k = bases.shape[1], effect.shape[1]
-    points = np.concatenate([np.repeat(bases, len(effect), axis=0), np.tile(effect, (len(bases), 1))], axis=1)
-    sizes = discrepancies(float(np.min(costs_per_datum(hypothesis.roughly(0.0), points))))
-    residual = hypothesis.roughly(sizes[0])
-    costs = costs_per_datum(residual, points).reshape(len(bases), len(effect))
+    n, k = bases.shape[1], extra.shape[1]
+    points = np.concatenate([np.repeat(bases, len(extra), axis=0), np.tile(extra, (len(bases), 1))], axis=1)
+    sizes = discrepancies(float(np.min(costs_per_datum(problem.roughly(0.0), points))))
+    residual = problem.roughly(sizes[0])
+    costs = costs_per_datum(residual, points).reshape(len(bases), len(extra))
     points = points[_promising(costs, _STAGES[0][0])]
     if k:
         points, _ = descend(residual, points, _AHEAD, moving=n)
     for size, (kept, steps) in zip(sizes, _STAGES, strict=False):
-        residual = hypothesis.roughly(size)
+        residual = problem.roughly(size)
         points = _distinct(residual, k, *descend(residual, points[:kept], steps))
-    misfits = costs_per_datum(hypothesis.roughly(_TYPICAL), points)
+    misfits = costs_per_datum(problem.roughly(_TYPICAL), points)
     return points[misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)]
 
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from multilayer.errors import InputError, suggest
-from multilayer.inverse.determination import Derived, Determination, determination
-from multilayer.inverse.nested import nested, require_sampler
-from multilayer.inverse.posterior import GaussianMixture, Posterior, laplace
-from multilayer.inverse.problem import Minimum, Problem
-from multilayer.inverse.profile import Profile, profile_likelihood
+from multilayer.inference.identifiability import Derived, Identifiability, identifiability
+from multilayer.inference.nested_sampling import nested, require_sampler
+from multilayer.inference.posterior import GaussianMixture, Posterior, laplace
+from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.profile import Profile, profile_likelihood
 
 LAPLACE = "laplace"
 METHODS = (LAPLACE, "profile", "nested")
@@ -37,7 +37,7 @@ def refuse_unusable(method: str) -> None:
 
 
 @dataclass(frozen=True)
-class Knowledge:
+class PosteriorSummary:
     """Intervals of all parameters, and what the data determine of them.
 
     Attributes
@@ -46,12 +46,12 @@ class Knowledge:
         One of `METHODS`.
     posterior : Posterior
         For curves.
-    determination : Determination
+    identifiability : Identifiability
     """
 
     method: str
     posterior: Posterior = field(repr=False)
-    determination: Determination
+    identifiability: Identifiability
 
     @property
     def remark(self) -> str:
@@ -73,15 +73,15 @@ class Knowledge:
                 "name": f.name, "unit": f.unit, "nuisance": f.nuisance, "median": f.median,
                 "interval_68": list(f.posterior), "interval_90": list(f.posterior_90),
             }
-            for f in self.determination.findings
+            for f in self.identifiability.findings
         ]  # fmt: skip
         return {
             "posterior": {"method": self.method, **of_method, "remark": self.remark, "parameters": intervals},
-            "determination": {**self.determination.to_dict(), "sentences": self.determination.sentences},
+            "determination": {**self.identifiability.to_dict(), "sentences": self.identifiability.sentences},
         }
 
 
-def knowledge(
+def summarise(
     problem: Problem,
     minima: Sequence[Minimum],
     method: str = LAPLACE,
@@ -91,7 +91,7 @@ def knowledge(
     checked: int | None = None,
     seed: int = 0,
     tell: Tell | None = None,
-) -> Knowledge:
+) -> PosteriorSummary:
     """Return what is known after a fit.
 
     Parameters
@@ -115,11 +115,13 @@ def knowledge(
     refuse_unusable(method)
     if method == "nested":
         posterior = nested(problem, seed=seed, tell=tell)
-        return Knowledge(method, posterior, determination(problem, minima[0], posterior=posterior, derived=derived))
+        found = identifiability(problem, minima[0], posterior=posterior, derived=derived)
+        return PosteriorSummary(method, posterior, found)
     amount = {} if checked is None else {"checked": checked}
     gaussian = laplace(problem, minima, draws=draws, seed=seed, **amount)
     if method == LAPLACE:
-        return Knowledge(method, gaussian, determination(problem, minima[0], posterior=gaussian, derived=derived))
+        found = identifiability(problem, minima[0], posterior=gaussian, derived=derived)
+        return PosteriorSummary(method, gaussian, found)
     profiles = []
     for number, parameter in enumerate(problem.parameters):
         if not parameter.nuisance:
@@ -127,8 +129,8 @@ def knowledge(
             if tell is not None:
                 tell(f"profile of {parameter.name}")
     chosen = max(profiles, key=lambda profile: _departure(profile, gaussian), default=gaussian)
-    found = determination(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
-    return Knowledge(method, chosen, found)
+    found = identifiability(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
+    return PosteriorSummary(method, chosen, found)
 
 
 def _departure(profile: Profile, gaussian: GaussianMixture) -> float:

@@ -16,7 +16,7 @@ UNNAMED = "imported"  # a mounting without a name
 
 
 @dataclass(frozen=True)
-class Knowledge:
+class Metadata:
     """What the experimenter knows of a campaign, from a file.
 
     Attributes
@@ -43,11 +43,11 @@ class Knowledge:
         """Whether both accelerometers were at one spot."""
         return self.data.get("rig") == "calibration"
 
-    def as_calibration(self) -> Knowledge:
+    def as_calibration(self) -> Metadata:
         """Return what also holds of a calibration with the same bursts."""
         data = {"rig": "calibration"} | {key: self.data[key] for key in ("burst",) if key in self.data}
         mounting = {key: self.mounting[key] for key in ("bursts",) if key in self.mounting}
-        return Knowledge(self.file, data, mounting, self.document, self.index)
+        return Metadata(self.file, data, mounting, self.document, self.index)
 
     @property
     def cycles(self) -> float | None:
@@ -72,7 +72,7 @@ def _frequency(written: Any) -> float | None:
         return None  # told by who validates the whole file
 
 
-def read_knowledge(path: Path, configuration: str | None = None) -> Knowledge:
+def read_metadata(path: Path, configuration: str | None = None) -> Metadata:
     """Read what the experimenter knows: a campaign's folder or YAML file, or one with those fields only.
 
     Parameters
@@ -92,13 +92,13 @@ def read_knowledge(path: Path, configuration: str | None = None) -> Knowledge:
         raise InputError(Problem("is no campaign file: it must hold fields, and a list of configurations", file=file))
     rig = data.get("rig", "shaker-two-plate")
     if rig == "calibration":
-        return Knowledge(file, data, {"bursts": data.get("bursts")}, document)
+        return Metadata(file, data, {"bursts": data.get("bursts")}, document)
     if rig != "shaker-two-plate":
         message = f"describes a '{rig}'; a campaign of a shaker-two-plate, or a calibration, is wanted"
         raise InputError(Problem(message, "rig", file))
     mountings = [one for one in data.get("configurations", []) if isinstance(one, dict)]
     index = _index_of(file, [str(one.get("name", UNNAMED)) for one in mountings], configuration)
-    return Knowledge(file, data, mountings[index] if mountings else {}, document, index)
+    return Metadata(file, data, mountings[index] if mountings else {}, document, index)
 
 
 def _index_of(file: Path, names: Sequence[str], wanted: str | None) -> int:

@@ -14,12 +14,12 @@ from typing import Any, Literal
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.collinear import OPEN, PREFIX, Group, collinear_groups, shown_name
-from multilayer.inverse.least_squares import draw_prior
-from multilayer.inverse.posterior import Posterior, laplace
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum, Problem
-from multilayer.inverse.profile import Profile
+from multilayer.inference.collinear import OPEN, PREFIX, Group, collinear_groups, shown_name
+from multilayer.inference.least_squares import draw_prior
+from multilayer.inference.posterior import Posterior, laplace
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.profile import Profile
 
 Verdict = Literal["determined", "narrowed", "not determined"]
 Ends = tuple[bool, bool]
@@ -94,7 +94,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Determination:
+class Identifiability:
     """What the data determine.
 
     Attributes
@@ -132,14 +132,14 @@ class Determination:
         }
 
 
-def determination(
+def identifiability(
     problem: Problem,
     minimum: Minimum,
     *,
     posterior: Posterior | None = None,
     profiles: Sequence[Profile] = (),
     derived: Sequence[Derived] = (),
-) -> Determination:
+) -> Identifiability:
     """Say what the data determine, from the neighbourhood of a minimum.
 
     Parameters
@@ -167,7 +167,7 @@ def determination(
         findings.append(_finding(quantity))
     information = minimum.jacobian.T @ minimum.jacobian
     groups = collinear_groups(problem.parameters, minimum.z, information, covariance)
-    return Determination(findings, groups, int(np.sum(np.linalg.eigvalsh(information) < OPEN)))
+    return Identifiability(findings, groups, int(np.sum(np.linalg.eigvalsh(information) < OPEN)))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.priors import Parameter
+from multilayer.inference.priors import Parameter
 
 _STEP = 1e-4  # of a standard normal coordinate
 _BALANCED = 1e-5  # the same where the place of a minimum hangs on the derivative: neither bent nor lost in rounding

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from multilayer.inverse.determination import Determination, determination
-from multilayer.inverse.least_squares import search
-from multilayer.inverse.posterior import laplace
-from multilayer.inverse.priors import Parameter, Prior
-from multilayer.inverse.problem import Minimum, Problem
-from multilayer.inverse.profile import profile_likelihood
-from multilayer.report.determination_table import determination_table
+from multilayer.inference.identifiability import Identifiability, identifiability
+from multilayer.inference.least_squares import search
+from multilayer.inference.posterior import laplace
+from multilayer.inference.priors import Parameter, Prior
+from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.profile import profile_likelihood
+from multilayer.report.identifiability_table import identifiability_table
 from tests.inverse.gaussian import Plain, linear, parameters
 
 WIDE = Prior(lognormal=(2e4, 1.0))
@@ -28,8 +28,8 @@ def _best(problem: Problem) -> Minimum:
     return search(problem, n_candidates=16, n_best=2)[0]
 
 
-def _determined(problem: Problem) -> Determination:
-    return determination(problem, _best(problem))
+def _determined(problem: Problem) -> Identifiability:
+    return identifiability(problem, _best(problem))
 
 
 def test_shares_of_information() -> None:
@@ -106,7 +106,7 @@ def test_only_a_profile_shows_an_end_that_is_open() -> None:
     minimum = _best(problem)
     profile = profile_likelihood(problem, minimum, "a")
     assert profile.open_ends == (False, True)
-    (finding,) = determination(problem, minimum, profiles=[profile]).findings
+    (finding,) = identifiability(problem, minimum, profiles=[profile]).findings
     assert finding.text.startswith("a is bounded from below only: above")
     assert finding.posterior == profile.interval("a", 0.68)
 
@@ -129,8 +129,8 @@ def test_nuisances_the_data_do_not_see_are_not_told() -> None:
 def test_it_takes_any_posterior() -> None:
     problem = linear(np.diag([10.0, 1.0]), np.zeros(2))
     minimum = _best(problem)
-    by_default = determination(problem, minimum)
-    assert determination(problem, minimum, posterior=laplace(problem, minimum)).to_dict() == by_default.to_dict()
+    by_default = identifiability(problem, minimum)
+    assert identifiability(problem, minimum, posterior=laplace(problem, minimum)).to_dict() == by_default.to_dict()
 
 
 def test_json_and_table(capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,7 +139,7 @@ def test_json_and_table(capsys: pytest.CaptureFixture[str]) -> None:
     plain = json.loads(json.dumps(found.to_dict()))
     assert [p["name"] for p in plain["parameters"]] == ["flow_resistivity", "layers[1].tortuosity"]
     assert plain["groups"][0]["times_better"] > 10
-    determination_table(found)
+    identifiability_table(found)
     printed = capsys.readouterr().out
     assert "the data determine 1.0 of 2 parameters" in printed
     assert "layers[1].tortuosity" in printed

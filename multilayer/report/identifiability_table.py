@@ -5,19 +5,19 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.inverse.collinear import Group
-from multilayer.inverse.determination import Determination, Finding
+from multilayer.inference.collinear import Group
+from multilayer.inference.identifiability import Finding, Identifiability
 from multilayer.report.console import console
 
 _STYLES = {"determined": "green", "narrowed": "yellow", "not determined": "red"}
 
 
-def determination_table(found: Determination, *, nuisances: bool = True) -> None:
+def identifiability_table(found: Identifiability, *, nuisances: bool = True) -> None:
     """Print one row per parameter, and the combinations that are known better than their members.
 
     Parameters
     ----------
-    found : Determination
+    found : Identifiability
     nuisances : bool
         Whether those have rows, too, and combinations of nothing but them a line.
     """

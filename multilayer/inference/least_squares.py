@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.executors import run_all
-from multilayer.inverse.problem import Minimum, Problem
+from multilayer.inference.problem import Minimum, Problem
 
 _CANDIDATES = 128  # points of the prior that are looked at
 _CHUNK = 32

@@ -15,8 +15,8 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
-from multilayer.inverse.posterior import Posterior
-from multilayer.inverse.problem import Problem
+from multilayer.inference.posterior import Posterior
+from multilayer.inference.problem import Problem
 
 _TOLD = 200  # iterations between two reports
 _NOWHERE = -1e300  # ln(likelihood) where the model has no answer

@@ -15,10 +15,10 @@ from scipy.interpolate import CubicSpline
 from multilayer.arrays import RealArray
 from multilayer.chance import exceeded
 from multilayer.errors import InputError
-from multilayer.inverse.least_squares import minimise
-from multilayer.inverse.posterior import Posterior, covariance_root, index_of
-from multilayer.inverse.priors import Parameter
-from multilayer.inverse.problem import Minimum, Problem
+from multilayer.inference.least_squares import minimise
+from multilayer.inference.posterior import Posterior, covariance_root, index_of
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum, Problem
 
 _HIGHEST = 12.0  # rise of the cost where a walk ends: 3.5 standard deviations
 _RISE = 0.5  # sought from point to point, of the root of the cost

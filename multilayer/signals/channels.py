@@ -1,0 +1,100 @@
+"""What a file of a data recorder holds: named channels with units, each with its sampling rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError, Problem
+
+_WHOLE = 1e-5  # of a rate: steps in time are often printed with six digits
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel of a recording.
+
+    Attributes
+    ----------
+    name : str
+    samples : array, shape (n_samples,)
+        In the unit of the file.
+    unit : str or None
+        As the file writes it; None when it does not say.
+    sampling_rate : float or None
+        Hz; None when the file does not say.
+    """
+
+    name: str
+    samples: RealArray
+    unit: str | None = None
+    sampling_rate: float | None = None
+
+    def __str__(self) -> str:
+        rate = "no sampling rate" if self.sampling_rate is None else f"{self.sampling_rate:g} Hz"
+        return f"'{self.name}' ({self.unit or 'no unit'}, {rate}, {self.samples.size} samples)"
+
+
+@dataclass(frozen=True, eq=False)
+class Channels:
+    """All channels of one file.
+
+    Attributes
+    ----------
+    file : Path
+    channels : tuple of Channel
+        Their names differ.
+    line : int or None
+        Of a text file, which one names the channels.
+    """
+
+    file: Path
+    channels: tuple[Channel, ...]
+    line: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the channels, in the order of the file."""
+        return tuple(channel.name for channel in self.channels)
+
+    def error(self, message: str) -> InputError:
+        """Return an error about these channels, placed in their file."""
+        return InputError(Problem(message, file=self.file, line=self.line))
+
+    def __str__(self) -> str:
+        return ", ".join(str(channel) for channel in self.channels) or "none"
+
+    def __getitem__(self, name: str) -> Channel:
+        """Return the channel of a name, in capitals or not.
+
+        Raises
+        ------
+        InputError
+            When there is none, listing those there are.
+        """
+        alike = [channel for channel in self.channels if channel.name.casefold() == name.strip().casefold()]
+        exact = [channel for channel in alike if channel.name == name]
+        if not alike:
+            raise self.error(f"has no channel '{name}'; it holds: {self}")
+        return (exact or alike)[0]
+
+
+def rate_of_step(step: float) -> float:
+    """Return the sampling rate, Hz, of a step in time, s; a whole number where the step is that but for its digits."""
+    rate = 1.0 / step
+    return float(round(rate)) if rate >= 1 and abs(rate - round(rate)) <= _WHOLE * rate else rate
+
+
+def different(names: list[str], longer: list[str]) -> list[str]:
+    """Return names that differ: the longer form of those that come more than once, and numbers where that does, too."""
+    chosen = [long if names.count(short) > 1 else short for short, long in zip(names, longer, strict=True)]
+    so_far = [chosen[: i + 1].count(name) for i, name in enumerate(chosen)]
+    return [name if chosen.count(name) == 1 else f"{name} {n}" for name, n in zip(chosen, so_far, strict=True)]
+
+
+def as_samples(values: object) -> RealArray:
+    """Return samples as float64, shape (n_samples,)."""
+    return np.ascontiguousarray(np.asarray(values, dtype=float).ravel())
