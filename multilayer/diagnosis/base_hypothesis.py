@@ -11,8 +11,8 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Values
+from multilayer.inference.derivative import forward
 from multilayer.inference.priors import Parameter, Priors
-from multilayer.inference.problem import by_forward_differences
 
 E = TypeVar("E", bound=BaseEffect)
 
@@ -69,7 +69,7 @@ class BaseHypothesis(ABC, Generic[E]):
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, from one batch."""
-        return by_forward_differences(self.residual, z)
+        return forward(self.residual, z)
 
     def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
         """Return what the law of one of the effects, wrong by its whole size, would change: all that it does."""

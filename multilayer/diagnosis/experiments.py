@@ -16,9 +16,9 @@ from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.inference.derivative import WIDE, Stencil
 from multilayer.inverse.joint import whitening
 
-_STEP = 1e-3
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level
 _AIRLESS = ("saturating_air",)
@@ -93,12 +93,12 @@ def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, Comp
     names = {p.name for p in replace(hypothesis, effects=kept).parameters}
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
-    steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])
-    moved, shown = replace(hypothesis, effects=kept).predict(experiment.setting(hypothesis.settings[0]), steps)
+    stencil = Stencil.central(z, WIDE)
+    moved, shown = replace(hypothesis, effects=kept).predict(experiment.setting(hypothesis.settings[0]), stencil.points)
     # what made the top channel wrong makes the base channel wrong once they are exchanged
-    logs = np.log(moved**2 / shown) if experiment.swapped else np.log(shown)
-    slopes = (logs[1 : 1 + len(z)] - logs[1 + len(z) :]).T / (2 * _STEP)
-    return logs[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
+    logs: ComplexArray = np.log(moved**2 / shown) if experiment.swapped else np.log(shown)
+    value, slopes = stencil.linearised(logs)
+    return value, np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
 def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:

@@ -10,8 +10,9 @@ from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
+from multilayer.inference.derivative import FINE, Stencil, central
 from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Minimum, astride, central_differences
+from multilayer.inference.problem import Minimum
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
@@ -81,7 +82,7 @@ class Softened:
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative."""
-        residual, slopes = central_differences(self.hypothesis.residual(astride(z)))
+        residual, slopes = central(self.hypothesis.residual, z, FINE)
         return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
 
 
@@ -127,7 +128,8 @@ class Embedded:
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data + 1,) and (n_data + 1, d), from one batch."""
         hypothesis = self.hypothesis
-        shown, changes = shown_and_changed(hypothesis, astride(z))
+        stencil = Stencil.central(z, FINE)
+        shown, changes = shown_and_changed(hypothesis, stencil.points)
         here = [[change[0] for change in parts] for parts in changes]
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
         errors = LawErrors.of(basis)
@@ -136,11 +138,11 @@ class Embedded:
         total = [*shown]
         for own, parts in zip(factors, changes, strict=True):
             total = [a + factor * change for a, factor, change in zip(total, own, parts, strict=True)]
-        slopes = central_differences(_whitened(hypothesis, total))[1]
+        slopes = stencil.derivative(_whitened(hypothesis, total))
         # d ln |C| = 2 tr(B^T C^-1 dB)
         root = np.sqrt(errors.log_determinant)
         inverse = errors.whitened(errors.whitened(basis.T))
-        growth = central_differences(_traced(hypothesis, changes, inverse))[1] / max(root, _TINY)
+        growth = stencil.derivative(_traced(hypothesis, changes, inverse)) / max(root, _TINY)
         values = np.append(errors.whitened(residual), root)
         return values, np.concatenate([errors.whitened(slopes.T).T, growth[None]])
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.special import logsumexp, ndtr, ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, suggest
+from multilayer.inference.derivative import WIDE, forward
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
 
@@ -27,7 +29,6 @@ _ONE_HUMP = 2.0  # equal Gaussians whose centres are nearer than two standard de
 _NEGLIGIBLE = 30.0  # below the best in ln(evidence)
 _LEVELS = (0.68, 0.90)
 _BEYOND = 1e-6
-_STEP = 1e-3  # of a standard deviation
 
 
 class Band(NamedTuple):
@@ -193,8 +194,8 @@ class GaussianMixture(Posterior):
     def _tangent(self, function: Curve, mean: RealArray, root: RealArray) -> tuple[RealArray, RealArray]:
         """Return a curve at a minimum, and its change along the columns of `root`, shape (n, ...)."""
         # to one side only, that of the Jacobian behind `root`: where a parameter is on its bound the sides differ
-        values = _values(function, np.concatenate([mean[None], mean + _STEP * root.T]))
-        return values[0], (values[1:] - values[0]) / _STEP
+        value, slopes = forward(partial(_values, function), mean, WIDE, root.T)
+        return value, np.moveaxis(slopes, -1, 0)
 
     @property
     def covariance(self) -> RealArray:

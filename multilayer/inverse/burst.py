@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
+from multilayer.inference.derivative import FINE, forward
 from multilayer.inverse.rig import Rig
 from multilayer.signals.envelope import envelope
 from multilayer.signals.spectra import Noise, band, frequencies, padded_length, to_signal, to_spectrum
@@ -248,10 +249,7 @@ class BurstProblem:
 
     def residual_and_jacobian(self, x: ArrayLike) -> tuple[RealArray, RealArray]:
         """Return the residual and its derivative, shapes (2 n_bins,) and (2 n_bins, 2)."""
-        step = 1e-5
-        here = np.asarray(x, dtype=float)
-        values = self.residual(here + step * np.array([[0, 0], [1, 0], [0, 1]]))
-        return values[0], (values[1:] - values[0]).T / step
+        return forward(self.residual, np.asarray(x, dtype=float), FINE)
 
     def signal(self, x: ArrayLike) -> RealArray:
         """Return the modelled acceleration of the top plate, shape (n_samples,), from all bins up to Fs/2.

@@ -18,9 +18,10 @@ from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, di
 from multilayer.chance import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
+from multilayer.inference.derivative import Stencil, forward
 from multilayer.inference.least_squares import TIGHT, distinct, hopeful, minimise, search
 from multilayer.inference.priors import Parameter, Prior, Priors
-from multilayer.inference.problem import Minimum, by_forward_differences
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.burst import BurstData
 from multilayer.inverse.law_deviation import LawDeviation
 from multilayer.inverse.record_end import RecordEnd, period_of, rings_at_end
@@ -36,7 +37,6 @@ _COARSE = 0.02  # model error while only the law is sought: minima are wide then
 Tell = Callable[[str], None]
 N_BEST, N_FOLLOWED = 6, 3
 _IMPROBABLE = 0.01
-_SHORT = 1e-6  # of a coordinate
 _SETTLED = 0.3  # of whitened residuals: less moves chi-square by a tenth
 _MOST_SETTLED = 4
 _FEW = 60  # evaluations after which a start of the coarse search must be near the best
@@ -353,7 +353,7 @@ class EndEffect:
     change : mapping
         By configuration, shape (n,).
     slope : mapping
-        Derivative of that, shape (n_parameters, n).
+        Derivative of that, shape (n, n_parameters).
     """
 
     z: RealArray
@@ -362,7 +362,7 @@ class EndEffect:
 
     def at(self, name: str, z: RealArray) -> ComplexArray:
         """Return the change at coordinates of shape (..., n_parameters)."""
-        return np.asarray(self.change[name] + (z - self.z) @ self.slope[name])
+        return np.asarray(self.change[name] + (z - self.z) @ self.slope[name].T)
 
     @property
     def is_finite(self) -> bool:
@@ -438,7 +438,7 @@ class JointProblem:
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data,) and (n_data, n_parameters), from one batch."""
-        return by_forward_differences(self.residual, z)
+        return forward(self.residual, z)
 
     def whitened(self, index: int, difference: ComplexArray) -> RealArray:
         """Return a difference of ln(ratio) of one configuration as independent unit normal numbers."""
@@ -486,7 +486,8 @@ class JointProblem:
 
     def end_effect_at(self, z: RealArray) -> EndEffect:
         """Return what the ends of the records change near a point."""
-        points = np.concatenate([z[None], z + _SHORT * np.eye(z.size)])
+        stencil = Stencil.forward(z)
+        points = stencil.points
         values = self.nuisances.priors.named(points[:, len(self.modulus_parameters) :])
         change, slope = {}, {}
         for data in self.data:
@@ -495,7 +496,7 @@ class JointProblem:
                     motion = self.log_motion(data, data.needed, points, values)
                     shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
                 shown.imag = half_turn(shown.imag)
-                change[data.name], slope[data.name] = shown[0], (shown[1:] - shown[0]) / _SHORT
+                change[data.name], slope[data.name] = stencil.linearised(shown)
         return EndEffect(z, change, slope)
 
     def log_motion(

@@ -14,6 +14,7 @@ from multilayer.chance import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, MultilayerError
 from multilayer.frames import Frame, Tabular
+from multilayer.inference.derivative import central
 from multilayer.inference.least_squares import distinct, hopeful
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
@@ -46,7 +47,6 @@ from multilayer.signals.recording import Recording
 JOINT = "joint"
 Progress = Callable[[str], None]
 Solved = tuple[str, JointProblem, list[Minimum]]
-_STEP = 1e-4
 _SIGNIFICANT = 0.01
 _DECIDED = 0.9  # of the probability
 _WORTH_TELLING = 0.01
@@ -122,12 +122,9 @@ class JointFit(Tabular):
         """Value and standard deviation of the law's parameters (SI), and of the nuisances, by name."""
         space, n = self.problem.space, len(self.problem.law_parameters)
         z, covariance = self.best.z, self.best.covariance
-        steps = z + _STEP * np.concatenate([np.eye(z.size), -np.eye(z.size)])
-        logs = space.logs(self.problem.law_coordinates(steps))
-        slopes = (logs[: z.size] - logs[z.size :]).T / (2 * _STEP)
+        logs, slopes = central(lambda points: space.logs(self.problem.law_coordinates(points)), z)
         spread = np.sqrt(np.einsum("ki,ij,kj->k", slopes, covariance, slopes))
-        values = np.exp(space.logs(self.problem.law_coordinates(z)))
-        found = {name: (float(v), float(v * s)) for name, v, s in zip(space.names, values, spread, strict=True)}
+        found = {name: (float(v), float(v * s)) for name, v, s in zip(space.names, np.exp(logs), spread, strict=True)}
         for i, parameter in enumerate(self.problem.nuisances.parameters, start=n):
             size = parameter.prior.normal[1] if parameter.prior.normal else 1.0
             found[parameter.name] = (size * float(z[i]), size * float(np.sqrt(covariance[i, i])))

@@ -18,8 +18,9 @@ from scipy.special import logsumexp
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chance import exceeding
 from multilayer.inference.correlated import birge
+from multilayer.inference.derivative import forward
 from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
-from multilayer.inference.problem import Minimum, by_forward_differences
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.joint import JointProblem, settle
 from multilayer.inverse.law_deviation import LawDeviation
 
@@ -96,7 +97,7 @@ class Candidate:
             return np.concatenate([e.real, e.imag], axis=-1)
 
         # the side that the solution's own derivative was taken on: on a bound the two differ
-        value, slope = by_forward_differences(parts, best.z[:n])
+        value, slope = forward(parts, best.z[:n])
         slopes = slope.reshape(2, len(frequency), n)
         covariance = np.einsum("afi,ij,bfj->fab", slopes, best.covariance[:n, :n], slopes)
         half = len(frequency)

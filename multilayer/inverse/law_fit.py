@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -12,12 +11,12 @@ from scipy.optimize import least_squares
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
+from multilayer.inference.derivative import FINE, central
 from multilayer.media.laws import LAWS, ModulusLaw, Table
 from multilayer.media.laws.parameters import Bounds, LawSpace
 
 Residual = Callable[[RealArray], RealArray]
 _CANDIDATES = 256
-_STEP = 1e-5
 _MOST = 400  # evaluations from one start
 
 
@@ -159,21 +158,19 @@ def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None,
 
 def _refine(residual: Residual, space: LawSpace, start: RealArray) -> tuple[RealArray, float]:
     """Return the minimum reached from a start, and its misfit (norm of the residual)."""
+
+    def derivative(z: RealArray) -> RealArray:
+        return central(residual, z, FINE)[1]
+
     margin = 1e-3 * (space.high - space.low)  # a start on a bound would hardly leave it
     found = least_squares(
         residual,
         np.clip(start, space.low + margin, space.high - margin),
-        jac=partial(_difference, residual),
+        jac=derivative,
         bounds=(space.low, space.high),
         max_nfev=_MOST,
     )
     return found.x, float(np.sqrt(2 * found.cost))
-
-
-def _difference(function: Residual, z: RealArray) -> RealArray:
-    """Return the derivative of a function that takes many points at once, by central differences."""
-    steps = _STEP * np.eye(z.size)
-    return np.asarray((function(z + steps) - function(z - steps)).T / (2 * _STEP))
 
 
 def _result(
@@ -186,7 +183,8 @@ def _result(
     e: ComplexArray,
 ) -> LawFit:
     law, held = space.law(z), space.on_bound(z)
-    response = _difference(space.logs, z)[:, ~held] @ np.linalg.pinv(_difference(residual, z)[:, ~held])
+    by_logs, by_residual = (central(function, z, FINE)[1][:, ~held] for function in (space.logs, residual))
+    response = by_logs @ np.linalg.pinv(by_residual)
     values = dict(zip(space.names, np.exp(space.logs(z)).tolist(), strict=True))
     on_bound = tuple(name for name, on in zip(space.names, held, strict=True) if on)
     return LawFit(law, values, per_datum * response @ response.T, on_bound, f, e, law(f), misfits)

@@ -11,6 +11,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
+from multilayer.inference.derivative import central
 from multilayer.inference.least_squares import search
 from multilayer.inference.posterior import Posterior
 from multilayer.inference.priors import Prior
@@ -25,7 +26,6 @@ from multilayer.simulation.located import with_values
 from multilayer.stack import Stack
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
-_STEP = 1e-4
 _DRAWS = 2048
 Tell = Callable[[str], None]
 Ends = tuple[tuple[float, float], tuple[float, float]]
@@ -168,9 +168,8 @@ def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[En
     """Return the parameters of a law, whose logarithms follow from several coordinates: to first order."""
     space = unknown.space
     assert space is not None
-    values = unknown.values(z)
-    steps = _STEP * np.eye(z.size)
-    slopes = (np.log(unknown.values(z + steps)) - np.log(unknown.values(z - steps))).T / (2 * _STEP)
+    logs, slopes = central(lambda points: np.log(unknown.values(points)), z)
+    values = np.exp(logs)
     spreads = np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
     before = space.logs(space.points(_DRAWS, np.random.default_rng(0))).std(axis=0)
     found = []

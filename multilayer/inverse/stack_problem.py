@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import by_differences
 from multilayer.inverse.observations import Observation
 from multilayer.inverse.stack_file import StackFitFile
 from multilayer.inverse.stack_unknowns import Unknown
@@ -105,4 +105,4 @@ class StackProblem:
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative from one batched solve per measurement."""
-        return by_differences(self.residual, z)
+        return central(self.residual, z)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter, Prior
-from multilayer.inference.problem import by_differences
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Plain:
         return self.function(z)
 
     def linearised(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return by_differences(self.residual, z)
+        return central(self.residual, z)
 
 
 def parameters(*priors: Prior, nuisance: bool = False) -> tuple[Parameter, ...]:

@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from multilayer.inference.derivative import central, forward
 from multilayer.inference.least_squares import minimise
-from multilayer.inference.problem import by_differences, by_forward_differences
 from tests.inverse.gaussian import Plain, standard
 
 
@@ -22,8 +22,8 @@ def bent(scale: float) -> Plain:
 
 def test_forward_differences_are_central_ones():
     problem, z = bent(30.0), np.array([0.7, -0.2])
-    value, slopes = by_forward_differences(problem.residual, z)
-    there, exact = by_differences(problem.residual, z)
+    value, slopes = forward(problem.residual, z)
+    there, exact = central(problem.residual, z)
     np.testing.assert_array_equal(value, there)
     np.testing.assert_allclose(slopes, exact, atol=1e-4)
     np.testing.assert_allclose(exact, [[-30 * 1.4, 30.0], [1.0, 0.0]], atol=1e-6)

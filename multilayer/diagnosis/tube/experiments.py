@@ -15,10 +15,10 @@ from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, 
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.inference.derivative import WIDE, central
 from multilayer.layers.fluid import Fluid
 from multilayer.stack import Stack
 
-_STEP = 1e-3
 _CAVITY = 0.05  # m
 
 
@@ -96,10 +96,8 @@ def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     stacks = {name: change.stack(stack) for name, stack in hypothesis.stacks.items()}
     changed = replace(hypothesis, stacks=stacks, tube=change.tube(hypothesis.tube), effects=kept)
-    steps = np.concatenate([z[None], z + _STEP * np.eye(len(z)), z - _STEP * np.eye(len(z))])
-    r = changed.of(changed.data[:1]).reflections(steps)[0]
-    slopes = (r[1 : 1 + len(z)] - r[1 + len(z) :]).T / (2 * _STEP)
-    return r[0], np.asarray(slopes @ np.linalg.cholesky(covariance))
+    r, slopes = central(lambda points: changed.of(changed.data[:1]).reflections(points)[0], z, WIDE)
+    return r, np.asarray(slopes @ np.linalg.cholesky(covariance))
 
 
 def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:
