@@ -1,5 +1,5 @@
 # `make fit` runs the main job on the embedded example, `make test` the tests, `make docs` makes the manual; each sets
-# up what it needs in .venv.
+# up what it needs in .venv, and with it docs/schemas, by which editors check the examples.
 # `make core` tries every main command without any optional package, `make oldest` the tests with the oldest versions
 # that pyproject.toml allows: on Python 3.11, for which each of them has wheels.
 # `make machines` diagnoses the same data on other kernels, threads and processes, and compares (MACHINES=--short: some).
@@ -49,10 +49,12 @@ docs: .venv/docs
 
 .venv/core: .venv/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
 .venv/dev: .venv/core $(PLUGINS:=/pyproject.toml)
 	$(BIN)/python -m pip install --quiet --editable '.[dev]' $(addprefix --editable ./,$(PLUGINS))
+	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
 .venv/docs: .venv/core
@@ -76,4 +78,4 @@ docs: .venv/docs
 	touch $@
 
 clean:
-	rm -rf .venv .venv-core .venv-oldest results docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-core .venv-oldest results docs/_build docs/gallery docs/schemas .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+from multilayer.config.kinds import KEY, TITLES, kind_of_data, other_kind, taken
 from multilayer.errors import InputError, Problem, suggest
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ class Kind:
     ----------
     name : str
         As the command line has it.
-    title : str
     home : str
         Where its model is, as ``module:Model``, or a union of several.
     read : callable
@@ -37,9 +37,13 @@ class Kind:
     """
 
     name: str
-    title: str
     home: str
     read: Callable[[Path], str]
+
+    @property
+    def title(self) -> str:
+        """What people call it."""
+        return TITLES[self.name]
 
     @property
     def model(self) -> Any:
@@ -58,7 +62,12 @@ class Kind:
         """Return the JSON Schema of the file, layer types, laws and effects of plugins included."""
         from multilayer.json_schema import schema_of
 
-        return {**schema_of(self.model), "title": f"multilayer: {self.title}"}
+        schema = schema_of(self.model)
+        told = {KEY: {"enum": [*taken(self.name)], "description": f"That this file is a {self.title}."}}
+        for part in [schema] if "properties" in schema else schema["oneOf"]:
+            model = schema["$defs"][part["$ref"].rpartition("/")[2]] if "$ref" in part else part
+            model["properties"] = told | model["properties"]
+        return {**schema, "title": f"multilayer: {self.title}"}
 
 
 def _counted(n: int, one: str, what: str) -> str:
@@ -122,20 +131,17 @@ def _read_library(source: Path) -> str:
 
 
 _ALL = (
-    Kind("stack", "stack file", "multilayer.stack:Stack", _read_stack),
-    Kind("simulation", "simulation file", "multilayer.simulation.file:SimulationFile", _read_simulation),
-    Kind("campaign", "campaign on the two-plate rig", "multilayer.measurements.description:Campaign", _read_campaign),
-    Kind(
-        "calibration", "calibration of two accelerometers", "multilayer.measurements.description:CalibrationCampaign",
-        _read_calibration,
-    ),
-    Kind("fit", "fit of a campaign", "multilayer.inverse.settings:FitSettings", _read_campaign),
-    Kind("stack-fit", "fit of stacks", "multilayer.inverse.stack_file:StackFitFile", _read_stack_fit),
-    Kind("diagnose", "diagnosis of tube measurements", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
-    Kind("rig", "campaign of the virtual rig", "multilayer.rig.file:RigFile", _read_rig),
-    Kind("tube", "raw data of an impedance tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
-    Kind("library", "library of materials", "multilayer.materials:Library", _read_library),
-)  # fmt: skip
+    Kind("stack", "multilayer.stack:Stack", _read_stack),
+    Kind("simulation", "multilayer.simulation.file:SimulationFile", _read_simulation),
+    Kind("campaign", "multilayer.measurements.description:Campaign", _read_campaign),
+    Kind("calibration", "multilayer.measurements.description:CalibrationCampaign", _read_calibration),
+    Kind("fit", "multilayer.inverse.settings:FitSettings", _read_campaign),
+    Kind("stack-fit", "multilayer.inverse.stack_file:StackFitFile", _read_stack_fit),
+    Kind("diagnose", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
+    Kind("rig", "multilayer.rig.file:RigFile", _read_rig),
+    Kind("tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
+    Kind("library", "multilayer.materials:Library", _read_library),
+)
 KINDS = {kind.name: kind for kind in _ALL}
 
 
@@ -173,33 +179,15 @@ def kind_of(source: Path) -> Kind:
             raise InputError(Problem(f"holds none of {', '.join(_FILES)}; name a file in it", file=source))
     elif file.suffix not in (".yaml", ".yml") and file.exists():
         raise InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
-    data = read_yaml(file, keep_problems=True).data
-    name = _told_by_its_keys(data) if isinstance(data, Mapping) else ""
+    document = read_yaml(file, keep_problems=True)
+    data = document.data if isinstance(document.data, Mapping) else {}
+    if KEY in data and data[KEY] not in [*KINDS]:
+        raise InputError(other_kind(document, data[KEY]))
+    name = kind_of_data(data) or _nearest(data.keys() - {"version"})
     if not name:
-        told = "a stack has 'layers', a campaign 'rig', a fit 'campaign' or 'unknowns', a library 'materials'"
-        raise InputError(Problem(f"nothing in this file tells what it is: {told}", "", file, 1, 1))
+        told = f"say it by 'kind:', one of {', '.join(KINDS)}"
+        raise InputError(Problem(f"nothing in this file tells what it is; {told}", "", file, 1, 1))
     return KINDS[name]
-
-
-def _told_by_its_keys(data: Mapping[str, Any]) -> str:
-    """Return the name of a kind, from keys that only it has; from misspelt ones where there are none; or nothing."""
-    from multilayer.diagnosis.tube.file import OF_A_DIAGNOSIS
-    from multilayer.inverse.sources import OF_A_STACK_FIT
-    from multilayer.stack import SIMULATION_KEYS
-
-    rigs = {"calibration": "calibration", "two-plate": "rig"}
-    keys = data.keys()
-    if "layers" in keys:
-        return "stack" if SIMULATION_KEYS.isdisjoint(keys) else "simulation"
-    if "rig" in keys:
-        return rigs.get(str(data["rig"]), "campaign")
-    if not OF_A_STACK_FIT.isdisjoint(keys):
-        return "stack-fit" if OF_A_DIAGNOSIS.isdisjoint(keys) else "diagnose"
-    if "materials" in keys:
-        return "library"
-    if "tube" in keys:
-        return "tube"
-    return "fit" if not KINDS["fit"].fields.isdisjoint(keys - {"ambient"}) else _nearest(keys)
 
 
 def _nearest(keys: Any) -> str:

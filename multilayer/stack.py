@@ -21,6 +21,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
+from multilayer.config.kinds import OF_A_SIMULATION, taken
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
@@ -243,12 +244,6 @@ def _with_field(layer: Layer, field: str, value: Any, path: str) -> Layer:
     return layer.model_copy(update={field: value})
 
 
-# what a file may say beside its stack: see `multilayer.simulation`
-SIMULATION_KEYS = frozenset(
-    {"frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed"}
-)
-
-
 def load_stack(path: str | Path) -> Stack:
     """Read a stack file, or the stack of a simulation file.
 
@@ -265,6 +260,6 @@ def load_stack(path: str | Path) -> Stack:
     file = Path(path)
     document = read_yaml(file, keep_problems=True)
     if isinstance(document.data, dict):
-        kept = {key: value for key, value in document.data.items() if key not in SIMULATION_KEYS}
+        kept = {key: value for key, value in document.data.items() if key not in OF_A_SIMULATION}
         document = replace(document, data=kept)
-    return validate(document, Stack, context={"folder": file.parent})
+    return validate(document, Stack, taken("stack"), context={"folder": file.parent})

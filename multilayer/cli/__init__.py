@@ -114,13 +114,15 @@ def _plugin_warnings_as_lines() -> Iterator[None]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("default", PluginWarning)
-        show = warnings.showwarning
+        show, told = warnings.showwarning, set[str]()
 
         def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
-            if issubclass(category, PluginWarning):
-                typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
-            else:
+            if not issubclass(category, PluginWarning):
                 show(message, category, *place, **options)
+            # whatever changes filters in between makes Python forget what it has shown
+            elif (line := f"warning: {' '.join(str(message).split())}") not in told:
+                told.add(line)
+                typer.echo(line, err=True)
 
         warnings.showwarning = show_line
         yield

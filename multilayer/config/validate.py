@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from multilayer.config.kinds import without_kind
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
 from multilayer.errors import InputError, Problem, show
 
 M = TypeVar("M", bound=BaseModel)
 
 
-def read(path: Path | str, model: type[M], context: dict[str, Any] | None = None) -> M:
+def read(path: Path | str, model: type[M], kinds: Collection[str] = (), context: dict[str, Any] | None = None) -> M:
     """Read a YAML file into a model.
 
     Parameters
@@ -23,6 +25,8 @@ def read(path: Path | str, model: type[M], context: dict[str, Any] | None = None
         A UTF-8 file.
     model : type
         A pydantic model; a file format says its versions by a field ``version: Literal[1]``.
+    kinds : collection of str
+        What the file's ``kind`` may be, the usual one first; see `multilayer.config.kinds`.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -31,10 +35,12 @@ def read(path: Path | str, model: type[M], context: dict[str, Any] | None = None
     InputError
         When the file cannot be read, is refused, or does not fit the model.
     """
-    return validate(read_yaml(path, keep_problems=True), model, context=context)
+    return validate(read_yaml(path, keep_problems=True), model, kinds, context=context)
 
 
-def validate(document: Document, model: type[M], *, context: dict[str, Any] | None = None) -> M:
+def validate(
+    document: Document, model: type[M], kinds: Collection[str] = (), *, context: dict[str, Any] | None = None
+) -> M:
     """Return `document` as a model.
 
     Parameters
@@ -43,6 +49,8 @@ def validate(document: Document, model: type[M], *, context: dict[str, Any] | No
         From `read_yaml` or `parse_yaml`.
     model : type
         A pydantic model.
+    kinds : collection of str
+        What a ``kind`` of the document may be; where none is given, it is a field like any other.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -53,6 +61,8 @@ def validate(document: Document, model: type[M], *, context: dict[str, Any] | No
     """
     if not isinstance(document.data, dict):
         raise InputError([*document.problems, _not_a_mapping(document)])
+    if kinds:
+        document = without_kind(document, kinds)
     problems = list(document.problems)
     try:
         valid = model.model_validate(document.data, context=context)

@@ -9,6 +9,7 @@ from typing import get_args
 
 from pydantic import ValidationError
 
+from multilayer.config.kinds import TITLES, kind_of_data
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, Problem, suggest
@@ -19,7 +20,7 @@ from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
 FIT_FILE = "fit.yaml"
-OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
+_OF_STACKS = ("stack-fit", "diagnose")
 _CHOICES = {"method": get_args(Method), "model": get_args(RigModel)}
 
 
@@ -77,13 +78,9 @@ def is_stack_fit(source: Path) -> bool:
     if file.suffix not in (".yaml", ".yml") or not file.is_file():
         return False
     try:
-        return _states_a_stack_fit(read_yaml(file, keep_problems=True).data)
+        return kind_of_data(read_yaml(file, keep_problems=True).data) in _OF_STACKS
     except InputError:
         return False  # told by whoever reads it next
-
-
-def _states_a_stack_fit(data: object) -> bool:
-    return isinstance(data, dict) and not OF_A_STACK_FIT.isdisjoint(data) and "layers" not in data
 
 
 def fit_file(source: Path) -> Path:
@@ -109,12 +106,12 @@ def _settings(source: Path) -> tuple[FitSettings, Path]:
         source = source / FIT_FILE
     if source.suffix not in (".yaml", ".yml"):
         raise InputError(f"{source}: this is no YAML file; name a campaign folder, its campaign.yaml, or a fit file")
-    data = read_yaml(source, keep_problems=True).data
-    if isinstance(data, dict) and "rig" in data:
+    kind = kind_of_data(read_yaml(source, keep_problems=True).data)
+    if kind in ("campaign", "calibration", "rig"):
         return FitSettings(), source
-    if isinstance(data, dict) and "layers" in data:
-        raise InputError(f"{source}: this is a stack file; a fit needs a campaign folder or a fit file")
-    if _states_a_stack_fit(data):
+    if kind in ("stack", "simulation"):
+        raise InputError(f"{source}: this is a {TITLES[kind]}; a fit needs a campaign folder or a fit file")
+    if kind in _OF_STACKS:
         raise InputError(f"{source}: this is a stack-fit file; fit it by itself, without campaigns beside it")
-    settings = read(source, FitSettings)
+    settings = read(source, FitSettings, ("fit",))
     return settings, _beside(source, "campaign", settings.campaign)

@@ -230,7 +230,7 @@ class StackFitResult(Tabular):
 
     def stack_files(self) -> dict[str, str]:
         """Return the text of a stack file for each fitted stack, by its name."""
-        return {name: dump_yaml(stack.to_dict()) for name, stack in self.stacks.items()}
+        return {name: dump_yaml({"kind": "stack"} | stack.to_dict()) for name, stack in self.stacks.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: everything but the curves' values, which the CSV file has."""

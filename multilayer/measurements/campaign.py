@@ -37,6 +37,7 @@ __all__ = [
 ]
 
 _RATE_AGREEMENT = 1e-3
+_KINDS: dict[type[Description], tuple[str]] = {Campaign: ("campaign",), CalibrationCampaign: ("calibration",)}
 
 D = TypeVar("D", bound=Description)
 
@@ -65,7 +66,7 @@ def _load(path: Path | str, model: type[D]) -> D:
             raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=file.parent))
     document = read_yaml(file, keep_problems=True)
     _refuse_unfilled(document)
-    return validate(document, model).placed(file)
+    return validate(document, model, _KINDS[model]).placed(file)
 
 
 def _refuse_unfilled(document: Document) -> None:

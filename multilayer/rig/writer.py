@@ -112,4 +112,4 @@ def _fill(folder: Path, made: SyntheticCampaign) -> None:
 
 def campaign_text(campaign: Campaign) -> str:
     """Return ``campaign.yaml``."""
-    return HEADING + dump_yaml(campaign.model_dump(mode="json"))
+    return HEADING + dump_yaml({"kind": "campaign"} | campaign.model_dump(mode="json"))

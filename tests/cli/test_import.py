@@ -135,7 +135,7 @@ class TestCampaign:
         text = (folder / "campaign.yaml").read_text()
         assert text.count(": FILL_IN") == 12
         refused = run("fit", folder, "--out", tmp_path / "fit")
-        assert_refused(refused, "12 fields are still to be filled in", "specimen.density (line 8)", "specimen_radius")
+        assert_refused(refused, "12 fields are still to be filled in", "specimen.density (line 9)", "specimen_radius")
         assert len(refused.err.splitlines()) == 1
         for name, value in (
             ("specimen: {density", 90), ("poisson_ratio", 0.3), ("top_plate: {density", 7850),

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.errors import InputError
 from multilayer.simulation import SimulationFile, load_simulation
 from multilayer.simulation.bands import grid_of
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
-from multilayer.stack import SIMULATION_KEYS, Stack, load_stack
+from multilayer.stack import Stack, load_stack
 from tests.simulation.files import FOAM, PANEL
 
 FULL = """\
@@ -71,7 +72,7 @@ class TestReading:
         assert load_simulation(written(PANEL + FULL)).stack == stack
 
     def test_keys_that_a_stack_leaves_alone(self):
-        assert set(SimulationFile.model_fields) - set(Stack.model_fields) == SIMULATION_KEYS
+        assert set(SimulationFile.model_fields) - set(Stack.model_fields) == OF_A_SIMULATION
 
     def test_everything_is_read(self, written):
         simulation = load_simulation(written(PANEL + FULL))

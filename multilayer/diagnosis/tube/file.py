@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
+from multilayer.config.kinds import kind_of_data, taken
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
@@ -25,8 +26,6 @@ from multilayer.models import refuse
 from multilayer.registry import RegistryError
 from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
-
-OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
 
 
 def _as_list(value: Any) -> Any:
@@ -162,9 +161,8 @@ def tube_names() -> list[str]:
 
 
 def is_diagnosis(source: Path) -> bool:
-    """Tell whether a stack-fit file holds what only a diagnosis takes."""
-    data = read_yaml(fit_file(source), keep_problems=True).data
-    return isinstance(data, dict) and not OF_A_DIAGNOSIS.isdisjoint(data)
+    """Tell whether a file is about a diagnosis, or holds what only that takes, and not a fit of stacks."""
+    return kind_of_data(read_yaml(fit_file(source), keep_problems=True).data) == "diagnose"
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisFile:
@@ -181,7 +179,7 @@ def load_diagnosis(path: str | Path) -> DiagnosisFile:
         With every mistake found, each with its line and column.
     """
     file = fit_file(Path(path))
-    return read(file, DiagnosisFile, context={"folder": file.parent, NOISE_ESTIMATED: True})
+    return read(file, DiagnosisFile, taken("diagnose"), context={"folder": file.parent, NOISE_ESTIMATED: True})
 
 
 def diagnosis_file(folder: Path, **data: Any) -> DiagnosisFile:
