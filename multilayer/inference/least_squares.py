@@ -21,6 +21,7 @@ _MOST = 200  # evaluations from one start
 _ALIKE = 0.1  # standard deviations: minima nearer than this are one
 TIGHT = 1e-8
 _SMALL_STEP = 1e-6  # relative: one that has arrived, where the cost is not asked for more exactly
+_MARGIN, _ON_BOUND = 1e-9, 1e-6  # of the width between bounds: of a start from them, and of what lies on them
 _HOPELESS = 4.0
 _SHORT = 1e-6  # step of a derivative, of a coordinate
 _LEVEL = 3e-3  # slope, per standard deviation, at which a minimum is reached
@@ -60,27 +61,77 @@ def minimise(
         coordinates matter a thousand times as much as others, as with sharp resonances.
     """
     n = start.size
+
+    def with_priors(z: RealArray) -> tuple[RealArray, RealArray]:
+        values, slopes = problem.linearised(z)
+        return np.concatenate([values, z]), np.concatenate([slopes, np.eye(n)])
+
+    found = trust_region(
+        with_priors, start, scale="jac" if scaled else 1.0, method=method, most=most,
+        ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
+    )  # fmt: skip
+    values, slopes = found.residual[:-n], found.jacobian[:-n]
+    return Minimum(found.z, float(values @ values), values, slopes, found.converged)
+
+
+def trust_region(
+    linearised: Callable[[RealArray], tuple[RealArray, RealArray]],
+    start: RealArray,
+    *,
+    bounds: tuple[RealArray, RealArray] | None = None,
+    scale: RealArray | float | Literal["jac"] = 1.0,
+    method: Literal["trf", "dogbox"] = "trf",
+    most: int = _MOST,
+    ftol: float = TIGHT,
+    xtol: float = TIGHT,
+    gtol: float = TIGHT,
+    before: Sequence[tuple[RealArray, float]] = (),
+) -> Minimum:
+    """Return the minimum of a sum of squares by `scipy.optimize.least_squares`, value and derivative asked for at once.
+
+    Parameters
+    ----------
+    linearised : callable
+        Residual, shape (m,), and derivative, shape (m, n), at coordinates of shape (n,); no priors are added.
+    start : array, shape (n,)
+    bounds : (array, array), optional
+        Of shape (n,) each; a start on or beyond them is moved inside.
+    scale, method, ftol, xtol, gtol
+        Those of `least_squares`.
+    most : int
+        Evaluations after which it stops where it is.
+    before : sequence of (array, float)
+        History that led to the start, to be continued.
+    """
+    history = list(before)
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
 
     def both(z: RealArray) -> tuple[RealArray, RealArray]:
-        key = z.tobytes()
-        if key not in last:
+        key = np.asarray(z, dtype=float).tobytes()
+        if key not in last:  # most residuals are followed by their derivative, which then has cost one batch
             last.clear()
-            last[key] = problem.linearised(z)
+            last[key] = linearised(z)
+            history.append((np.array(z), float(np.linalg.norm(last[key][0]))))
         return last[key]
 
-    def residual(z: RealArray) -> RealArray:  # most are followed by their derivative, which then has cost one batch
-        return np.concatenate([both(z)[0], z])
+    def residual(z: RealArray) -> RealArray:
+        return both(z)[0]
 
     def derivative(z: RealArray) -> RealArray:
-        return np.concatenate([both(z)[1], np.eye(n)])
+        return both(z)[1]
 
+    low, high = (np.full(start.size, -np.inf), np.full(start.size, np.inf)) if bounds is None else bounds
+    if bounds is not None:
+        margin = _MARGIN * (high - low)
+        start = np.clip(start, low + margin, high - margin)
     found = least_squares(
-        residual, start, jac=derivative, method=method, x_scale="jac" if scaled else 1.0, max_nfev=most,
-        ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
+        residual, start, jac=derivative, bounds=(low, high), x_scale=scale, method=method,
+        max_nfev=most, ftol=ftol, xtol=xtol, gtol=gtol,
     )  # fmt: skip
-    values, slopes = both(found.x)
-    return Minimum(found.x, float(values @ values), values, slopes, bool(found.success))
+    values, slopes = np.asarray(found.fun), np.asarray(found.jac)
+    near = _ON_BOUND * (high - low) if bounds is not None else np.zeros(start.size)
+    at_bound = bool(np.any((found.x - low < near) | (high - found.x < near)))
+    return Minimum(found.x, float(values @ values), values, slopes, bool(found.success), at_bound, tuple(history))
 
 
 def settle(problem: Problem, start: RealArray) -> Minimum:
@@ -93,7 +144,7 @@ def settle(problem: Problem, start: RealArray) -> Minimum:
     Parameters
     ----------
     problem : Problem
-        With derivatives to which the cost falls: right to more digits than `by_forward_differences` gives.
+        With derivatives to which the cost falls: right to more digits than `derivative.forward` gives.
     start : array, shape (n,)
     """
     from scipy.optimize import minimize  # here, for most commands do without
@@ -268,13 +319,28 @@ def _cost(problem: Problem, z: RealArray) -> RealArray:
     return total_cost(problem.residual(z), z)
 
 
-def distinct(minima: Sequence[Minimum]) -> list[Minimum]:
-    """Return one minimum of every group nearer than a tenth of a standard deviation, the lowest cost first."""
+def distinct(minima: Sequence[Minimum], apart: RealArray | None = None) -> list[Minimum]:
+    """Return one minimum of every group of near ones, the lowest first.
+
+    Parameters
+    ----------
+    minima : sequence of Minimum
+    apart : array, shape (n,), optional
+        Differences of coordinates below which they are near, and the misfit tells the lowest; a tenth of a standard
+        deviation, and the cost, when left out.
+    """
+
+    def level(minimum: Minimum) -> float:
+        return minimum.cost if apart is None else minimum.misfit
+
+    def is_near(one: Minimum, other: Minimum) -> bool:
+        d = one.z - other.z
+        if apart is not None:
+            return bool(np.all(np.abs(d) <= apart))
+        return bool(np.sqrt(d @ other.precision @ d) <= _ALIKE * np.sqrt(d.size))
+
     kept: list[Minimum] = []
-    for minimum in sorted((m for m in minima if np.isfinite(m.cost)), key=lambda m: m.cost):
-        apart = (minimum.z - other.z for other in kept)
-        if all(
-            np.sqrt(d @ other.precision @ d) > _ALIKE * np.sqrt(d.size) for d, other in zip(apart, kept, strict=True)
-        ):
+    for minimum in sorted((m for m in minima if np.isfinite(level(m))), key=level):
+        if not any(is_near(minimum, other) for other in kept):
             kept.append(minimum)
     return kept

@@ -102,3 +102,20 @@ def _distinct(residual: Residual, k: int, points: RealArray, costs: RealArray) -
         if np.isfinite(costs[i]) and all(a > _OTHER or b > _APART**2 for a, b in zip(last, off, strict=True)):
             kept.append(int(i))
     return points[kept]
+
+
+def lowest_on_grid(values: RealArray, axes: tuple[RealArray, ...], most: int) -> list[RealArray]:
+    """Return the grid points lower than all their neighbours, lowest first, at most `most`.
+
+    Parameters
+    ----------
+    values : array, shape (len(axes[0]), ...)
+    axes : tuple of array
+        Coordinates along each axis of `values`.
+    """
+    from scipy.ndimage import minimum_filter  # here, for many a command does without, and starts sooner
+
+    lowest = values == minimum_filter(values, size=3, mode="nearest")
+    points = np.argwhere(lowest)
+    order = np.argsort(values[lowest])[:most]
+    return [np.array([axis[i] for axis, i in zip(axes, points[k], strict=True)]) for k in order]

@@ -38,12 +38,16 @@ class Minimum:
     Attributes
     ----------
     z : array, shape (n,)
-        Standard normal coordinates.
+        Standard normal coordinates, or whatever unknowns without priors are sought in.
     misfit : float
         Sum of the squared residuals: chi-square of the data.
     residual : array, shape (n_data,)
     jacobian : array, shape (n_data, n)
     converged : bool
+    at_bound : bool
+        Whether a coordinate lies on its bound.
+    history : tuple of (array, float)
+        Coordinates and norm of the residual at every evaluation on the way, where these were asked for.
     """
 
     z: RealArray
@@ -51,6 +55,13 @@ class Minimum:
     residual: RealArray = field(repr=False)
     jacobian: RealArray = field(repr=False)
     converged: bool = True
+    at_bound: bool = False
+    history: tuple[tuple[RealArray, float], ...] = field(repr=False, default=())
+
+    @property
+    def norm(self) -> float:
+        """Norm of the residual."""
+        return float(np.sqrt(self.misfit))
 
     @property
     def cost(self) -> float:

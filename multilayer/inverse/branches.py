@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.inference.least_squares import distinct, trust_region
+from multilayer.inference.multistart import lowest_on_grid
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.burst import BurstProblem
-from multilayer.inverse.search import Minimum, distinct, refine, valleys
 
 _LOSS_GRID = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
 _MODULUS_STEP = 0.1  # of ln E1: half the width of a resonance with loss factor 0.1
@@ -65,18 +67,31 @@ def find_candidates(problem: BurstProblem, low: RealArray, high: RealArray) -> C
     from the best by the data, when noise could make up the difference (25 in chi-square), or when what the model
     leaves unexplained at the best, doubled, could.
     """
-    function = problem.residual_and_jacobian
-    starts = valleys(*_coarse_misfit(problem, low, high), _REFINED)
-    first = [refine(function, start, low, high, _STEPS, _GLANCE) for start in starts]
-    limit = max(_PROMISING * min(m.misfit for m in first), _HOPELESS)
-    promising = [m for m in first if m.misfit <= limit]
-    minima = distinct(
-        [refine(function, m.x, low, high, _STEPS, _PATIENCE, before=m.history) for m in promising], _APART
-    )
-    noise, best = _noise_misfit(problem) ** 2, minima[0].misfit ** 2
+    starts = lowest_on_grid(*_coarse_misfit(problem, low, high), _REFINED)
+    first = [refine(problem, start, low, high, _GLANCE) for start in starts]
+    limit = max(_PROMISING * min(m.norm for m in first), _HOPELESS)
+    promising = [m for m in first if m.norm <= limit]
+    minima = distinct([refine(problem, m.z, low, high, _PATIENCE, m.history) for m in promising], _APART)
+    noise, best = _noise_misfit(problem) ** 2, minima[0].misfit
     unexplained = max(best - noise, 0.0)
     limit = best + 3 * unexplained + 25 * noise / (2 * len(problem.data.local[0]))
-    return Candidates(minima, sum(1 for minimum in minima if minimum.misfit**2 <= limit))
+    return Candidates(minima, sum(1 for minimum in minima if minimum.misfit <= limit))
+
+
+def refine(
+    problem: BurstProblem,
+    start: RealArray,
+    low: RealArray,
+    high: RealArray,
+    most: int = _PATIENCE,
+    before: Sequence[tuple[RealArray, float]] = (),
+) -> Minimum:
+    """Return the minimum of a burst's misfit reached from a start within bounds; see `trust_region`."""
+    # hardly any `gtol`: of a product of two numbers that are both small where the data hardly depend on the unknowns
+    return trust_region(
+        problem.residual_and_jacobian, start, bounds=(low, high), scale=_STEPS, most=most,
+        ftol=1e-9, xtol=1e-8, gtol=1e-15, before=before,
+    )  # fmt: skip
 
 
 def _coarse_misfit(
@@ -121,7 +136,7 @@ def choose_branches(frequencies: Sequence[float], candidates: Sequence[Candidate
             choices.append(Choice(found.minima[0], unresolved=True))
         else:
             expected = _expected(frequency, frequencies, candidates, sure)
-            distance = [float(np.linalg.norm(m.x - expected)) for m in found.minima[: found.plausible]]
+            distance = [float(np.linalg.norm(m.z - expected)) for m in found.minima[: found.plausible]]
             choices.append(Choice(found.minima[int(np.argmin(distance))], by_neighbours=True))
     return choices
 
@@ -130,7 +145,7 @@ def _expected(
     frequency: float, frequencies: Sequence[float], candidates: Sequence[Candidates], sure: list[int]
 ) -> RealArray:
     known = np.array([frequencies[i] for i in sure])
-    values = np.array([candidates[i].minima[0].x for i in sure])
+    values = np.array([candidates[i].minima[0].z for i in sure])
     at = np.unique(known)
     middle = np.array([np.median(values[known == f], axis=0) for f in at])
     return np.array([np.interp(np.log(frequency), np.log(at), middle[:, k]) for k in range(2)])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.acceptance import Criteria, discrepancies_in_band, excess_in_band
 from multilayer.inverse.branches import Candidates, Choice
 from multilayer.inverse.burst import BurstData, BurstProblem
@@ -16,7 +17,6 @@ from multilayer.inverse.nelder_mead import minimise_envelope_cost
 from multilayer.inverse.region import Region, explore
 from multilayer.inverse.result import BurstFit, FitResult, Solution
 from multilayer.inverse.rig import PlaneWaveRig
-from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.uncertainty import ErrorParts, error_parts, pseudo_inverse
 from multilayer.measurements.description import Campaign, Uncertainty
@@ -152,34 +152,34 @@ class _Finish:
         """Return the solution, (ln E1, E2/E1), and what is told of it."""
         problem, data = self.problem, self.problem.data
         best = self._minimise()
-        differences = discrepancies_in_band(problem, best.x, whole_samples=self.literal)
+        differences = discrepancies_in_band(problem, best.z, whole_samples=self.literal)
         delta_tof, delta_level = (float(difference) for difference in differences)
-        errors = error_parts(problem, best.x, self.known)
-        mean, std = self._region(best.x, errors).moments(_moduli)
+        errors = error_parts(problem, best.z, self.known)
+        mean, std = self._region(best.z, errors).moments(_moduli)
         reasons = self._reason(best, delta_tof, delta_level), self._missed(best, mean, std)
         reason = ", ".join(text for text in reasons if text)
         f = np.array([data.frequency])
-        return best.x, BurstFit(
+        return best.z, BurstFit(
             configuration=data.configuration,
             frequency=data.frequency,
             storage_modulus=float(mean[0]), storage_modulus_std=float(std[0]),
             loss_modulus=float(mean[1]), loss_modulus_std=float(std[1]),
             loss_factor=float(mean[2]), loss_factor_std=float(std[2]),
-            optimum=_solution(best.x, float(problem.misfit(best.x))),
+            optimum=_solution(best.z, float(problem.misfit(best.z))),
             delta_tof=delta_tof, delta_level_db=delta_level,
             accepted=not reason, reason=reason, notes=self._notes(best, mean, std),
             alternatives=self._alternatives(best), errors=errors,
             history=_history(best),
             measured_transmissibility=data.transmissibility,
-            modelled_transmissibility=complex(problem.rig.transmissibility(f, problem.modulus(best.x, f))[0]),
+            modelled_transmissibility=complex(problem.rig.transmissibility(f, problem.modulus(best.z, f))[0]),
             time=np.arange(data.n_samples) / data.sampling_rate,
-            measured_envelope=data.envelope, modelled_envelope=envelope(problem.signal(best.x)),
+            measured_envelope=data.envelope, modelled_envelope=envelope(problem.signal(best.z)),
         )  # fmt: skip
 
     def _minimise(self) -> Minimum:
         if not self.literal:
             return self.choice.minimum
-        start = self.choice.minimum.x
+        start = self.choice.minimum.z
         if self.neighbour is not None:
             start = self.neighbour
         elif (given := self.settings.quasi_static) is not None:
@@ -216,7 +216,7 @@ class _Finish:
         if self.choice.unresolved:
             return "several solutions fit alike and no other burst can decide: see the alternatives"
         if best.at_bound:
-            e1, loss = np.exp(best.x[0]), best.x[1]
+            e1, loss = np.exp(best.z[0]), best.z[1]
             return f"the best solution lies on a bound of the search (E1 = {e1:.4g} Pa, loss factor = {loss:.3g})"
         return self.criteria.reason(delta_tof, delta_level)
 
@@ -226,10 +226,10 @@ class _Finish:
         Eq. (10) compares two numbers: it holds at points, too, where the signals are nothing alike.
         """
         lowest = self.found.minima[0]
-        if not self.literal or lowest.misfit >= _BETTER * float(self.problem.misfit(best.x)):
+        if not self.literal or lowest.norm >= _BETTER * float(self.problem.misfit(best.z)):
             return ""
-        beyond = np.abs(_moduli(lowest.x) - mean)[:2] > _FAR * std[:2]
-        e1 = np.exp(lowest.x[0])
+        beyond = np.abs(_moduli(lowest.z) - mean)[:2] > _FAR * std[:2]
+        e1 = np.exp(lowest.z[0])
         return f"E1 = {e1:.4g} Pa fits better: Nelder-Mead ended in another minimum" if beyond.any() else ""
 
     def _notes(self, best: Minimum, mean: RealArray, std: RealArray) -> list[str]:
@@ -240,7 +240,7 @@ class _Finish:
         if std[0] > _WEAK * mean[0]:
             why = "the top plate barely amplifies, transmissibility" if 0.8 < size < 1.25 else "transmissibility"
             notes.append(f"weak: E1 known to {100 * std[0] / mean[0]:.0f} % only ({why} {size:.2f})")
-        misfit = float(self.problem.misfit(best.x))
+        misfit = float(self.problem.misfit(best.z))
         if misfit > _POOR:
             notes.append(f"the model leaves {100 * misfit:.0f} % of the signal unexplained")
         if self.problem.data.cut_short:
@@ -252,11 +252,11 @@ class _Finish:
 
     def _alternatives(self, best: Minimum) -> list[Solution]:
         """Return the other minima that meet eq. (10)."""
-        others = [m for m in self.found.minima if np.any(np.abs(m.x - best.x) > (0.05, 0.1)) and not m.at_bound]
+        others = [m for m in self.found.minima if np.any(np.abs(m.z - best.z) > (0.05, 0.1)) and not m.at_bound]
         if not others:
             return []
-        excess = self._excess(np.array([m.x for m in others]))
-        return [_solution(m.x, m.misfit) for m, e in zip(others, excess, strict=True) if e <= 1]
+        excess = self._excess(np.array([m.z for m in others]))
+        return [_solution(m.z, m.norm) for m, e in zip(others, excess, strict=True) if e <= 1]
 
 
 def _moduli(x: RealArray) -> RealArray:

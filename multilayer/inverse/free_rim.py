@@ -53,7 +53,7 @@ def with_free_rim(
     nu, names = campaign.specimen.poisson_ratio, [problem.data.configuration for problem in problems]
     ranges = {}
     for name in dict.fromkeys(names):
-        found = [choice.minimum.x for choice, of in zip(choices, names, strict=True) if of == name]
+        found = [choice.minimum.z for choice, of in zip(choices, names, strict=True) if of == name]
         ranges[name] = ModulusRange.around(found, nu, most_loss, air=air)
     left, rigs = set(ranges), dict[str, FiniteRig]()
     for _ in range(_MOST_WIDENED if air else 1):
@@ -80,6 +80,6 @@ def _within(moduli: ModulusRange, settings: FitSettings) -> Bounds:
 def _at_end(choice: Choice, moduli: ModulusRange, settings: FitSettings) -> bool:
     """Tell whether a solution lies at an end of its range, inside of the settings' own bounds."""
     low, high = (np.log(e) for e in settings.bounds.storage_modulus)
-    x = choice.minimum.x[0]
+    x = choice.minimum.z[0]
     ends = [end for end in (np.log(moduli.low), np.log(moduli.high)) if low < end < high]
     return any(abs(x - end) < _NEAR for end in ends)

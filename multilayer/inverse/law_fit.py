@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.inference.derivative import FINE, central
+from multilayer.inference.least_squares import trust_region
 from multilayer.media.laws import LAWS, ModulusLaw, Table
 from multilayer.media.laws.parameters import Bounds, LawSpace
 
@@ -158,19 +158,10 @@ def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None,
 
 def _refine(residual: Residual, space: LawSpace, start: RealArray) -> tuple[RealArray, float]:
     """Return the minimum reached from a start, and its misfit (norm of the residual)."""
-
-    def derivative(z: RealArray) -> RealArray:
-        return central(residual, z, FINE)[1]
-
     margin = 1e-3 * (space.high - space.low)  # a start on a bound would hardly leave it
-    found = least_squares(
-        residual,
-        np.clip(start, space.low + margin, space.high - margin),
-        jac=derivative,
-        bounds=(space.low, space.high),
-        max_nfev=_MOST,
-    )
-    return found.x, float(np.sqrt(2 * found.cost))
+    inside = np.clip(start, space.low + margin, space.high - margin)
+    found = trust_region(lambda z: central(residual, z, FINE), inside, bounds=(space.low, space.high), most=_MOST)
+    return found.z, found.norm
 
 
 def _result(

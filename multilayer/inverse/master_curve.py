@@ -10,10 +10,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning
+from multilayer.inference.least_squares import trust_region
 from multilayer.media.kramers_kronig import non_negative_fit, spectrum_columns
 from multilayer.media.laws import FreeForm
 from multilayer.media.superposition import ShiftFit, entropic_shift, fit_arrhenius, fit_wlf, matching_log_shift
@@ -272,12 +272,11 @@ class _Superposition:
 
     def solve(self, start: RealArray) -> tuple[RealArray, RealArray]:
         """Return the best shifts and their standard deviations."""
-        found = least_squares(self.residual, start, jac=self.jacobian, xtol=1e-8, ftol=1e-8, max_nfev=200)
-        active = int(np.count_nonzero(self.weights(found.x)[0]))
+        found = trust_region(lambda x: (self.residual(x), self.jacobian(x)), start)
+        active = int(np.count_nonzero(self.weights(found.z)[0]))
         freedom = max(2 * self.frequency.size - active - start.size, 1)
-        jacobian = np.asarray(found.jac)
-        variance = 2 * found.cost / freedom * np.diag(np.linalg.pinv(jacobian.T @ jacobian))
-        return found.x, np.sqrt(variance)
+        variance = found.misfit / freedom * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
+        return found.z, np.sqrt(variance)
 
     def result(
         self, x: RealArray, std: RealArray, levels: RealArray, reference: float, known: RealArray

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from multilayer.arrays import RealArray
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.burst import BurstProblem
-from multilayer.inverse.search import Minimum
 from multilayer.signals.envelope import envelope
 from multilayer.signals.time_of_flight import time_of_flight
 
@@ -48,8 +48,8 @@ def minimise_envelope_cost(problem: BurstProblem, start: RealArray, low: RealArr
 
     Notes
     -----
-    Lagarias et al., SIAM J. Optim. 9 (1998) 112-147, the paper's reference [15]; the misfit of the result is the cost
-    of eq. (9).
+    Lagarias et al., SIAM J. Optim. 9 (1998) 112-147, the paper's reference [15]; the history holds the cost of
+    eq. (9).
     """
     history: list[tuple[RealArray, float]] = []
 
@@ -68,7 +68,11 @@ def minimise_envelope_cost(problem: BurstProblem, start: RealArray, low: RealArr
         options={"xatol": 1e-4 * e1, "fatol": 1e-6 * history_scale(problem), "maxfev": 400},
     )
     x = np.array([np.log(found.x[0]), found.x[1] / found.x[0]])
-    return Minimum(x, float(found.fun), bool(x[0] <= low[0] or x[0] >= high[0]), history)
+    residual, slopes = problem.residual_and_jacobian(x)
+    return Minimum(
+        x, float(residual @ residual), residual, slopes, bool(found.success),
+        bool(x[0] <= low[0] or x[0] >= high[0]), tuple(history),
+    )  # fmt: skip
 
 
 def history_scale(problem: BurstProblem) -> float:

@@ -9,11 +9,12 @@ from functools import cache, cached_property
 import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
+from multilayer.inference.least_squares import distinct
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.acceptance import discrepancies_in_band
-from multilayer.inverse.branches import find_candidates
+from multilayer.inverse.branches import find_candidates, refine
 from multilayer.inverse.burst import BurstData, BurstProblem
 from multilayer.inverse.rig import SPECIMEN, PlaneWaveRig
-from multilayer.inverse.search import Minimum, distinct, refine
 from multilayer.inverse.settings import FitSettings
 from multilayer.inverse.uncertainty import pseudo_inverse
 from multilayer.media.elastic import p_wave_modulus
@@ -36,7 +37,7 @@ from tests.benchmarks.factorial_cases import (
 from tests.benchmarks.factorial_rig import respond
 
 _PER_CYCLE = 16  # samples
-_STEPS, _EVALUATIONS, _APART = np.array([0.1, 0.05]), 30, np.array([0.01, 0.02])  # as in a fit's own search
+_EVALUATIONS, _APART = 30, np.array([0.01, 0.02])  # as in a fit's own search
 _ALIKE = 2.0  # misfits of solutions that one burst without noise does not tell apart; that of a fit's own search
 
 
@@ -109,16 +110,16 @@ def invert(problem: BurstProblem, storage: float, loss_factor: float, shift: flo
     searched = find_candidates(problem, *bounds).minima
     truth = np.array([np.log(storage), loss_factor])
     starts = (truth, truth - [np.log(shift), 0.0])
-    own = [refine(problem.residual_and_jacobian, start, *bounds, _STEPS, _EVALUATIONS) for start in starts]
+    own = [refine(problem, start, *bounds, _EVALUATIONS) for start in starts]
     minima = distinct([*searched, *own], _APART)
-    plausible = [m for m in minima if m.misfit <= _ALIKE * minima[0].misfit]
-    nearest = min(plausible, key=lambda m: float(np.linalg.norm(m.x - truth)))
-    following = min((m.misfit for m in minima if m is not nearest), default=np.inf)
-    missed = searched[0].misfit > _ALIKE * minima[0].misfit and bool(np.any(_apart(searched[0], minima[0])))
-    delta_tof, delta_level = discrepancies_in_band(problem, nearest.x)
+    plausible = [m for m in minima if m.norm <= _ALIKE * minima[0].norm]
+    nearest = min(plausible, key=lambda m: float(np.linalg.norm(m.z - truth)))
+    following = min((m.norm for m in minima if m is not nearest), default=np.inf)
+    missed = searched[0].norm > _ALIKE * minima[0].norm and bool(np.any(_apart(searched[0], minima[0])))
+    delta_tof, delta_level = discrepancies_in_band(problem, nearest.z)
     return (
         *_ratios(nearest, truth), *_ratios(minima[0], truth), float(following), float(len(plausible)), float(missed),
-        float(nearest.at_bound), float(delta_tof), float(delta_level), *_gains(problem, nearest.x),
+        float(nearest.at_bound), float(delta_tof), float(delta_level), *_gains(problem, nearest.z),
     )  # fmt: skip
 
 
@@ -130,12 +131,12 @@ def _bounds() -> tuple[RealArray, RealArray]:
 
 
 def _apart(one: Minimum, other: Minimum) -> BoolArray:
-    return np.asarray(np.abs(one.x - other.x) > _APART)
+    return np.asarray(np.abs(one.z - other.z) > _APART)
 
 
 def _ratios(minimum: Minimum, truth: RealArray) -> tuple[float, float, float]:
-    storage = float(np.exp(truth[0] - minimum.x[0]))
-    return storage, float(storage * truth[1] / max(minimum.x[1], 1e-12)), minimum.misfit
+    storage = float(np.exp(truth[0] - minimum.z[0]))
+    return storage, float(storage * truth[1] / max(minimum.z[1], 1e-12)), minimum.norm
 
 
 def _gains(problem: BurstProblem, x: RealArray) -> tuple[float, float]:

@@ -23,13 +23,12 @@ import scipy
 from scipy.optimize import minimize
 
 from multilayer.inference.least_squares import draw_prior, minimise
-from multilayer.inverse.branches import find_candidates
+from multilayer.inverse.branches import find_candidates, refine
 from multilayer.inverse.burst import BurstProblem
 from multilayer.inverse.fit import burst_problems, fit_campaign, search_bounds
 from multilayer.inverse.joint import JointProblem
 from multilayer.inverse.joint_fit import JointFit, fit_joint
 from multilayer.inverse.joint_posterior import with_posterior
-from multilayer.inverse.search import refine
 from multilayer.inverse.sources import FitJob, read_fit
 from multilayer.measurements.description import Uncertainty
 
@@ -37,7 +36,6 @@ ROOT = Path(__file__).parents[2]
 JOINT_LIMIT, BURSTS_LIMIT = 5.0, 1.0  # s
 MOST = 20_000  # evaluations of Nelder-Mead
 CANDIDATES = 128
-STEPS = np.array([0.1, 0.05])  # sensible ones of ln E1 and loss factor
 COARSE = 0.02  # model error while only the law is sought, as in `solve_joint`
 
 
@@ -131,11 +129,11 @@ def bursts(job: FitJob, repeats: int) -> list[str]:
     for problem, candidates in zip(problems, searched.value, strict=True):
         best = candidates.minima[0]
         start = best.history[0][0]  # where the coarse search sent the best minimum off
-        down = timed(partial(refine, problem.residual_and_jacobian, start, low, high, STEPS), repeats)
+        down = timed(partial(refine, problem, start, low, high), repeats)
         simplex = nelder_mead(partial(squared_misfit, problem), start)
         seconds += (down.seconds, simplex.seconds)
         evaluations += simplex.value.nfev
-        worse += bool(np.sqrt(simplex.value.fun) > 1.01 * best.misfit)
+        worse += bool(np.sqrt(simplex.value.fun) > 1.01 * best.norm)
     n, met = len(problems), "met" if whole.seconds < BURSTS_LIMIT else "not met"
     return [
         f"`{job.campaign.folder.resolve().name}`: {n} bursts, plane waves, with means, standard deviations and all "

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from multilayer.inference.problem import Minimum
 from multilayer.inverse.branches import Candidates, choose_branches, find_candidates
 from multilayer.inverse.fit import fit_campaign, search_bounds
-from multilayer.inverse.search import Minimum
 from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.recording import Recording
@@ -15,7 +15,10 @@ BOUNDS = search_bounds(FitSettings())
 
 
 def _candidates(*points: tuple[float, float, float], plausible: int) -> Candidates:
-    return Candidates([Minimum(np.array([np.log(e1), eta]), misfit, False) for e1, eta, misfit in points], plausible)
+    minima = [
+        Minimum(np.array([np.log(e1), eta]), norm**2, np.array([norm]), np.zeros((1, 2))) for e1, eta, norm in points
+    ]
+    return Candidates(minima, plausible)
 
 
 def test_neighbours_decide_between_equals() -> None:
@@ -41,7 +44,7 @@ TORN = Truth(3e4, 0.15, 1500.0, noise=4.0, seed=3)
 def test_noise_leaves_several_branches_open() -> None:
     found = find_candidates(problem(TORN), *BOUNDS)
     assert found.plausible >= 2
-    assert min(abs(m.x[0] - TORN.x[0]) for m in found.minima[: found.plausible]) < 0.3
+    assert min(abs(m.z[0] - TORN.x[0]) for m in found.minima[: found.plausible]) < 0.3
 
 
 def _fit(truths: list[Truth]):
