@@ -34,6 +34,7 @@ from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
 from multilayer.models import Model, refuse
+from multilayer.paths import locate, with_values
 from multilayer.units import DIMENSIONLESS, Density, PositiveRatio, Pressure, Speed, Temperature, Unit, Viscosity
 
 
@@ -221,27 +222,16 @@ class Stack(Model):
         InputError
             When a path leads nowhere, naming the nearest.
         """
-        layers = list(self.layers)
-        for path, value in values.items():
-            head, _, rest = path.partition(".")
-            key, _, field = rest.partition(".")
-            if head != "layers" or not field:
-                raise InputError(f"'{path}' is no path into a stack; write 'layers.NAME.FIELD'")
-            i = self.index(key)
-            layers[i] = _with_field(layers[i], field, value, path)
-        return self.model_copy(update={"layers": tuple(layers)})
+        for path in values:
+            try:
+                locate(self, path)
+            except InputError as error:
+                raise InputError(f"'{path}' {error}") from None
+        return with_values(self, values)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that a stack file can hold; `Stack.model_validate` reads it back."""
         return self.model_dump(mode="json", exclude_none=True)
-
-
-def _with_field(layer: Layer, field: str, value: Any, path: str) -> Layer:
-    if field not in type(layer).model_fields:
-        raise InputError(
-            f"'{path}': a layer of type {layer.type} has no '{field}'; {suggest(field, type(layer).model_fields)}"
-        )
-    return layer.model_copy(update={field: value})
 
 
 def load_stack(path: str | Path) -> Stack:

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from multilayer.errors import show
 from multilayer.inference.priors import Prior
-from multilayer.simulation.located import Located
+from multilayer.paths import Located
 from multilayer.units import Unit, UnitLabel, parse_quantity
 
 _FAR = 6.0  # standard deviations: beyond is next to nothing

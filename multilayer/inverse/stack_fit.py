@@ -22,7 +22,7 @@ from multilayer.inverse.stack_posterior import curve_bands, summary_of
 from multilayer.inverse.stack_problem import StackProblem
 from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
 from multilayer.inverse.stack_unknowns import Unknown
-from multilayer.simulation.located import with_values
+from multilayer.paths import with_values
 from multilayer.stack import Stack
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)

@@ -25,9 +25,9 @@ from multilayer.inverse.measurement_file import (
 )
 from multilayer.layers.base import Layer
 from multilayer.media.laws import complex_modulus
+from multilayer.paths import with_values
 from multilayer.response.base_motion import base_motion
 from multilayer.simulation.bands import Grid
-from multilayer.simulation.located import with_values
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.tasks import Task, run_task
 from multilayer.stack import Stack

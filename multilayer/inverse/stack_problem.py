@@ -16,7 +16,7 @@ from multilayer.inference.priors import Parameter
 from multilayer.inverse.observations import Observation
 from multilayer.inverse.stack_file import StackFitFile
 from multilayer.inverse.stack_unknowns import Unknown
-from multilayer.simulation.located import with_values
+from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 

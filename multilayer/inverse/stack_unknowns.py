@@ -19,7 +19,7 @@ from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.models import Model, refuse
-from multilayer.simulation.located import Located, locate, unit_of
+from multilayer.paths import Located, locate, unit_of
 from multilayer.stack import Stack
 
 KINDS = ("normal", "lognormal", "uniform", "loguniform")

@@ -24,7 +24,7 @@ from multilayer.config.validate import read
 from multilayer.errors import InputError, show
 from multilayer.json_schema import any_of
 from multilayer.models import refuse
-from multilayer.simulation.located import locate, unit_of
+from multilayer.paths import locate, unit_of
 from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
 from multilayer.simulation.sweep import again, expand, mistakes
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import InputError, show, suggest
-from multilayer.simulation.located import with_entry
+from multilayer.paths import with_entry
 
 T = TypeVar("T")
 SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size")

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError
+from multilayer.paths import with_values
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.plane_wave import PlaneWave, plane_wave
-from multilayer.simulation.located import with_values
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.warned import collected_warnings

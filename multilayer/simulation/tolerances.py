@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from multilayer.arrays import BoolArray, RealArray
 from multilayer.errors import InputError, show
-from multilayer.simulation.located import Located, locate
+from multilayer.paths import Located, locate
 from multilayer.units import parse_quantity
 
 _FORMS = "'5 %', a quantity such as '1 mm', {normal: '5 %'}, {normal: [mean, std]} or {uniform: [low, high]}"

@@ -5,8 +5,8 @@ import numpy as np
 from multilayer.config import dump_yaml
 from multilayer.inverse.stack_file import load_stack_fit
 from multilayer.inverse.stack_problem import StackProblem
+from multilayer.paths import with_values
 from multilayer.response import base_motion, diffuse_field, plane_wave
-from multilayer.simulation.located import with_values
 from multilayer.stack import Stack
 
 F = np.geomspace(200.0, 4000.0, 40)

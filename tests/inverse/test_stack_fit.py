@@ -7,9 +7,9 @@ from multilayer.inference.least_squares import minimise
 from multilayer.inverse.stack_file import load_stack_fit
 from multilayer.inverse.stack_fit import describe, fit_stacks
 from multilayer.inverse.stack_problem import StackProblem
+from multilayer.paths import locate, with_values
 from multilayer.response import base_motion, plane_wave
 from multilayer.rig import static_shape_factor
-from multilayer.simulation.located import locate, with_values
 from multilayer.stack import load_stack
 from tests.inverse.stack_fits import (
     IMPEDANCE,

@@ -9,9 +9,9 @@ from multilayer.errors import InputError
 from multilayer.inference.least_squares import minimise
 from multilayer.inverse.stack_fit import describe
 from multilayer.inverse.stack_models import shape_factor
+from multilayer.paths import locate
 from multilayer.response import plane_wave
 from multilayer.rig import static_shape_factor
-from multilayer.simulation.located import locate
 from tests.inverse.stack_fits import (
     IMPEDANCE,
     IN_A_TUBE,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from multilayer.paths import with_values
 from multilayer.response import plane_wave
 from multilayer.response.chunks import POINTS, in_chunks
-from multilayer.simulation.located import with_values
 from multilayer.stack import Stack
 
 STACK = Stack.model_validate({"layers": [{"type": "fluid", "name": "gap", "thickness": 0.1}], "termination": "ambient"})

@@ -248,5 +248,5 @@ def test_screen_of_both_kinds_keeps_the_laws():
 
 
 def test_unknown_path_into_a_screen():
-    with pytest.raises(InputError, match="has no 'flow_resistence'"):
+    with pytest.raises(InputError, match="there is no 'flow_resistence'; did you mean 'flow_resistance'"):
         Stack(layers=(Screen(flow_resistance=1.0),)).replaced({"layers.0.flow_resistence": 2.0})

@@ -132,12 +132,12 @@ def test_replaced_by_arrays_broadcasts():
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("layers.rubber.thicknes", "'layers.rubber.thicknes': a layer of type elastic_solid has no 'thicknes'; "
-                                   "did you mean 'thickness'"),
-        ("layers.foam.thickness", "there is no layer 'foam'"),
-        ("layers.rubber", "'layers.rubber' is no path into a stack; write 'layers.NAME.FIELD'"),
-        ("rubber.thickness", "'rubber.thickness' is no path into a stack"),
-        ("layers.rubber.young_modulus.real", "has no 'young_modulus.real'"),
+        ("layers.rubber.thicknes", "'layers.rubber.thicknes' leads nowhere: there is no 'thicknes'; did you mean "
+                                   "'thickness'"),
+        ("layers.foam.thickness", "'layers.foam.thickness' leads nowhere: there is no 'foam' in layers"),
+        ("layers.rubber", "'layers.rubber' leads to no single value; name one of its fields: "),
+        ("rubber.thickness", "'rubber.thickness' leads nowhere: there is no 'rubber'"),
+        ("layers.rubber.young_modulus.real", "layers.rubber.young_modulus is 1"),
     ],
 )  # fmt: skip
 def test_replaced_on_a_path_that_leads_nowhere(path, message):

@@ -23,8 +23,8 @@ from multilayer.inverse.sources import fit_file
 from multilayer.inverse.stack_file import Mistake, StackFitFile
 from multilayer.json_schema import Schema, Written
 from multilayer.models import refuse
+from multilayer.paths import with_values
 from multilayer.registry import RegistryError
-from multilayer.simulation.located import with_values
 from multilayer.simulation.warned import collected_warnings
 
 

@@ -18,7 +18,7 @@ from multilayer.errors import MultilayerError
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
 from multilayer.inverse.stack_unknowns import Unknown
-from multilayer.simulation.located import with_values
+from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 

@@ -16,8 +16,8 @@ from multilayer.layers import Layer
 from multilayer.layers.fluid import Fluid
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
+from multilayer.paths import with_values
 from multilayer.response.fields import fields, power_balance
-from multilayer.simulation.located import with_values
 from multilayer.testing import check_layer
 
 FREQUENCIES = np.geomspace(10.0, 2e4, 15)
