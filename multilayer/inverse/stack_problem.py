@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,63 +13,37 @@ from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
 from multilayer.inverse.observations import Observation
 from multilayer.inverse.stack_file import StackFitFile
-from multilayer.inverse.stack_unknowns import Unknown
-from multilayer.paths import with_values
+from multilayer.inverse.stack_unknowns import UnknownFields, placed
 from multilayer.simulation.warned import collected_warnings
-from multilayer.stack import Stack
 
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
 
 
 @dataclass(frozen=True)
-class StackProblem:
+class StackProblem(UnknownFields):
     """Stacks, unknown fields of theirs, and measurements; a `Problem`.
 
     Attributes
     ----------
-    stacks : mapping
-        By name, with nominal values.
-    unknowns : tuple of Unknown
     observations : tuple of Observation
     """
 
-    stacks: Mapping[str, Stack]
-    unknowns: tuple[Unknown, ...]
     observations: tuple[Observation, ...]
 
     @classmethod
     def of(cls, file: StackFitFile) -> StackProblem:
         """Return the problem that a file states."""
-        stacks = dict(file.by_name)
-        for unknown in file.resolved:
-            for (name, path), value in unknown.placed(stacks).items():
-                stacks[name] = with_values(stacks[name], {path: value})
-        return cls(stacks, file.resolved, file.observations)
+        return cls(placed(file.by_name, file.resolved), file.resolved, file.observations)
 
-    @cached_property
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The unknowns' coordinates, one unknown after the other."""
-        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+        return self.field_parameters
 
-    @cached_property
+    @property
     def start(self) -> RealArray:
         """Coordinates near the nominal values."""
-        return np.concatenate([unknown.start for unknown in self.unknowns])
-
-    def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
-        """Yield every unknown with its own coordinates, shape (..., n)."""
-        first = 0
-        for unknown in self.unknowns:
-            yield unknown, z[..., first : first + len(unknown.parameters)]
-            first += len(unknown.parameters)
-
-    def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
-        """Return by stack and path the values, shape (m,), of coordinates of shape (m, n)."""
-        found: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
-        for unknown, own in self.parts(z):
-            for (stack, path), column in unknown.columns(own):
-                found[stack][path] = column
-        return found
+        return self.nominal_start
 
     def predict(self, z: RealArray) -> list[NDArray[Any]]:
         """Return the response of every measurement, shape (..., n_frequency), of coordinates of shape (..., n)."""

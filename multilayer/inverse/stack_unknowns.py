@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
@@ -19,7 +19,7 @@ from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.models import Model, refuse
-from multilayer.paths import Located, locate, unit_of
+from multilayer.paths import Located, locate, unit_of, with_values
 from multilayer.stack import Stack
 
 KINDS = ("normal", "lognormal", "uniform", "loguniform")
@@ -136,6 +136,63 @@ class Unknown:
             return {}
         middle = 0.5 * (self.space.low + self.space.high)
         return dict.fromkeys(self.targets, self.space.law(middle))
+
+
+@dataclass(frozen=True)
+class UnknownFields:
+    """Stacks and unknown fields of theirs: what coordinates say of the fields.
+
+    Attributes
+    ----------
+    stacks : mapping
+        By name, with nominal values.
+    unknowns : tuple of Unknown
+    """
+
+    stacks: Mapping[str, Stack]
+    unknowns: tuple[Unknown, ...]
+
+    @cached_property
+    def field_parameters(self) -> tuple[Parameter, ...]:
+        """The unknowns' coordinates, one unknown after the other."""
+        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+
+    @cached_property
+    def nominal_start(self) -> RealArray:
+        """Coordinates near the nominal values."""
+        return np.concatenate([unknown.start for unknown in self.unknowns])
+
+    def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
+        """Yield every unknown with its own coordinates, shape (..., n)."""
+        first = 0
+        for unknown in self.unknowns:
+            yield unknown, z[..., first : first + len(unknown.parameters)]
+            first += len(unknown.parameters)
+
+    def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
+        """Return by stack and path the values, shape (m,), of coordinates of shape (m, n)."""
+        found: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
+        for unknown, own in self.parts(z):
+            for (stack, path), column in unknown.columns(own):
+                found[stack][path] = column
+        return found
+
+    def field_values(self, z: RealArray) -> dict[str, tuple[float, str]]:
+        """Return values and units by name, of coordinates of shape (n,)."""
+        found: dict[str, tuple[float, str]] = {}
+        for unknown, own in self.parts(z):
+            values = zip(unknown.values(own).tolist(), unknown.units, strict=True)
+            found |= dict(zip(unknown.names, values, strict=True))
+        return found
+
+
+def placed(stacks: Mapping[str, Stack], unknowns: Sequence[Unknown]) -> dict[str, Stack]:
+    """Return stacks in which laws stand where unknowns are fields of laws."""
+    found = dict(stacks)
+    for unknown in unknowns:
+        for (name, path), value in unknown.placed(found).items():
+            found[name] = with_values(found[name], {path: value})
+    return found
 
 
 def resolve(name: str, said: UnknownFile, stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]) -> Unknown:

@@ -125,14 +125,8 @@ def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
 
 def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
     """Return the nominal model's quantities and their units."""
-    found: dict[str, tuple[float, str]] = {}
     hypothesis = tube_hypothesis(fitted)
-    z, first = hypothesis.own_coordinates(fitted.minimum.z), 0
-    for unknown in hypothesis.unknowns:
-        own = unknown.values(z[first : first + len(unknown.parameters)])
-        first += len(unknown.parameters)
-        found |= dict(zip(unknown.names, zip(own.tolist(), unknown.units, strict=True), strict=True))
-    return found
+    return hypothesis.field_values(hypothesis.own_coordinates(fitted.minimum.z))
 
 
 def _unknowns(nominal: Fitted, best: Fitted) -> dict[str, Any]:

@@ -21,9 +21,9 @@ from multilayer.inverse.measurement_file import NOISE_ESTIMATED, Measurement, Re
 from multilayer.inverse.observations import scale_of
 from multilayer.inverse.sources import fit_file
 from multilayer.inverse.stack_file import Mistake, StackFitFile
+from multilayer.inverse.stack_unknowns import placed
 from multilayer.json_schema import Schema, Written
 from multilayer.models import refuse
-from multilayer.paths import with_values
 from multilayer.registry import RegistryError
 from multilayer.simulation.warned import collected_warnings
 
@@ -116,11 +116,7 @@ class DiagnosisFile(StackFitFile):
     @property
     def hypothesis(self) -> TubeHypothesis:
         """The nominal model."""
-        stacks = dict(self.by_name)
-        for unknown in self.resolved:
-            for (name, path), value in unknown.placed(stacks).items():
-                stacks[name] = with_values(stacks[name], {path: value})
-        return TubeHypothesis(stacks, self.resolved, self.data, self.tube)
+        return TubeHypothesis(placed(self.by_name, self.resolved), self.resolved, self.data, self.tube)
 
     def chosen(self, without: Sequence[str] = ()) -> dict[str, TubeEffect]:
         """Return the effects to try, by name; a broken plugin is left out of 'all' with a `PluginWarning`.

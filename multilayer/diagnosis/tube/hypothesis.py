@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,10 +17,9 @@ from multilayer.diagnosis.tube.data import TubeData
 from multilayer.errors import MultilayerError
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.stack_unknowns import Unknown
+from multilayer.inverse.stack_unknowns import UnknownFields
 from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
-from multilayer.stack import Stack
 
 _WILDEST = 12.0  # coordinates are no further out: no value overflows
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
@@ -58,14 +57,11 @@ class Known:
 
 
 @dataclass(frozen=True)
-class TubeHypothesis(BaseHypothesis[TubeEffect]):
+class TubeHypothesis(UnknownFields, BaseHypothesis[TubeEffect]):
     """A `Problem`: nominal stacks with unknown fields, and effects; what is compared is the reflection coefficient.
 
     Attributes
     ----------
-    stacks : mapping
-        By name, with nominal values.
-    unknowns : tuple of Unknown
     measurements : tuple of TubeData
     tube : Tube
     effects : tuple of TubeEffect
@@ -75,8 +71,6 @@ class TubeHypothesis(BaseHypothesis[TubeEffect]):
         The data that residuals are made of; all when left out.
     """
 
-    stacks: Mapping[str, Stack]
-    unknowns: tuple[Unknown, ...]
     measurements: tuple[TubeData, ...]
     tube: Tube = field(default_factory=Tube)
     effects: tuple[TubeEffect, ...] = ()
@@ -88,17 +82,17 @@ class TubeHypothesis(BaseHypothesis[TubeEffect]):
         """What the parts of R are called."""
         return ("real", "imag")
 
-    @cached_property
+    @property
     def nominal_parameters(self) -> tuple[Parameter, ...]:
         """Coordinates of the unknowns."""
-        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+        return self.field_parameters
 
     @cached_property
     def start(self) -> RealArray:
         """Coordinates of the unknowns near the nominal values, or at what is known of them."""
         if self.known is not None:
             return np.zeros(len(self.nominal_parameters))
-        return np.concatenate([unknown.start for unknown in self.unknowns])
+        return self.nominal_start
 
     def own_coordinates(self, z: RealArray) -> RealArray:
         """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
@@ -208,10 +202,4 @@ class TubeHypothesis(BaseHypothesis[TubeEffect]):
 
     def _samples(self, stack: str, z: RealArray) -> dict[str, RealArray]:
         """Return by path the values, shape (m,), of the unknown fields of a stack."""
-        found: dict[str, RealArray] = {}
-        z, first = self.own_coordinates(z), 0
-        for unknown in self.unknowns:
-            own = z[:, first : first + len(unknown.parameters)]
-            first += len(unknown.parameters)
-            found |= {target.path: column for target, column in unknown.columns(own) if target.stack == stack}
-        return found
+        return self.samples(self.own_coordinates(z))[stack]
