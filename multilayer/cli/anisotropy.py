@@ -49,7 +49,7 @@ def anisotropy(
     """
     from multilayer.cli.progress import progress_bar
     from multilayer.inverse.anisotropy import compare_axes, of_all_axes
-    from multilayer.inverse.several import common_errors, fit_several, read_several, steps_of_several
+    from multilayer.inverse.multi_campaign import common_errors, fit_several, read_several, steps_of_several
     from multilayer.json_text import json_text
     from multilayer.report.anisotropy import anisotropy_figure, anisotropy_table
     from multilayer.report.files import refuse_unusable, result_files, write_files

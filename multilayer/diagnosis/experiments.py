@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, half_turn
-from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.effects.base import Setting
+from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
@@ -82,7 +82,7 @@ MENU = (
 
 
 def next_experiments(alive: Alive, executor: Executor | None = None) -> list[dict[str, Any]]:
-    """Return the entries of ``next_experiment``: changes of the first configuration, see `box_hill.rank_changes`."""
+    """Return the entries of ``next_experiment``: changes of the first configuration, see `rank_changes`."""
     return rank_changes(alive, MENU, Experiment("none", 0.0), _predict, _distance, executor)
 
 

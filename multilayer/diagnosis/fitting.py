@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.inference.least_squares import minimise, settle

@@ -210,7 +210,7 @@ class Hypothesis(BaseHypothesis[Effect]):
         others, rest = self.without(index, z)
         change = [_turned(a - b) for a, b in zip(full, others.log_ratios(rest), strict=True)]
         if slopes is None:
-            # where it takes the reading away: an error of what little is left is no small one, see `law_errors`
+            # where it takes the reading away: an error of what little is left is no small one, see `model_discrepancy`
             return [1 - np.exp(-np.maximum(one.real, -1.0) - 1j * one.imag) for one in change]
         return [
             np.asarray(np.abs(_product(slope, one)) / np.maximum(_product(slope, slope).real, _TINY) * slope)

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.diagnosis.box_hill import Alive
+from multilayer.diagnosis.cross_validation import Shrinkage, shrinkage
+from multilayer.diagnosis.decision import Decision, decide
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.evidence import Hypotheses, compare
+from multilayer.diagnosis.experiment_design import Alive
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.locate import locate, shown
-from multilayer.diagnosis.ranking import Decision, Hypotheses, compare, decide
 from multilayer.diagnosis.record import cause_entries, confounded_entries, gap_entry, sentence, worth_checking
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable, inner_products, signature
@@ -93,7 +94,7 @@ class Judgement:
         seed : int
             Of the places' look-elsewhere draw.
         """
-        probability = self.found.probability_of(self.decision)
+        probability = self.decision.probability(self.found)
         where, causes, plans = [], [], []
         if self.is_gap:
             where = shown(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))

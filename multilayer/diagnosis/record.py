@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from multilayer.diagnosis.cross_validation import Shrinkage
+from multilayer.diagnosis.decision import Decision, in_words
+from multilayer.diagnosis.evidence import UNKNOWN, Hypotheses
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.held_out import Shrinkage
-from multilayer.diagnosis.ranking import UNKNOWN, Decision, Hypotheses, in_words
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
 

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 
 Verdict: TypeAlias = Literal["seen", "hint", "none"]
 ALIKE = 0.01  # least probability at which values at several frequencies are taken for one

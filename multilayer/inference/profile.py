@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from multilayer.arrays import RealArray
-from multilayer.chance import exceeded
+from multilayer.chi2 import exceeded
 from multilayer.errors import InputError
 from multilayer.inference.least_squares import minimise
 from multilayer.inference.posterior import Posterior, covariance_root, index_of

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.inference.priors import Parameter
 
 _FAR = 3.0  # standard deviations

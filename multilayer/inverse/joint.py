@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
-from multilayer.chance import exceeded
+from multilayer.chi2 import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.inference.derivative import Stencil, forward

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, MultilayerError
 from multilayer.frames import Frame, Tabular

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.inference.correlated import birge
 from multilayer.inference.derivative import forward
 from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump

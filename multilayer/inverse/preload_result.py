@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.inference.correlated import ALIKE, Verdict, verdict_of
 from multilayer.inverse.modulus_points import ModulusPoint, Specimen

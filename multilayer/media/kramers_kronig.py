@@ -14,7 +14,7 @@ from scipy.optimize import nnls
 from scipy.special import ndtr, spence
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.errors import InputError
 from multilayer.media.laws.spectral import step_relaxation
 

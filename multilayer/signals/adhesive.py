@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.signals.calibration import Calibration

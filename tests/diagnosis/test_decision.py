@@ -5,14 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.cross_validation import Shrinkage, shrinkage
+from multilayer.diagnosis.decision import decide, undone
 from multilayer.diagnosis.diagnose import fit_nominal
-from multilayer.diagnosis.discrepancy import size_p_value
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
+from multilayer.diagnosis.evidence import UNKNOWN, Hypotheses
 from multilayer.diagnosis.fitting import fit, fit_effects
-from multilayer.diagnosis.held_out import Shrinkage, shrinkage
 from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.ranking import UNKNOWN, Hypotheses, decide, undone
+from multilayer.diagnosis.unknown_cause import size_p_value
 from multilayer.testing.benches import joint_bench
 from tests.inverse.test_joint import campaign_and_signals
 

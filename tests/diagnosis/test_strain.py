@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.stats import kstest
 
-from multilayer.diagnosis.discrepancy import law_p_value
 from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
-from multilayer.diagnosis.law_errors import LawErrors
+from multilayer.diagnosis.model_discrepancy import LawErrors
+from multilayer.diagnosis.unknown_cause import law_p_value
 from multilayer.inference.problem import Minimum
 from tests.inverse.gaussian import Plain, linear
 

@@ -10,7 +10,7 @@ from multilayer.inverse.anisotropy import compare_axes
 from multilayer.inverse.axis_ratios import AXES
 from multilayer.inverse.fit import fit_campaign
 from multilayer.inverse.modulus_points import points_of
-from multilayer.inverse.several import SAME_RIG
+from multilayer.inverse.multi_campaign import SAME_RIG
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.statement import campaign_of
 from multilayer.rig.synthesis import Task, measure

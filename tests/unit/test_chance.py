@@ -3,7 +3,7 @@
 import pytest
 from scipy.stats import chi2
 
-from multilayer.chance import exceeded, exceeding
+from multilayer.chi2 import exceeded, exceeding
 
 
 @pytest.mark.parametrize(("chi_square", "degrees"), [(0.3, 1), (70.0, 50), (9.0, 2.5), (250.2, 300), (1e6, 432)])

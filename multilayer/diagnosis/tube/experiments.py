@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.box_hill import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
+from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
@@ -76,7 +76,7 @@ MENU = (
 
 
 def next_measurements(alive: Alive, executor: Executor | None = None) -> list[dict[str, Any]]:
-    """Return the entries of ``next_experiment``: changes of the first measurement, see `box_hill.rank_changes`."""
+    """Return the entries of ``next_experiment``: changes of the first measurement, see `rank_changes`."""
     return rank_changes(alive, MENU, Change("none", 0.0), _predict, _distance, executor)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted, minimised
 from multilayer.diagnosis.interface import AnyData, AnyHypothesis
-from multilayer.diagnosis.law_errors import LawErrors, Softened, law_parts
+from multilayer.diagnosis.model_discrepancy import LawErrors, Softened, law_parts
 from multilayer.executors import run_all
 
 _FEWEST = 4  # bursts of which blocks can be made

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from multilayer.arrays import RealArray
-from multilayer.chance import exceeding
+from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.law_errors import smooth_basis
+from multilayer.diagnosis.model_discrepancy import smooth_basis
 
 SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.discrepancy import discrepancy_evidence, tolerant_p_value
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.law_errors import smooth_basis
+from multilayer.diagnosis.model_discrepancy import smooth_basis
+from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_p_value
 from multilayer.inference.problem import Minimum
 
 FREQUENCY = np.geomspace(50.0, 800.0, 24)

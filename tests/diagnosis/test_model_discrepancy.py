@@ -7,7 +7,7 @@ from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.law_errors import Embedded, LawErrors, Softened, law_basis
+from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis
 from multilayer.inference.least_squares import minimise, settle
 from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench

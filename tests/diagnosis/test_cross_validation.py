@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.held_out import _spread
+from multilayer.diagnosis.cross_validation import _spread
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
