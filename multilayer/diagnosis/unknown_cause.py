@@ -71,7 +71,7 @@ class _Leftover:
         minimum = fitted.minimum
         basis = fitted.softened(smooth_basis(fitted.hypothesis).T).T
         u, s, _ = np.linalg.svd(minimum.jacobian, full_matrices=False)
-        left = 1 / (1 + s**2)  # (1 + J J^T)^-1 along the columns of u; the misfit at a minimum is that of r0 times it
+        left = 1 / (1 + s**2)  # P along the columns of u; of a linear model a minimum's residual is P r(0)
         along = u.T @ basis
         free = basis - u @ ((1 - left)[:, None] * along)
         whitened = basis - u @ ((1 - left**1.5)[:, None] * along)
