@@ -63,7 +63,7 @@ class Kind:
         from multilayer.json_schema import schema_of
 
         schema = schema_of(self.model)
-        told = {KEY: {"enum": [*taken(self.name)], "description": f"That this file is a {self.title}."}}
+        told = {KEY: {"enum": [*taken(self.name)], "description": f"What this file is: {self.title}."}}
         for part in [schema] if "properties" in schema else schema["oneOf"]:
             model = schema["$defs"][part["$ref"].rpartition("/")[2]] if "$ref" in part else part
             model["properties"] = told | model["properties"]

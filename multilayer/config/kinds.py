@@ -90,7 +90,7 @@ def without_kind(document: Document, kinds: Collection[str]) -> Document:
 def other_kind(document: Document, told: Any, kinds: Collection[str] = TITLES) -> Problem:
     """Return the problem of a ``kind`` that is not read here."""
     if isinstance(told, str) and told in TITLES:
-        message = f"this file is a {TITLES[told]}; what is read here is a {TITLES[next(iter(kinds))]}"
+        message = f"this file is another one ('{told}': {TITLES[told]}); what is read here: {', '.join(kinds)}"
     else:
         message = f"there is no kind of file {show(told)}; {suggest(str(told), kinds)}"
     return Problem(message, KEY, document.file, *document.position((KEY,)))

@@ -39,7 +39,10 @@ def test_a_stack_says_its_kind_or_not(written):
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
-        ("campaign", "this file is a campaign on the two-plate rig; what is read here is a stack file"),
+        (
+            "campaign",
+            "this file is another one ('campaign': campaign on the two-plate rig); what is read here: stack, simulation",
+        ),
         ("stak", "there is no kind of file 'stak'; did you mean 'stack'"),
         ("[stack]", "there is no kind of file"),
         ("3", "there is no kind of file 3"),
