@@ -41,7 +41,7 @@ def test_a_stack_says_its_kind_or_not(written):
     [
         (
             "campaign",
-            "this file is another one ('campaign': campaign on the two-plate rig); what is read here: stack, simulation",
+            "this file is another one ('campaign': campaign on the two-plate rig); what is read here: stack",
         ),
         ("stak", "there is no kind of file 'stak'; did you mean 'stack'"),
         ("[stack]", "there is no kind of file"),
