@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import Begun, Fitted, begin, finish_all, polished
+from multilayer.diagnosis.fitting import HOPELESS, Begun, Fitted, begin, finish_all, polished
 from multilayer.diagnosis.strain import strain
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
@@ -187,7 +187,8 @@ def compare(
         pairs = _promising(singles, best, effects, several=several, strained=strained)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
         begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
-        for (names, second), pair in polished(finish_all(begun, executor, behind=_PAIR_BEHIND), executor).items():
+        rough = finish_all(begun, executor, behind=_PAIR_BEHIND)
+        for (names, second), pair in polished(rough, executor, HOPELESS).items():
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score

@@ -33,7 +33,7 @@ ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
 _FOLLOWED = 2  # valleys whose floor is sought
 _BEHIND = 10.0  # times the least misfit of all effects in their valleys: of one that is given up
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
-_HOPELESS = 10.0  # cost per datum, the errors of laws allowed, of a rough minimum from which none is explained
+HOPELESS = 10.0  # cost per datum at a rough minimum, the errors of laws allowed, above which nothing is explained
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
 
@@ -177,16 +177,14 @@ def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, t
     return Fitted(hypothesis, found, embedded.errors(found.z))
 
 
-def polished(fits: Mapping[K, Fitted], executor: Executor | None = None) -> dict[K, Fitted]:
+def polished(fits: Mapping[K, Fitted], executor: Executor | None = None, most: float = float("inf")) -> dict[K, Fitted]:
     """Return fits at their minima, from near there.
 
-    Those that explain far less than the best, or next to nothing, are left as they are; those that an experiment may
-    have to tell from the best are followed until nothing moves any more.
+    Those that explain far less than the best, or leave more than `most` per datum, stay as they are; those that an
+    experiment may have to tell from the best are followed until nothing moves any more.
     """
     least = min((one.minimum.cost for one in fits.values()), default=0.0)
-    near = [
-        key for key, one in fits.items() if one.minimum.cost < _NEAR * least and one.minimum.cost_per_datum < _HOPELESS
-    ]
+    near = [key for key, one in fits.items() if one.minimum.cost < _NEAR * least and one.minimum.cost_per_datum < most]
     chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
     found = _replaced(fits, chosen, _polish, executor)
     best = max((found[key].log_evidence for key in chosen), default=0.0)
@@ -222,12 +220,12 @@ def _eased(hypothesis: AnyHypothesis, z: RealArray, sizes: Sequence[float]) -> R
 
 
 def _settled(fitted: Fitted) -> Fitted:
-    """Return a fit where nothing moves any more; what is far off anyway stays where it is.
+    """Return a fit where nothing moves any more; what is hopeless stays where it is.
 
     How wrong a law is, is known roughly, and is not to tell how large its effect is: at last the errors are held as
     they are at the minimum of `Embedded`, and the fit follows.
     """
-    if fitted.errors is None or is_far_off(fitted.minimum.cost_per_datum):
+    if fitted.errors is None or fitted.minimum.cost_per_datum > HOPELESS:
         return fitted
     embedded = Embedded(fitted.hypothesis)
     z = settle(embedded, fitted.minimum.z).z

@@ -1,8 +1,8 @@
 """Diagnose the same data on other kernels, threads, processes, and with rounding's noise: all must say the same.
 
-Run it as ``make machines``; more than an hour. ``--short`` takes a few cases under a few variants, some minutes. Exit
-status 1 where a verdict, a group, a first experiment, or the size of a named effect differs from that of the first
-variant.
+Run it as ``make -s machines > docs/validation/machines.md``; about an hour on two cores. ``--short`` takes a few cases
+under a few variants, some minutes. Exit status 1 where a verdict, a group, a first experiment, or the size of a named
+effect differs from that of the first variant.
 """
 
 from __future__ import annotations
@@ -48,6 +48,13 @@ VARIANTS = (
     Variant("--jobs 2", jobs=2),
     Variant("noise 1e-12", noise=1),
 )
+HEADING = f"""# The same answer on every machine
+
+Made by `make -s machines`: each case is diagnosed as it is, and again with other kernels of OpenBLAS, without AVX2 in
+NumPy, with two threads, in two processes, and with the data multiplied by 1 + {NOISE:g} noise. *same*: verdict, group
+and first experiment are, and the sizes of the effects named within {SAME:g} of themselves or of the width of their 90 %
+interval. The last column is the time of the first run, s.
+"""
 SHORT = ("as it is", "Nehalem, no AVX2", "noise 1e-12")
 SHORT_CASES = ("foam_b", "draw 149 of 7", "tube rear_air_gap", "effect-sensor-mass")
 
@@ -73,6 +80,7 @@ def main() -> None:
 
 def compare(chosen: list[str], variants: list[Variant], together: int) -> int:
     """Print what each variant says of each case, as it comes; return 1 where they differ."""
+    tell(HEADING)
     tell(f"| case | says | {' | '.join(v.name for v in variants[1:])} | s |")
     tell(f"|{'---|' * (len(variants) + 2)}")
     differs = 0

@@ -45,7 +45,7 @@ class Row:
 
 def _default(problem: BurstProblem, low: np.ndarray, high: np.ndarray) -> Row:
     start = time.perf_counter()
-    x = find_candidates(problem, low, high).minima[0].x
+    x = find_candidates(problem, low, high).minima[0].z
     return _row(problem, x, time.perf_counter() - start)
 
 
@@ -76,7 +76,7 @@ def compare(source: Path, n_bursts: int | None) -> dict[str, list[Row]]:
     for literal, own, shared in zip(*problems.values(), strict=True):
         rows["default"].append(_default(own, low, high))
         rows["default, paper's model"].append(_default(shared, low, high))
-        begin = find_candidates(literal, low, high).minima[0].x
+        begin = find_candidates(literal, low, high).minima[0].z
         if given is not None:
             begin = np.array([np.log(given.storage_modulus), given.loss_modulus / given.storage_modulus])
         rows["nelder-mead"].append(_nelder_mead(literal, low, high, begin))

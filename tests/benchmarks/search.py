@@ -165,9 +165,9 @@ def how_much_better(other: Any, end: Any) -> float:
 
 def harder(nominal: Any, minima: Sequence[Any], effect: Any, truth: Mapping[str, float]) -> list[Any]:
     """Return the ends of a search with more starts, among them the true size where the draw tells it."""
-    from multilayer.diagnosis import multistart
     from multilayer.diagnosis.fitting import begin, polished
     from multilayer.diagnosis.scattered import scattered
+    from multilayer.inference import multistart
 
     others = np.concatenate([scattered(nominal.hypothesis), minima])
     effects = [effect]

@@ -114,7 +114,7 @@ class TestPlaneWaves:
         truth = Truth(2e5, 0.3, frequency=450.0, record=2.0)
         held, plane = self.models(truth.frequency)
         found = find_candidates(BurstProblem(burst(truth, held), plane, dispersive=True), *search_bounds(FitSettings()))
-        assert found.minima[0].x == pytest.approx(truth.x, abs=0.005)
+        assert found.minima[0].z == pytest.approx(truth.x, abs=0.005)
 
 
 class TestPumpedAir:

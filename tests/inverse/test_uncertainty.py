@@ -74,8 +74,8 @@ def test_coverage_over_simulated_laboratories() -> None:
         data = replace(data, top=data.top * (1 + gain * draw[0]))
         posed = BurstProblem(data, rig())
         best = find_candidates(posed, *BOUNDS).minima[0]
-        spread = np.sqrt(np.diag(solution_covariance(posed, best.x, LABORATORY)))
-        scores.append((best.x - truth.x) / spread)
+        spread = np.sqrt(np.diag(solution_covariance(posed, best.z, LABORATORY)))
+        scores.append((best.z - truth.x) / spread)
     z = np.abs(np.array(scores))
     assert np.all((z < 2).mean(axis=0) >= 0.9)
     # and they are not merely large
