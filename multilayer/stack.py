@@ -21,7 +21,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
-from multilayer.config.kinds import OF_A_SIMULATION, taken
+from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, suggest
@@ -252,4 +252,4 @@ def load_stack(path: str | Path) -> Stack:
     if isinstance(document.data, dict):
         kept = {key: value for key, value in document.data.items() if key not in OF_A_SIMULATION}
         document = replace(document, data=kept)
-    return validate(document, Stack, taken("stack"), context={"folder": file.parent})
+    return validate(document, Stack, "stack", context={"folder": file.parent})

@@ -66,14 +66,14 @@ def taken(kind: str) -> tuple[str, ...]:
     return (kind, _ALSO[kind]) if kind in _ALSO else (kind,)
 
 
-def without_kind(document: Document, kinds: Collection[str]) -> Document:
+def without_kind(document: Document, kind: str) -> Document:
     """Return a document without its ``kind``.
 
     Parameters
     ----------
     document : Document
-    kinds : collection of str
-        Those that are read here, the usual one first.
+    kind : str
+        What is read here; see `taken`.
 
     Raises
     ------
@@ -82,8 +82,8 @@ def without_kind(document: Document, kinds: Collection[str]) -> Document:
     """
     if not isinstance(document.data, dict) or KEY not in document.data:
         return document
-    if (told := document.data[KEY]) not in kinds:
-        raise InputError([*document.problems, other_kind(document, told, kinds)])
+    if (told := document.data[KEY]) not in taken(kind):
+        raise InputError([*document.problems, other_kind(document, told, taken(kind))])
     return replace(document, data={key: value for key, value in document.data.items() if key != KEY})
 
 

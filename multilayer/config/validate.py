@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,7 +15,7 @@ from multilayer.errors import InputError, Problem, show
 M = TypeVar("M", bound=BaseModel)
 
 
-def read(path: Path | str, model: type[M], kinds: Collection[str] = (), context: dict[str, Any] | None = None) -> M:
+def read(path: Path | str, model: type[M], kind: str = "", context: dict[str, Any] | None = None) -> M:
     """Read a YAML file into a model.
 
     Parameters
@@ -25,8 +24,8 @@ def read(path: Path | str, model: type[M], kinds: Collection[str] = (), context:
         A UTF-8 file.
     model : type
         A pydantic model; a file format says its versions by a field ``version: Literal[1]``.
-    kinds : collection of str
-        What the file's ``kind`` may be, the usual one first; see `multilayer.config.kinds`.
+    kind : str
+        What the file's ``kind`` is, if it says one; see `multilayer.config.kinds`.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -35,12 +34,10 @@ def read(path: Path | str, model: type[M], kinds: Collection[str] = (), context:
     InputError
         When the file cannot be read, is refused, or does not fit the model.
     """
-    return validate(read_yaml(path, keep_problems=True), model, kinds, context=context)
+    return validate(read_yaml(path, keep_problems=True), model, kind, context=context)
 
 
-def validate(
-    document: Document, model: type[M], kinds: Collection[str] = (), *, context: dict[str, Any] | None = None
-) -> M:
+def validate(document: Document, model: type[M], kind: str = "", *, context: dict[str, Any] | None = None) -> M:
     """Return `document` as a model.
 
     Parameters
@@ -49,8 +46,8 @@ def validate(
         From `read_yaml` or `parse_yaml`.
     model : type
         A pydantic model.
-    kinds : collection of str
-        What a ``kind`` of the document may be; where none is given, it is a field like any other.
+    kind : str
+        What the document's ``kind`` is, if it says one; left out, that is a field like any other.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -61,8 +58,8 @@ def validate(
     """
     if not isinstance(document.data, dict):
         raise InputError([*document.problems, _not_a_mapping(document)])
-    if kinds:
-        document = without_kind(document, kinds)
+    if kind:
+        document = without_kind(document, kind)
     problems = list(document.problems)
     try:
         valid = model.model_validate(document.data, context=context)

@@ -149,8 +149,7 @@ def _explains_enough(found: Hypotheses, best: tuple[str, ...], share: float | No
     """Tell whether an effect may be right although it leaves a misfit, because it explains so much of a huge gap."""
     if share is None:
         return False
-    n = len(found.nominal.minimum.residual)
-    before, after = (one.minimum.cost / n - 1 for one in (found.nominal, found.fitted[best]))
+    before, after = (one.minimum.cost_per_datum - 1 for one in (found.nominal, found.fitted[best]))
     return share > FULL_SHRINKAGE or (share > LEAST_SHRINKAGE and after < (1 - FULL_FIT) * before)
 
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from scipy.special import logsumexp
@@ -39,7 +38,6 @@ from multilayer.diagnosis.unknown_cause import (
 )
 from multilayer.executors import run_all
 
-Verdict = Literal["effect", "unknown", "no_gap"]
 UNKNOWN: tuple[str, ...] = ("unknown",)
 _SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)
 _LARGE = (0.01, 0.02, 0.04, 0.08)

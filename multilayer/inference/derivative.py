@@ -36,9 +36,9 @@ class Stencil:
     is_central: bool
 
     @classmethod
-    def central(cls, z: RealArray, step: float = USUAL, columns: int | None = None) -> Stencil:
-        """Return points on both sides of coordinates z, shape (n,), along all axes or the first `columns`."""
-        steps = step * np.eye(z.size)[:columns]
+    def central(cls, z: RealArray, step: float = USUAL) -> Stencil:
+        """Return points on both sides of coordinates z, shape (n,), along all axes."""
+        steps = step * np.eye(z.size)
         return cls(np.concatenate([z[None], z + steps, z - steps]), step, is_central=True)
 
     @classmethod
@@ -65,11 +65,9 @@ class Stencil:
         return values[0], self.derivative(values)
 
 
-def central(
-    function: Callable[[RealArray], Values], z: RealArray, step: float = USUAL, columns: int | None = None
-) -> tuple[Values, Values]:
+def central(function: Callable[[RealArray], Values], z: RealArray, step: float = USUAL) -> tuple[Values, Values]:
     """Return a function's value and derivative by differences to both sides; see `Stencil.central`."""
-    stencil = Stencil.central(z, step, columns)
+    stencil = Stencil.central(z, step)
     return stencil.linearised(function(stencil.points))
 
 

@@ -13,6 +13,7 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.executors import run_all
+from multilayer.inference.derivative import FORWARD
 from multilayer.inference.problem import Minimum, Problem
 
 _CANDIDATES = 128  # points of the prior that are looked at
@@ -23,7 +24,6 @@ TIGHT = 1e-8
 _SMALL_STEP = 1e-6  # relative: one that has arrived, where the cost is not asked for more exactly
 _MARGIN, _ON_BOUND = 1e-9, 1e-6  # of the width between bounds: of a start from them, and of what lies on them
 _HOPELESS = 4.0
-_SHORT = 1e-6  # step of a derivative, of a coordinate
 _LEVEL = 3e-3  # slope, per standard deviation, at which a minimum is reached
 _BETWEEN, _RENEWALS = 40, 4  # steps after which coordinates are taken anew, and how often
 _DAMPING = 1e-2  # of the diagonal, at first
@@ -129,8 +129,7 @@ def trust_region(
         max_nfev=most, ftol=ftol, xtol=xtol, gtol=gtol,
     )  # fmt: skip
     values, slopes = np.asarray(found.fun), np.asarray(found.jac)
-    near = _ON_BOUND * (high - low) if bounds is not None else np.zeros(start.size)
-    at_bound = bool(np.any((found.x - low < near) | (high - found.x < near)))
+    at_bound = bool(np.any(np.minimum(found.x - low, high - found.x) < _ON_BOUND * (high - low)))
     return Minimum(found.x, float(values @ values), values, slopes, bool(found.success), at_bound, tuple(history))
 
 
@@ -208,14 +207,14 @@ def descend(
     values = in_pieces(residual, z)
     cost = total_cost(values, z)
     m, n = len(z), z.shape[1] if moving is None else moving
-    short = _SHORT * np.eye(n, z.shape[1])
+    short = FORWARD * np.eye(n, z.shape[1])
     damping, slow = np.full(m, _DAMPING), np.zeros(m, dtype=int)
     going, moved = np.isfinite(cost), np.ones(m, dtype=bool)
     precision, slope = np.zeros((m, n, n)), np.zeros((m, n))
     for _ in range(most):
         if (new := np.flatnonzero(going & moved)).size:
             ahead = in_pieces(residual, (z[new, None] + short).reshape(-1, z.shape[1])).reshape(len(new), n, -1)
-            derivative = np.nan_to_num((ahead - values[new, None]) / _SHORT)
+            derivative = np.nan_to_num((ahead - values[new, None]) / FORWARD)
             precision[new] = derivative @ derivative.transpose(0, 2, 1) + np.eye(n)
             slope[new] = np.einsum("mid,md->mi", derivative, values[new]) + z[new, :n]
             moved[new] = False

@@ -113,5 +113,5 @@ def _settings(source: Path) -> tuple[FitSettings, Path]:
         raise InputError(f"{source}: this is a {TITLES[kind]}; a fit needs a campaign folder or a fit file")
     if kind in _OF_STACKS:
         raise InputError(f"{source}: this is a stack-fit file; fit it by itself, without campaigns beside it")
-    settings = read(source, FitSettings, ("fit",))
+    settings = read(source, FitSettings, "fit")
     return settings, _beside(source, "campaign", settings.campaign)

@@ -186,7 +186,7 @@ def load_stack_fit(path: str | Path) -> StackFitFile:
     """
     source = Path(path)
     file = source / FIT_FILE if source.is_dir() else source
-    return read(file, StackFitFile, ("stack-fit",), context={"folder": file.parent})
+    return read(file, StackFitFile, "stack-fit", context={"folder": file.parent})
 
 
 def name_of(source: Path) -> str:

@@ -73,7 +73,7 @@ def load_library(path: str | Path | None = None) -> dict[str, dict[str, Any]]:
     InputError
         With every mistake in the file, each with its line and column.
     """
-    return read(BUILT_IN if path is None else Path(path), Library, ("library",)).materials
+    return read(BUILT_IN if path is None else Path(path), Library, "library").materials
 
 
 def material(name: str, user_library: str | Path | None = None) -> dict[str, Any]:

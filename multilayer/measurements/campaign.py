@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 _RATE_AGREEMENT = 1e-3
-_KINDS: dict[type[Description], tuple[str]] = {Campaign: ("campaign",), CalibrationCampaign: ("calibration",)}
+_KINDS: dict[type[Description], str] = {Campaign: "campaign", CalibrationCampaign: "calibration"}
 
 D = TypeVar("D", bound=Description)
 

@@ -73,8 +73,8 @@ def refuse_wrong(metadata: Metadata, cycles: float) -> None:
         {_moved(path, metadata.index): place for path, place in there.items() if _is_kept(path, metadata.index)}
         for there in (metadata.document.places, metadata.document.key_places)
     )
-    model, kind = (CalibrationCampaign, "calibration") if metadata.is_calibration else (Campaign, "campaign")
-    validate(Document(metadata.file, data, places, keys), model, (kind,))
+    model = CalibrationCampaign if metadata.is_calibration else Campaign
+    validate(Document(metadata.file, data, places, keys), model, metadata.kind)
 
 
 def _name(metadata: Metadata) -> str:
@@ -89,8 +89,7 @@ def _data(
     burst = {"cycles": cycles, "window": "hann", "level_rms": float(f"{level:.4g}")}
     burst |= dict(shape) if isinstance(shape, Mapping) else {}
     bursts = [{"frequency": frequency, "file": file} for frequency, file in names.items()]
-    kind = "calibration" if metadata.is_calibration else "campaign"
-    head = {"kind": kind, "version": 1, "rig": "shaker-two-plate"}
+    head = {"kind": metadata.kind, "version": 1, "rig": "shaker-two-plate"}
     head |= {key: metadata.data[key] for key in metadata.data if key not in (*_OF_THE_RECORDING, "kind")}
     head |= {"sampling_rate": rate}
     if metadata.is_calibration:

@@ -43,6 +43,11 @@ class Metadata:
         """Whether both accelerometers were at one spot."""
         return self.data.get("rig") == "calibration"
 
+    @property
+    def kind(self) -> str:
+        """What kind of file it makes."""
+        return "calibration" if self.is_calibration else "campaign"
+
     def as_calibration(self) -> Metadata:
         """Return what also holds of a calibration with the same bursts."""
         data = {"rig": "calibration"} | {key: self.data[key] for key in ("burst",) if key in self.data}

@@ -259,4 +259,4 @@ def load_rig(path: str | Path) -> RigFile:
         With every mistake in the file, each with its line and column.
     """
     file = Path(path)
-    return read(file, RigFile, ("rig",), context={"folder": file.parent})
+    return read(file, RigFile, "rig", context={"folder": file.parent})

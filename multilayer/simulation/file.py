@@ -19,7 +19,6 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from multilayer.config.kinds import taken
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
 from multilayer.json_schema import any_of
@@ -179,4 +178,4 @@ def load_simulation(path: str | Path) -> SimulationFile:
         With every mistake in the file, each with its line and column.
     """
     file = Path(path)
-    return read(file, SimulationFile, taken("simulation"), context={"folder": file.parent})
+    return read(file, SimulationFile, "simulation", context={"folder": file.parent})

@@ -218,4 +218,4 @@ def load_tube(path: Path) -> TwoMicrophones | FourMicrophones:
     if not isinstance(method, str) or method not in _MODELS:
         message = f"{show(method)} is not allowed; allowed: {_METHODS}"
         raise InputError(Problem(message, "method", path, *document.position(("method",))))
-    return validate(document, _MODELS[method], ("tube",))
+    return validate(document, _MODELS[method], "tube")

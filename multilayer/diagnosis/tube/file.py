@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
-from multilayer.config.kinds import kind_of_data, taken
+from multilayer.config.kinds import kind_of_data
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
@@ -175,7 +175,7 @@ def load_diagnosis(path: str | Path) -> DiagnosisFile:
         With every mistake found, each with its line and column.
     """
     file = fit_file(Path(path))
-    return read(file, DiagnosisFile, taken("diagnose"), context={"folder": file.parent, NOISE_ESTIMATED: True})
+    return read(file, DiagnosisFile, "diagnose", context={"folder": file.parent, NOISE_ESTIMATED: True})
 
 
 def diagnosis_file(folder: Path, **data: Any) -> DiagnosisFile:
