@@ -12,7 +12,7 @@ PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 OLDEST_TESTS := tests/unit tests/analytic tests/contract tests/reference tests/properties tests/schemas \
 	tests/simulation/test_file.py tests/simulation/test_figures.py tests/simulation/test_run.py tests/rig/test_two_plate.py \
 	$(addprefix tests/cli/test_,$(addsuffix .py,bad_input compare fit layers simulate stack_fit startup tube)) \
-	$(addprefix tests/inverse/test_,$(addsuffix .py,recovery region result search stack_problem uncertainty))
+	$(addprefix tests/fits/test_,$(addsuffix .py,recovery region result search stack_problem uncertainty))
 
 .PHONY: fit test core oldest machines lint bench docs clean
 fit: .venv/core

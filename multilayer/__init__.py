@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from multilayer.errors import InputError, MultilayerError
-    from multilayer.inverse import FitResult, FitSettings, fit_campaign
+    from multilayer.fits.burst.fit import fit_campaign
+    from multilayer.fits.burst.result import FitResult
+    from multilayer.fits.settings import FitSettings
     from multilayer.layers import LAYERS, Layer
     from multilayer.measurements import load_campaign, load_recordings
     from multilayer.response import base_motion, diffuse_field, fields, plane_wave, power_balance
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "LAYERS": "multilayer.layers",
-    "FitResult": "multilayer.inverse",
-    "FitSettings": "multilayer.inverse",
+    "FitResult": "multilayer.fits.burst.result",
+    "FitSettings": "multilayer.fits.settings",
     "InputError": "multilayer.errors",
     "Layer": "multilayer.layers",
     "MultilayerError": "multilayer.errors",
@@ -30,7 +32,7 @@ _HOMES = {
     "base_motion": "multilayer.response",
     "diffuse_field": "multilayer.response",
     "fields": "multilayer.response",
-    "fit_campaign": "multilayer.inverse",
+    "fit_campaign": "multilayer.fits.burst.fit",
     "load_campaign": "multilayer.measurements",
     "load_recordings": "multilayer.measurements",
     "load_simulation": "multilayer.simulation",

@@ -88,7 +88,7 @@ def _read_simulation(source: Path) -> str:
 
 
 def _read_campaign(source: Path) -> str:
-    from multilayer.inverse.sources import read_fit
+    from multilayer.fits.sources import read_fit
 
     return f"campaign of {len(read_fit(source).recordings)} bursts"
 
@@ -101,7 +101,7 @@ def _read_calibration(source: Path) -> str:
 
 
 def _read_stack_fit(source: Path) -> str:
-    from multilayer.inverse.stack_file import load_stack_fit
+    from multilayer.experiments.stacks.file import load_stack_fit
 
     return _counted(len(load_stack_fit(source).measurements), "measurement", "stack fit")
 
@@ -135,8 +135,8 @@ _ALL = (
     Kind("simulation", "multilayer.simulation.file:SimulationFile", _read_simulation),
     Kind("campaign", "multilayer.measurements.description:Campaign", _read_campaign),
     Kind("calibration", "multilayer.measurements.description:CalibrationCampaign", _read_calibration),
-    Kind("fit", "multilayer.inverse.settings:FitSettings", _read_campaign),
-    Kind("stack-fit", "multilayer.inverse.stack_file:StackFitFile", _read_stack_fit),
+    Kind("fit", "multilayer.fits.settings:FitSettings", _read_campaign),
+    Kind("stack-fit", "multilayer.experiments.stacks.file:StackFitFile", _read_stack_fit),
     Kind("diagnose", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
     Kind("rig", "multilayer.rig.file:RigFile", _read_rig),
     Kind("tube", "multilayer.tube.file:TubeMeasurement", _read_tube),

@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from multilayer import fit_campaign
-from multilayer.inverse.sources import read_fit
+from multilayer.fits.sources import read_fit
 
 job = read_fit(Path("../foam_b"))
 result = fit_campaign(job.campaign, job.recordings, job.settings)

@@ -11,9 +11,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from multilayer.inverse.joint_fit import fit_joint
-from multilayer.inverse.joint_posterior import modulus_band, with_posterior
-from multilayer.inverse.sources import read_fit
+from multilayer.fits.joint.fit import fit_joint
+from multilayer.fits.joint.posterior import modulus_band, with_posterior
+from multilayer.fits.sources import read_fit
 
 job = read_fit(Path("../foam_b"), model="finite")
 fit = with_posterior(fit_joint(job.campaign, job.recordings, "fractional_zener", settings=job.settings))

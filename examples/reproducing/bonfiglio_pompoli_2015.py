@@ -25,7 +25,7 @@ from examples.reproducing.bonfiglio_pompoli_numbers import (
 )
 from examples.reproducing.drawing import axes, write
 from multilayer import FitSettings, fit_campaign
-from multilayer.inverse.settings import QuasiStatic
+from multilayer.fits.settings import QuasiStatic
 from multilayer.signals.envelope import envelope
 
 PAPERS_AXES = {"A": (1e5, 1e7), "B": (1e4, 1e6), "C": (1e3, 1e6)}  # Pa, of Figs. 6 to 8

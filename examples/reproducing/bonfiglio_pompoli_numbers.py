@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from multilayer import FitSettings, fit_campaign, load_stack
-from multilayer.inverse.compare_methods import compare_methods
-from multilayer.inverse.comparison import MethodComparison
-from multilayer.inverse.result import FitResult, GrossCheck
-from multilayer.inverse.settings import QuasiStatic
-from multilayer.inverse.sources import FitJob, read_fit
+from multilayer.fits.burst.result import FitResult, GrossCheck
+from multilayer.fits.classical.compare import compare_methods
+from multilayer.fits.classical.comparison import MethodComparison
+from multilayer.fits.settings import QuasiStatic
+from multilayer.fits.sources import FitJob, read_fit
 from multilayer.media.kramers_kronig import gross_loss_modulus
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.file import load_rig

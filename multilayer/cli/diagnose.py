@@ -69,7 +69,7 @@ def diagnose(
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
-        from multilayer.inverse.sources import is_stack_fit
+        from multilayer.fits.sources import is_stack_fit
         from multilayer.report.diagnosis_files import diagnosis_files
         from multilayer.report.diagnosis_table import diagnosis_table
         from multilayer.report.files import write_files
@@ -97,7 +97,7 @@ def _campaign(
     from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
     from multilayer.diagnosis.judgement import N_STEPS
     from multilayer.errors import InputError, suggest
-    from multilayer.inverse.sources import read_fit
+    from multilayer.fits.sources import read_fit
     from multilayer.media.laws import LAWS
     from multilayer.report.files import refuse_unusable
 
@@ -125,7 +125,7 @@ def _tube(
     from multilayer.diagnosis.tube.diagnose import diagnose_tube
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
-    from multilayer.inverse.stack_file import name_of
+    from multilayer.experiments.stacks.file import name_of
     from multilayer.report.files import refuse_unusable
 
     if law is not None:

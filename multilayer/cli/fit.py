@@ -82,7 +82,7 @@ def fit(
 
     Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
-    from multilayer.inverse.sources import is_stack_fit
+    from multilayer.fits.sources import is_stack_fit
     from multilayer.report.fit_outcome import FitTask
 
     if len(sources) == 1 and is_stack_fit(sources[0]):

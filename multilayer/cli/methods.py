@@ -11,7 +11,7 @@ from multilayer.cli import completion
 from multilayer.errors import InputError
 
 if TYPE_CHECKING:
-    from multilayer.inverse.transfer_function import Lateral
+    from multilayer.fits.classical.transfer_function import Lateral
 
 
 def methods(
@@ -68,8 +68,8 @@ def methods(
     if calibration is not None:
         raise InputError("--calibration is of --adhesive; a fit file names the calibration of a campaign")
     from multilayer.cli.progress import progress_bar
-    from multilayer.inverse.compare_methods import compare_methods, number_of_steps_of_all
-    from multilayer.inverse.sources import read_fit
+    from multilayer.fits.classical.compare import compare_methods, number_of_steps_of_all
+    from multilayer.fits.sources import read_fit
     from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, result_files, write_files
     from multilayer.report.methods_figure import methods_figure
@@ -118,7 +118,7 @@ def _lateral(name: str) -> Lateral:
     from typing import cast, get_args
 
     from multilayer.errors import suggest
-    from multilayer.inverse.transfer_function import Lateral
+    from multilayer.fits.classical.transfer_function import Lateral
 
     if name not in get_args(Lateral):
         raise InputError(f"--lateral: there is no '{name}'; {suggest(name, get_args(Lateral))}")

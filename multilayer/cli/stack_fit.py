@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from multilayer.inverse.stack_result import StackFitResult
+    from multilayer.fits.stacks.result import StackFitResult
 
 
 def fit_stack_file(
@@ -39,10 +39,10 @@ def fit_stack_file(
     """
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
+    from multilayer.experiments.stacks.file import load_stack_fit, name_of
+    from multilayer.fits.stacks.fit import fit_stacks
     from multilayer.inference.summary import LAPLACE
     from multilayer.inference.summary import refuse_unusable as refuse_method
-    from multilayer.inverse.stack_file import load_stack_fit, name_of
-    from multilayer.inverse.stack_fit import fit_stacks
     from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.stack_fit import stack_fit_table

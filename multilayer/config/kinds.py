@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from multilayer.config.yaml12 import Document
 from multilayer.errors import InputError, Problem, show, suggest
 
 KEY = "kind"
+FIT_FILE = "fit.yaml"  # of a folder
 TITLES = {
     "stack": "stack file",
     "simulation": "simulation file",
@@ -59,6 +61,11 @@ def _kind_of_keys(data: Mapping[str, Any]) -> str:
     if "tube" in keys:
         return "tube"
     return "" if OF_A_FIT.isdisjoint(keys) else "fit"
+
+
+def fit_file(source: Path) -> Path:
+    """Return the fit file that is meant: the source itself, or the one that a folder holds."""
+    return source / FIT_FILE if source.is_dir() else source
 
 
 def taken(kind: str) -> tuple[str, ...]:

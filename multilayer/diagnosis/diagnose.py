@@ -23,13 +23,13 @@ from multilayer.diagnosis.scattered import scattered
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
+from multilayer.experiments.two_plate.campaign import solve_joint
+from multilayer.experiments.two_plate.plane_waves import Rig
+from multilayer.fits.burst.fit import burst_problems
+from multilayer.fits.joint.fit import plane_wave_problem
+from multilayer.fits.settings import FitSettings
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.fit import burst_problems
-from multilayer.inverse.joint import solve_joint
-from multilayer.inverse.joint_fit import plane_wave_problem
-from multilayer.inverse.rig import Rig
-from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording

@@ -16,8 +16,8 @@ from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_cha
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.experiments.two_plate.campaign import whitening
 from multilayer.inference.derivative import WIDE, Stencil
-from multilayer.inverse.joint import whitening
 
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level

@@ -7,12 +7,12 @@ from functools import partial
 
 from multilayer.arrays import RealArray
 from multilayer.errors import MultilayerError
+from multilayer.experiments.two_plate.campaign import JointProblem, search_laws
+from multilayer.experiments.two_plate.finite_elements import Fineness
+from multilayer.experiments.two_plate.plane_waves import Rig
+from multilayer.fits.joint.fit import rigs_around, with_free_rim
+from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.finite import Fineness
-from multilayer.inverse.joint import JointProblem, search_laws
-from multilayer.inverse.joint_fit import rigs_around, with_free_rim
-from multilayer.inverse.rig import Rig
-from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 
 ROUGH = 1e-4  # change of the cost at which a search has arrived that a fit goes on from

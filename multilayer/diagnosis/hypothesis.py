@@ -14,9 +14,9 @@ from multilayer.diagnosis.base_hypothesis import BaseHypothesis
 from multilayer.diagnosis.effects.base import BaseEffect, Chain, Effect, Setting, Values
 from multilayer.diagnosis.effects.finite_size import static_factor
 from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.experiments.two_plate.campaign import ConfigurationData, JointProblem, Neighbourhood, whitening
+from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.inference.priors import Parameter
-from multilayer.inverse.joint import ConfigurationData, JointProblem, Neighbourhood, whitening
-from multilayer.inverse.rig import Rig
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.laws.parameters import LawSpace

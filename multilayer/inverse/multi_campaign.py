@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from multilayer.errors import InputError
-from multilayer.inverse.fit import fit_campaign, number_of_steps
+from multilayer.fits.burst.fit import fit_campaign, number_of_steps
+from multilayer.fits.settings import FitSettings
+from multilayer.fits.sources import FitJob, read_fit
 from multilayer.inverse.modulus_points import ModulusPoint, points_of
-from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.sources import FitJob, read_fit
 from multilayer.measurements.description import Uncertainty
 
 _OWN = {"campaign", "calibration", "bounds", "acceptance", "quasi_static"}  # what fits that are compared may differ in

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.inverse.result import BurstFit, FitResult
-from multilayer.inverse.settings import FitSettings, RigModel
+from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.inverse.result import BurstFit, FitResult
-from multilayer.inverse.settings import FitSettings
+from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.report.fit_figures import draw_gross_check, draw_moduli, draw_transmissibility
 from multilayer.report.html import Page, Picture, Section, page_html, picture

@@ -16,9 +16,9 @@ from multilayer.errors import InputError, suggest
 from multilayer.json_text import json_text
 
 if TYPE_CHECKING:
-    from multilayer.inverse.joint_fit import JointFit
-    from multilayer.inverse.result import FitResult
-    from multilayer.inverse.sources import FitJob
+    from multilayer.fits.burst.result import FitResult
+    from multilayer.fits.joint.fit import JointFit
+    from multilayer.fits.sources import FitJob
 
 Progress = Callable[[str], None]
 SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
@@ -62,7 +62,7 @@ class FitTask:
         InputError
             With every mistake found.
         """
-        from multilayer.inverse.sources import read_fit
+        from multilayer.fits.sources import read_fit
 
         if self.posterior is not None:
             from multilayer.inference.summary import refuse_unusable
@@ -71,7 +71,7 @@ class FitTask:
                 raise InputError("--posterior is of joint fits and of fits of stacks; add --joint, or leave it out")
             refuse_unusable(self.posterior)
         if self.joint:
-            from multilayer.inverse.joint_laws import AUTO
+            from multilayer.fits.joint.laws import AUTO
             from multilayer.media.laws import LAWS
 
             if self.law != AUTO and self.law not in LAWS:
@@ -103,10 +103,10 @@ class FitOutcome:
 def number_of_steps(task: FitTask, job: FitJob) -> int:
     """Return how often a fit reports progress."""
     if task.joint:
-        from multilayer.inverse import joint_fit
+        from multilayer.fits.joint import fit as joint_fit
 
         return joint_fit.number_of_steps(job.campaign, job.settings, task.law)
-    from multilayer.inverse import fit
+    from multilayer.fits.burst import fit
 
     return fit.number_of_steps(job.campaign, job.settings)
 
@@ -114,16 +114,16 @@ def number_of_steps(task: FitTask, job: FitJob) -> int:
 def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> FitResult | JointFit:
     """Return the result of a task whose input has been read."""
     if task.joint:
+        from multilayer.fits.joint.fit import fit_joint
+        from multilayer.fits.joint.posterior import with_posterior
         from multilayer.inference.summary import LAPLACE
-        from multilayer.inverse.joint_fit import fit_joint
-        from multilayer.inverse.joint_posterior import with_posterior
 
         found = fit_joint(
             job.campaign, job.recordings, task.law, elements=task.elements, settings=job.settings,
             calibration=job.calibration, progress=progress,
         )  # fmt: skip
         return with_posterior(found, task.posterior or LAPLACE, progress)
-    from multilayer.inverse.fit import fit_campaign
+    from multilayer.fits.burst.fit import fit_campaign
 
     return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
 
@@ -144,7 +144,7 @@ def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
 def _moduli(task: FitTask, result: Any) -> dict[str, Any]:
     if not task.joint:
         return {}
-    from multilayer.inverse.joint_posterior import modulus_intervals
+    from multilayer.fits.joint.posterior import modulus_intervals
 
     return {"modulus_intervals": modulus_intervals(result)}
 

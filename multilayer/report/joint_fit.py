@@ -9,10 +9,10 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
+from multilayer.fits.joint.fit import JointFit
+from multilayer.fits.joint.laws import LawRow
+from multilayer.fits.joint.posterior import modulus_band, motion_curves
 from multilayer.inference.posterior import Posterior
-from multilayer.inverse.joint_fit import JointFit
-from multilayer.inverse.joint_laws import LawRow
-from multilayer.inverse.joint_posterior import modulus_band, motion_curves
 from multilayer.report.console import console
 from multilayer.report.identifiability_table import identifiability_table
 from multilayer.report.numbers import pressure_unit

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from multilayer.fits.joint.fit import JointFit
 from multilayer.inference.identifiability import Identifiability
-from multilayer.inverse.joint_fit import JointFit
 from multilayer.report.fit_html import moduli_span
 from multilayer.report.html import Page, Picture, Section, page_html, picture
 from multilayer.report.joint_fit import LAW_HEADINGS, draw_law, draw_residuals, law_cells

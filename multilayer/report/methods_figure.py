@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.comparison import METHODS, MethodComparison, MethodPoint
+from multilayer.fits.classical.comparison import METHODS, MethodComparison, MethodPoint
 from multilayer.report.style import colour, figure_style, plain, png
 
 if TYPE_CHECKING:

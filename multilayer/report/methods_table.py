@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.inverse.comparison import METHODS, CausalityCheck, MethodComparison, MethodPoint
+from multilayer.fits.classical.comparison import METHODS, CausalityCheck, MethodComparison, MethodPoint
 from multilayer.report.console import console
 from multilayer.report.numbers import pressure_unit, with_spread
 

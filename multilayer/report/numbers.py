@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from multilayer.inverse.result import BurstFit
+    from multilayer.fits.burst.result import BurstFit
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _WITH_PREFIX = re.compile(r"(?P<symbol>kg|s|m|Pa|N|Hz|V)(?P<rest>$|[ /].*)")

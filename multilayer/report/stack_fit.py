@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.stack_result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, parts_of
+from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, parts_of
 from multilayer.report.console import console
 from multilayer.report.files import file_names
 from multilayer.report.identifiability_table import identifiability_table

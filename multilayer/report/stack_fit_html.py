@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from multilayer.inverse.stack_result import FoundQuantity, StackFitResult
+from multilayer.fits.stacks.result import FoundQuantity, StackFitResult
 from multilayer.report.html import Page, Picture, Section, page_html, picture
 from multilayer.report.joint_html import determined_section
 from multilayer.report.listing import Listing

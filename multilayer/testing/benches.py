@@ -13,9 +13,9 @@ from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.experiments.two_plate.campaign import ConfigurationData, JointProblem, law_space
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
-from multilayer.inverse.joint import ConfigurationData, JointProblem, law_space
-from multilayer.inverse.rig import PlaneWaveRig
 from multilayer.measurements.description import Campaign
 from multilayer.response import plane_wave
 from multilayer.stack import Stack

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from multilayer.inverse.fit import fit_campaign
-from multilayer.inverse.result import FitResult
-from multilayer.inverse.sources import read_fit
+from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.result import FitResult
+from multilayer.fits.sources import read_fit
 from tests.benchmarks.scoring import Score, score
 
 MODELS = ("plane_wave", "finite")

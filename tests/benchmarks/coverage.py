@@ -19,14 +19,20 @@ from itertools import repeat
 import numpy as np
 from scipy.stats import chi2
 
+from multilayer.experiments.two_plate.campaign import (
+    JointProblem,
+    configuration_data,
+    first_guess,
+    law_space,
+    solve_joint,
+)
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.fits.burst.fit import burst_problems, fit_campaign
+from multilayer.fits.joint.laws import LawMixture, with_deviations
+from multilayer.fits.joint.posterior import law_quantities
+from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import PosteriorSummary, summarise
-from multilayer.inverse.fit import burst_problems, fit_campaign
-from multilayer.inverse.joint import JointProblem, configuration_data, first_guess, law_space, solve_joint
-from multilayer.inverse.joint_laws import LawMixture, with_deviations
-from multilayer.inverse.joint_posterior import law_quantities
-from multilayer.inverse.rig import PlaneWaveRig
-from multilayer.inverse.settings import FitSettings
 from tests.benchmarks.laboratories import NOISE, REPEATS, Simulated, laboratories, simulate
 
 LEVELS = (0.68, 0.90)

@@ -18,7 +18,7 @@ import numpy as np
 
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
 from multilayer.diagnosis.effects.base import EFFECTS
-from multilayer.inverse.sources import read_fit
+from multilayer.fits.sources import read_fit
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.threads import THREADS
 from tests.benchmarks.scoring import true_modulus

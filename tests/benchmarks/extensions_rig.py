@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.settings import FitSettings
 from multilayer.inverse.anisotropy import AnisotropyResult, compare_axes
-from multilayer.inverse.fit import fit_campaign
 from multilayer.inverse.modulus_points import points_of
 from multilayer.inverse.multi_campaign import SAME_RIG
 from multilayer.inverse.preload import fit_preload
 from multilayer.inverse.preload_result import PreloadResult
-from multilayer.inverse.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.file import RigFile

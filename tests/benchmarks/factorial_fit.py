@@ -9,14 +9,14 @@ from functools import cache, cached_property
 import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
+from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
+from multilayer.experiments.two_plate.plane_waves import SPECIMEN, PlaneWaveRig
+from multilayer.fits.burst.acceptance import discrepancies_in_band
+from multilayer.fits.burst.branches import find_candidates, refine
+from multilayer.fits.burst.uncertainty import pseudo_inverse
+from multilayer.fits.settings import FitSettings
 from multilayer.inference.least_squares import distinct
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.acceptance import discrepancies_in_band
-from multilayer.inverse.branches import find_candidates, refine
-from multilayer.inverse.burst import BurstData, BurstProblem
-from multilayer.inverse.rig import SPECIMEN, PlaneWaveRig
-from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.uncertainty import pseudo_inverse
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.rig import static_shape_factor
 from multilayer.signals.bursts import hann_burst

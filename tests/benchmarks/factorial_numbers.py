@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.inverse.acceptance import Criteria
+from multilayer.fits.burst.acceptance import Criteria
 from tests.benchmarks.factorial_cases import (
     PLATE_MODULUS,
     PLATE_POISSON,

@@ -22,14 +22,14 @@ import numpy as np
 import scipy
 from scipy.optimize import minimize
 
+from multilayer.experiments.two_plate.burst import BurstProblem
+from multilayer.experiments.two_plate.campaign import JointProblem
+from multilayer.fits.burst.branches import find_candidates, refine
+from multilayer.fits.burst.fit import burst_problems, fit_campaign, search_bounds
+from multilayer.fits.joint.fit import JointFit, fit_joint
+from multilayer.fits.joint.posterior import with_posterior
+from multilayer.fits.sources import FitJob, read_fit
 from multilayer.inference.least_squares import draw_prior, minimise
-from multilayer.inverse.branches import find_candidates, refine
-from multilayer.inverse.burst import BurstProblem
-from multilayer.inverse.fit import burst_problems, fit_campaign, search_bounds
-from multilayer.inverse.joint import JointProblem
-from multilayer.inverse.joint_fit import JointFit, fit_joint
-from multilayer.inverse.joint_posterior import with_posterior
-from multilayer.inverse.sources import FitJob, read_fit
 from multilayer.measurements.description import Uncertainty
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from multilayer.inverse.rig import PlaneWaveRig
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.measurements.description import Campaign
 from multilayer.media.laws import FractionalZener
 from multilayer.signals.bursts import hann_burst

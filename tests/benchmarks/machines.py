@@ -153,7 +153,7 @@ def of_campaign(folder: Path) -> Callable[[Any, int], dict[str, Any]]:
     """Return a case of a campaign's folder."""
 
     def run(executor: Any, noise: int) -> dict[str, Any]:
-        from multilayer.inverse.sources import read_fit
+        from multilayer.fits.sources import read_fit
 
         job = read_fit(folder)
         return diagnosed(job.campaign, job.recordings, executor, noise)

@@ -12,7 +12,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import ValidityWarning
-from multilayer.inverse.law_fit import LawFit, fit_law
+from multilayer.fits.law_fit import LawFit, fit_law
 from multilayer.inverse.master_curve import MasterCurve, master_curve
 from multilayer.media.kramers_kronig import KramersKronigCheck, check_kramers_kronig
 from multilayer.media.superposition import ShiftFit

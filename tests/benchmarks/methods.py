@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-from multilayer.inverse.acceptance import discrepancies_in_band
-from multilayer.inverse.branches import find_candidates
-from multilayer.inverse.burst import BurstProblem
-from multilayer.inverse.fit import burst_problems, search_bounds
-from multilayer.inverse.nelder_mead import envelope_cost, minimise_envelope_cost
-from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.sources import read_fit
+from multilayer.experiments.two_plate.burst import BurstProblem
+from multilayer.fits.burst.acceptance import discrepancies_in_band
+from multilayer.fits.burst.branches import find_candidates
+from multilayer.fits.burst.fit import burst_problems, search_bounds
+from multilayer.fits.burst.nelder_mead import envelope_cost, minimise_envelope_cost
+from multilayer.fits.settings import FitSettings
+from multilayer.fits.sources import read_fit
 from tests.benchmarks.methods_truth import against_truth, reach_of_the_rod
 
 ROOT = Path(__file__).parents[2]

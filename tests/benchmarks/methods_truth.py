@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from multilayer.inverse.compare_methods import compare_methods
-from multilayer.inverse.comparison import METHODS, MethodComparison, MethodPoint
-from multilayer.inverse.rod_limit import longest_rod, rim_inertia, rod_error
-from multilayer.inverse.settings import FitSettings, QuasiStatic
-from multilayer.inverse.sources import read_fit
+from multilayer.fits.classical.compare import compare_methods
+from multilayer.fits.classical.comparison import METHODS, MethodComparison, MethodPoint
+from multilayer.fits.classical.rod_limit import longest_rod, rim_inertia, rod_error
+from multilayer.fits.settings import FitSettings, QuasiStatic
+from multilayer.fits.sources import read_fit
 from multilayer.rig.shape_factor import dynamic_shape_factor, static_shape_factor
 from multilayer.rig.two_plate import TwoPlateRig
 from tests.benchmarks.scoring import true_modulus

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.experiments.stacks.file import StackFitFile
+from multilayer.experiments.stacks.observations import Observation
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.fits.stacks.fit import describe, find_minima
+from multilayer.fits.stacks.result import StackFitResult
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.observations import Observation
-from multilayer.inverse.stack_file import StackFitFile
-from multilayer.inverse.stack_fit import describe, find_minima
-from multilayer.inverse.stack_problem import StackProblem
-from multilayer.inverse.stack_result import StackFitResult
 from multilayer.materials import material
 
 MEASURED = Path(__file__).parents[2] / ".." / "shared" / "measured"

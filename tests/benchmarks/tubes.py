@@ -5,7 +5,7 @@ Run it as ``python -m tests.benchmarks.tubes > docs/validation/tubes.md``; it ta
 
 from __future__ import annotations
 
-from multilayer.inverse.stack_result import FoundQuantity
+from multilayer.fits.stacks.result import FoundQuantity
 from tests.benchmarks.tube_fits import (
     ELASTIC,
     FRAMES,

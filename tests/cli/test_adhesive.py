@@ -9,7 +9,7 @@ import yaml
 
 from multilayer.measurements.campaign import load_calibration
 from tests.cli.command import run
-from tests.inverse.rods import burst
+from tests.fits.rods import burst
 
 RATE = 25600.0
 BURSTS = (200.0, 400.0, 800.0, 1500.0)

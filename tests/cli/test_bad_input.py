@@ -333,7 +333,7 @@ class TestResultsFolder:
         def fail(*arguments):
             raise AssertionError("a fit was started")
 
-        monkeypatch.setattr("multilayer.inverse.fit.fit_campaign", fail)
+        monkeypatch.setattr("multilayer.fits.burst.fit.fit_campaign", fail)
 
     def test_is_a_file(self, campaign, tmp_path):
         out = tmp_path / "out"

@@ -13,7 +13,7 @@ from tests.cli.campaigns import BURSTS, edit, line_of, modulus
 from tests.cli.command import run
 from tests.cli.test_bad_input import assert_refused
 from tests.cli.test_fit import names, strict_json
-from tests.inverse.test_preload import STIFFENING, UNCERTAINTY
+from tests.fits.test_preload import STIFFENING, UNCERTAINTY
 from tests.rig.virtual import rig_file
 
 SERIES = {

@@ -10,7 +10,7 @@ import pytest
 from multilayer.inference.nested_sampling import nested
 from multilayer.response import plane_wave
 from tests.cli.command import run
-from tests.inverse.stack_fits import IN_A_TUBE, F, noisy, parts, write
+from tests.fits.stack_fits import IN_A_TUBE, F, noisy, parts, write
 
 R = plane_wave(IN_A_TUBE, F).reflection
 TUBE = {"kind": "reflection", "file": "tube.csv", "noise": {"absolute": 0.01}}

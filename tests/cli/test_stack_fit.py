@@ -12,7 +12,7 @@ from multilayer.response import plane_wave
 from multilayer.simulation import simulate
 from multilayer.stack import load_stack
 from tests.cli.command import run
-from tests.inverse.stack_fits import IN_A_TUBE, F, changed, noisy, parts, write
+from tests.fits.stack_fits import IN_A_TUBE, F, changed, noisy, parts, write
 
 R = plane_wave(IN_A_TUBE, F).reflection
 TUBE = {"kind": "reflection", "file": "tube.csv", "noise": {"absolute": 0.01}}

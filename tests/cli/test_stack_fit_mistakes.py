@@ -4,7 +4,7 @@ import pytest
 
 from tests.cli.command import run
 from tests.cli.test_stack_fit import TUBE, UNKNOWNS, tables
-from tests.inverse.stack_fits import IN_A_TUBE, write
+from tests.fits.stack_fits import IN_A_TUBE, write
 
 BASE = """version: 1
 nominal: nominal.yaml

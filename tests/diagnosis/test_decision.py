@@ -15,7 +15,7 @@ from multilayer.diagnosis.fitting import fit, fit_effects
 from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.unknown_cause import size_p_value
 from multilayer.testing.benches import joint_bench
-from tests.inverse.test_joint import campaign_and_signals
+from tests.fits.test_joint import campaign_and_signals
 
 
 class OtherGain(EFFECTS["channel_gain"]):

@@ -17,13 +17,13 @@ from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.diagnosis.scattered import scattered
 from multilayer.errors import InputError
-from multilayer.inverse.rig import PlaneWaveRig
-from multilayer.inverse.sources import read_fit
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.fits.sources import read_fit
 from multilayer.media.rod import chain_transmissibility
 from multilayer.rig import TwoPlateRig
 from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench
-from tests.inverse.test_joint import campaign_and_signals
+from tests.fits.test_joint import campaign_and_signals
 
 KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
 FEW = ("channel_gain", "channel_delay", "crosstalk", "sensor_mass", "adhesive")

@@ -11,8 +11,8 @@ from multilayer.diagnosis.effects.finite_size import FiniteSize, static_factor
 from multilayer.diagnosis.free_rim import free_rim
 from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
-from multilayer.inverse.finite import two_plate_rig
-from multilayer.inverse.sources import read_fit
+from multilayer.experiments.two_plate.finite_elements import two_plate_rig
+from multilayer.fits.sources import read_fit
 from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.testing.benches import joint_bench
 

@@ -11,8 +11,8 @@ from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened
 from multilayer.inference.least_squares import minimise, settle
 from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
-from tests.inverse.gaussian import linear
-from tests.inverse.test_joint import campaign_and_signals
+from tests.fits.gaussian import linear
+from tests.fits.test_joint import campaign_and_signals
 
 
 def basis():

@@ -9,7 +9,7 @@ from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
 from multilayer.diagnosis.model_discrepancy import LawErrors
 from multilayer.diagnosis.unknown_cause import law_p_value
 from multilayer.inference.problem import Minimum
-from tests.inverse.gaussian import Plain, linear
+from tests.fits.gaussian import Plain, linear
 
 N_DATA = 40
 

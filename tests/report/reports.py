@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
+from multilayer.experiments.stacks.file import load_stack_fit
+from multilayer.fits.burst.result import BurstFit, FitResult, Solution
+from multilayer.fits.joint.fit import fit_joint
+from multilayer.fits.joint.posterior import with_posterior
+from multilayer.fits.settings import FitSettings
+from multilayer.fits.sources import read_fit
+from multilayer.fits.stacks.fit import fit_stacks
 from multilayer.inference.summary import LAPLACE
-from multilayer.inverse.joint_fit import fit_joint
-from multilayer.inverse.joint_posterior import with_posterior
-from multilayer.inverse.result import BurstFit, FitResult, Solution
-from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.sources import read_fit
-from multilayer.inverse.stack_file import load_stack_fit
-from multilayer.inverse.stack_fit import fit_stacks
 from multilayer.measurements.description import Campaign
 from multilayer.report.diagnosis_files import diagnosis_files
 from multilayer.report.fit_html import fit_html
@@ -23,7 +23,7 @@ from multilayer.simulation.compare import compare
 from multilayer.simulation.file import SimulationFile, load_simulation
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.run import plan, run
-from tests.inverse.synthetic import campaign_dict
+from tests.fits.synthetic import campaign_dict
 from tests.report.diagnoses import diagnosis
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

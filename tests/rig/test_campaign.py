@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
-from multilayer.inverse.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_campaign
 from multilayer.measurements.campaign import load_campaign, load_recordings
 from multilayer.measurements.writing import signal_bytes
 from multilayer.rig.bench import Bench

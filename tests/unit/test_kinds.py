@@ -6,8 +6,8 @@ import pytest
 
 from multilayer.config.kinds import OF_A_FIT, TITLES, kind_of_data
 from multilayer.errors import InputError
-from multilayer.inverse.settings import FitSettings
-from multilayer.inverse.sources import is_stack_fit
+from multilayer.fits.settings import FitSettings
+from multilayer.fits.sources import is_stack_fit
 from multilayer.kinds import KINDS
 from multilayer.stack import load_stack
 

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.experiments.two_plate.campaign import ConfigurationData
 from multilayer.inference.priors import Parameter, Prior
-from multilayer.inverse.joint import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
 from multilayer.registry import Registry, subclass_fault
 

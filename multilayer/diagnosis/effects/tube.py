@@ -11,7 +11,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Values
-from multilayer.inverse.stack_models import WaveResponse
+from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.layers.base import Layer
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer

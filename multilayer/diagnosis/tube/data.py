@@ -10,10 +10,10 @@ import numpy as np
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
 from multilayer.diagnosis.effects.tube import Tube
 from multilayer.errors import InputError
+from multilayer.experiments.stacks.columns import MeasuredValues, zero_noise
+from multilayer.experiments.stacks.measurements import Reflection, SurfaceImpedance
+from multilayer.experiments.stacks.observations import Scale
 from multilayer.inference.whitening import CorrelatedError, ValueNoise, Whitening, whitening
-from multilayer.inverse.measured_columns import MeasuredValues, zero_noise
-from multilayer.inverse.measurement_file import Reflection, SurfaceImpedance
-from multilayer.inverse.observations import Scale
 
 _SPACING = 0.05  # of frequencies in ln f: nearer ones tell nothing new, as their errors are correlated
 _GROUPS = 12  # of frequencies that are left out together

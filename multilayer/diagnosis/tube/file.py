@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
-from multilayer.config.kinds import kind_of_data
+from multilayer.config.kinds import fit_file, kind_of_data
 from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
@@ -16,12 +16,11 @@ from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData, tube_data
 from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
 from multilayer.errors import InputError, suggest
-from multilayer.inverse.measured_columns import read_values
-from multilayer.inverse.measurement_file import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
-from multilayer.inverse.observations import scale_of
-from multilayer.inverse.sources import fit_file
-from multilayer.inverse.stack_file import Mistake, StackFitFile
-from multilayer.inverse.stack_unknowns import placed
+from multilayer.experiments.stacks.columns import read_values
+from multilayer.experiments.stacks.file import Mistake, StackFitFile
+from multilayer.experiments.stacks.measurements import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
+from multilayer.experiments.stacks.observations import scale_of
+from multilayer.experiments.stacks.unknowns import placed
 from multilayer.json_schema import Schema, Written
 from multilayer.models import refuse
 from multilayer.registry import RegistryError

@@ -15,9 +15,9 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import TubeData
 from multilayer.errors import MultilayerError
+from multilayer.experiments.stacks.unknowns import UnknownFields
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inverse.stack_unknowns import UnknownFields
 from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
 

@@ -1,0 +1,221 @@
+"""What a stack predicts of a measurement, for one stack or for many samples of it at once."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from numpy.typing import NDArray
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.errors import InputError, MultilayerError, ValidityWarning
+from multilayer.experiments.stacks.measurements import (
+    Absorption,
+    DynamicModulus,
+    Measurement,
+    Reflection,
+    Stiffness,
+    SurfaceImpedance,
+    TransmissionLoss,
+)
+from multilayer.layers.base import Layer
+from multilayer.media.laws import complex_modulus
+from multilayer.paths import with_values
+from multilayer.response.base_motion import base_motion
+from multilayer.simulation.bands import Grid
+from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
+from multilayer.simulation.tasks import Task, run_task
+from multilayer.stack import Stack
+
+Samples = Mapping[str, RealArray]  # by path, values of shape (n_samples,)
+Response = Callable[[Stack], NDArray[Any]]  # shape (..., n_frequency) of a stack with arrays of shape (..., 1)
+_DEGREE = 14  # of the polynomial for shape factors over Poisson's ratio
+_SOFTEST = 0.499
+
+
+def respond(response: Response, stack: Stack, samples: Samples, count: int, one_by_one: bool = False) -> NDArray[Any]:
+    """Return a response of samples of a stack, shape (n_samples, n_frequency); NaN where a sample has none.
+
+    Parameters
+    ----------
+    response : callable
+    stack : Stack
+    samples : mapping
+        Fields that change, if any.
+    count : int
+        Number of samples.
+    one_by_one : bool
+        For a response that takes no arrays. What is no field of a layer never may be one.
+    """
+    if not samples:
+        value = response(stack)
+        return np.broadcast_to(value, (count, *value.shape))
+    if not one_by_one and all(path.startswith("layers.") for path in samples):
+        try:
+            value = response(with_values(stack, {path: column[:, None] for path, column in samples.items()}))
+        except MultilayerError:  # one sample without a response spoils the batch
+            pass
+        else:
+            return np.broadcast_to(value, (count, value.shape[-1]))
+    rows = [_or_none(response, with_values(stack, {p: c[i].item() for p, c in samples.items()})) for i in range(count)]
+    shape = next((row.shape for row in rows if row is not None), (1,))
+    return np.stack([np.full(shape, np.nan) if row is None else row for row in rows])
+
+
+def _or_none(response: Response, stack: Stack) -> NDArray[Any] | None:
+    try:
+        return response(stack)
+    except MultilayerError:
+        return None
+
+
+@dataclass(frozen=True)
+class WaveResponse:
+    """A quantity of a simulation, see `simulation.tasks`."""
+
+    quantity: str
+    points: RealArray
+    incidence: PlaneIncidence | DiffuseIncidence
+    size: FiniteSize | None = None
+
+    def __call__(self, stack: Stack) -> NDArray[Any]:
+        """Return it over the frequencies, or bands."""
+        task = Task(stack, self.points, self.incidence, size=self.size)
+        found = run_task(task)
+        for text in found.warnings:
+            warnings.warn(text, ValidityWarning, stacklevel=2)
+        if self.quantity not in found.quantities:
+            raise InputError(f"this stack has no {self.quantity}; end it with 'termination: ambient'")
+        return found.quantities[self.quantity]
+
+
+@dataclass(frozen=True)
+class ImpedanceResponse:
+    """Surface impedance, as the reflection coefficient of a front medium of fixed `impedance`, Pa s/m.
+
+    With `impedance` None it is that of the stack's own gas: an impedance measured relative to it.
+    """
+
+    frequency: RealArray
+    angle: float
+    impedance: float | None
+
+    def __call__(self, stack: Stack) -> ComplexArray:
+        """Return it over frequency."""
+        reflection = WaveResponse("reflection", self.frequency, PlaneIncidence(angle=self.angle))(stack)
+        if self.impedance is None:
+            return reflection
+        ratio = stack.ambient.gas.impedance / self.impedance
+        high, low = ratio * (1 + reflection), 1 - reflection  # Z itself is infinite on a rigid surface
+        return np.asarray((high - low) / (high + low))
+
+
+@dataclass(frozen=True)
+class MotionResponse:
+    """Motion of the back face over that of the shaken front face."""
+
+    frequency: RealArray
+
+    def __call__(self, stack: Stack) -> ComplexArray:
+        """Return it over frequency."""
+        return base_motion(stack, self.frequency).transmissibility
+
+
+@dataclass(frozen=True)
+class ModulusResponse:
+    """Young's modulus of a layer, Pa."""
+
+    frequency: RealArray
+    layer: str
+
+    def __call__(self, stack: Stack) -> ComplexArray:
+        """Return it over frequency."""
+        layer = stack.layers[stack.index(self.layer)]
+        return _modulus(layer, self.frequency)
+
+
+def _modulus(layer: Layer, frequency: RealArray) -> ComplexArray:
+    young, loss = (getattr(layer, name) for name in ("young_modulus", "loss_factor"))
+    return np.asarray(complex_modulus(young, loss, frequency) + 0j * frequency)
+
+
+@dataclass(frozen=True)
+class StiffnessResponse:
+    """Stiffness of a glued disc in slow compression, N/m: E g(nu, S) pi R^2 / h."""
+
+    frequency: RealArray
+    layer: str
+    radius: float
+    thickness: float
+    is_complex: bool
+
+    def __call__(self, stack: Stack) -> NDArray[Any]:
+        """Return it over frequency."""
+        layer = stack.layers[stack.index(self.layer)]
+        factor = shape_factor(getattr(layer, "poisson_ratio"), self.radius / (2 * self.thickness))  # noqa: B009
+        stiffness = _modulus(layer, self.frequency) * factor * np.pi * self.radius**2 / self.thickness
+        return stiffness if self.is_complex else stiffness.real
+
+
+def shape_factor(poisson_ratio: Numeric, shape: float) -> Numeric:
+    """Return `rig.static_shape_factor`; of arrays of Poisson's ratio interpolated, finite elements being slow."""
+    if np.ndim(poisson_ratio) == 0:
+        return _one_factor(float(np.asarray(poisson_ratio).real), shape)
+    within = np.clip(np.asarray(poisson_ratio), 0.0, _SOFTEST)
+    return np.asarray(np.exp(_interpolated(shape)(np.log(1 - 2 * within))))
+
+
+@cache
+def _one_factor(poisson_ratio: float, shape: float) -> float:
+    from multilayer.rig.shape_factor import static_shape_factor  # heavy: finite elements
+
+    return static_shape_factor(poisson_ratio, shape)
+
+
+@cache
+def _interpolated(shape: float) -> Chebyshev:
+    """Return ln(g) as a polynomial of ln(1 - 2 nu): g grows without end towards one half."""
+
+    def logarithms(x: RealArray) -> RealArray:
+        return np.log([_one_factor((1 - float(np.exp(one))) / 2, shape) for one in x])
+
+    return Chebyshev.interpolate(logarithms, _DEGREE, domain=[np.log(1 - 2 * _SOFTEST), 0.0])
+
+
+def response_of(measurement: Measurement, stack: Stack, grid: Grid, is_complex: bool) -> tuple[Response, bool]:
+    """Return what predicts a measurement, and whether it takes one stack at a time.
+
+    Raises
+    ------
+    InputError
+        When the stack cannot have what was measured.
+    """
+    f = grid.points
+    match measurement:
+        case SurfaceImpedance():
+            fixed = None if measurement.normalised else stack.ambient.gas.impedance
+            return ImpedanceResponse(f, measurement.angle, fixed), False
+        case Reflection():
+            return WaveResponse("reflection", f, measurement.incidence), False
+        case Absorption() | TransmissionLoss():
+            diffuse = isinstance(measurement.incidence, DiffuseIncidence)
+            return WaveResponse(measurement.kind, f, measurement.incidence, measurement.finite_size), diffuse
+        case DynamicModulus():
+            return ModulusResponse(f, _elastic(stack, measurement.layer)[0]), False
+        case Stiffness():
+            name, layer = _elastic(stack, measurement.layer)
+            thickness = measurement.thickness or layer.thickness
+            return StiffnessResponse(f, name, measurement.radius, thickness, is_complex), False
+    return MotionResponse(f), False
+
+
+def _elastic(stack: Stack, name: str) -> tuple[str, Any]:
+    layer = stack.layers[stack.index(name)]
+    if not {"young_modulus", "poisson_ratio", "loss_factor"} <= set(type(layer).model_fields):
+        raise InputError(f"layer '{name}' is of type {layer.type}, which has no Young's modulus")
+    return name, layer

@@ -1,0 +1,324 @@
+"""The unknowns of a stack fit: which fields of which stacks they are, and how they follow from what is sought."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, NamedTuple, Self
+
+import numpy as np
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.experiments.stacks.field_priors import MistakeError, field_limits, is_modulus, pair, prior_of
+from multilayer.inference.priors import Parameter, Prior, Priors
+from multilayer.json_schema import Written, any_of
+from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
+from multilayer.media.laws.parameters import LawSpace
+from multilayer.media.laws.template import law_template
+from multilayer.models import Model, refuse
+from multilayer.paths import Located, locate, unit_of, with_values
+from multilayer.stack import Stack
+
+KINDS = ("normal", "lognormal", "uniform", "loguniform")
+_NEAR = 2.0  # no start lies further out: priors are flat there
+
+
+class UnknownFile(Model):
+    """An unknown as a file says it, units and all.
+
+    Attributes
+    ----------
+    paths : tuple of str
+        The fields that share it; the unknown's own name is the path where it is left out.
+    normal, lognormal, uniform, loguniform : pair, optional
+        One of these, see `Prior`, or `law`.
+    bounds : pair, or mapping of pairs
+        Where a normal or lognormal prior is cut; with `law`, where its fields are sought.
+    law : str, optional
+        Name of a modulus law that takes the place of a modulus.
+    elements : int, optional
+        Of a law with lists of entries.
+    fixed : mapping, optional
+        Fields of the law that are known.
+    nuisance : bool
+        Not of interest in itself.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in (*KINDS, "law")]})
+
+    paths: Annotated[
+        tuple[str, ...],
+        BeforeValidator(lambda v: (v,) if isinstance(v, str) else v),
+        any_of({"type": "string"}, {"type": "array", "items": {"type": "string"}}),
+    ] = ()
+    normal: tuple[Any, Any] | None = None
+    lognormal: tuple[Any, Any] | None = None
+    uniform: tuple[Any, Any] | None = None
+    loguniform: tuple[Any, Any] | None = None
+    bounds: Any = None
+    law: Annotated[str | None, Written(lambda _: {"enum": [*LAWS.names(), None]})] = None
+    elements: Annotated[int, Field(ge=1)] | None = None
+    fixed: dict[str, Any] = Field(default_factory=dict)
+    nuisance: bool = False
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        given = [kind for kind in (*KINDS, "law") if getattr(self, kind) is not None]
+        if len(given) != 1:
+            text = f"give exactly one of {', '.join(KINDS)}, or a law; given: {', '.join(given) or 'none'}"
+            refuse(self, [((), text, None)])
+        if self.law is None and (self.fixed or self.elements is not None):
+            refuse(self, [((), "'fixed' and 'elements' go with a law; a known value stands in the stack file", None)])
+        return self
+
+    @property
+    def kind(self) -> str:
+        """Name of the prior's kind, or ``law``."""
+        return next(kind for kind in (*KINDS, "law") if getattr(self, kind) is not None)
+
+
+class Target(NamedTuple):
+    """A field: the name of its stack, and its path there."""
+
+    stack: str
+    path: str
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter shared by some fields, or all parameters of a law shared by some moduli.
+
+    Attributes
+    ----------
+    name : str
+    targets : tuple of Target
+    parameters : tuple of Parameter
+        The coordinates that are sought.
+    names, units : tuple of str
+        Of the quantities that follow from them, one each.
+    start : array
+        Coordinates near the nominal values.
+    space : LawSpace, optional
+        Of a law.
+    """
+
+    name: str
+    targets: tuple[Target, ...]
+    parameters: tuple[Parameter, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: RealArray
+    space: LawSpace | None = None
+
+    @cached_property
+    def _priors(self) -> Priors:
+        return Priors.of(self.parameters)
+
+    def values(self, z: RealArray) -> RealArray:
+        """Return the quantities, SI, of coordinates, both of shape (..., n)."""
+        box = self._priors.values(z)
+        return box if self.space is None else np.exp(self.space.logs(box))
+
+    def columns(self, z: RealArray) -> Iterator[tuple[Target, RealArray]]:
+        """Yield the fields and their values, shape (m,), of coordinates of shape (m, n)."""
+        values = self.values(z)
+        fields = [""] if self.space is None else [f".{name}" for name in self.space.names]
+        for target in self.targets:
+            for field, column in zip(fields, np.moveaxis(values, -1, 0), strict=True):
+                yield Target(target.stack, target.path + field), column
+
+    def placed(self, stacks: Mapping[str, Stack]) -> dict[Target, Any]:
+        """Return what must stand in the nominal stacks first: a law whose fields can be written."""
+        if self.space is None:
+            return {}
+        middle = 0.5 * (self.space.low + self.space.high)
+        return dict.fromkeys(self.targets, self.space.law(middle))
+
+
+@dataclass(frozen=True)
+class UnknownFields:
+    """Stacks and unknown fields of theirs: what coordinates say of the fields.
+
+    Attributes
+    ----------
+    stacks : mapping
+        By name, with nominal values.
+    unknowns : tuple of Unknown
+    """
+
+    stacks: Mapping[str, Stack]
+    unknowns: tuple[Unknown, ...]
+
+    @cached_property
+    def field_parameters(self) -> tuple[Parameter, ...]:
+        """The unknowns' coordinates, one unknown after the other."""
+        return tuple(parameter for unknown in self.unknowns for parameter in unknown.parameters)
+
+    @cached_property
+    def nominal_start(self) -> RealArray:
+        """Coordinates near the nominal values."""
+        return np.concatenate([unknown.start for unknown in self.unknowns])
+
+    def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
+        """Yield every unknown with its own coordinates, shape (..., n)."""
+        first = 0
+        for unknown in self.unknowns:
+            yield unknown, z[..., first : first + len(unknown.parameters)]
+            first += len(unknown.parameters)
+
+    def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
+        """Return by stack and path the values, shape (m,), of coordinates of shape (m, n)."""
+        found: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
+        for unknown, own in self.parts(z):
+            for (stack, path), column in unknown.columns(own):
+                found[stack][path] = column
+        return found
+
+    def field_values(self, z: RealArray) -> dict[str, tuple[float, str]]:
+        """Return values and units by name, of coordinates of shape (n,)."""
+        found: dict[str, tuple[float, str]] = {}
+        for unknown, own in self.parts(z):
+            values = zip(unknown.values(own).tolist(), unknown.units, strict=True)
+            found |= dict(zip(unknown.names, values, strict=True))
+        return found
+
+
+def placed(stacks: Mapping[str, Stack], unknowns: Sequence[Unknown]) -> dict[str, Stack]:
+    """Return stacks in which laws stand where unknowns are fields of laws."""
+    found = dict(stacks)
+    for unknown in unknowns:
+        for (name, path), value in unknown.placed(found).items():
+            found[name] = with_values(found[name], {path: value})
+    return found
+
+
+def resolve(name: str, said: UnknownFile, stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]) -> Unknown:
+    """Return an unknown whose fields are found and whose numbers are SI.
+
+    Parameters
+    ----------
+    name : str
+    said : UnknownFile
+    stacks : mapping
+        By name.
+    frequencies : mapping
+        Hz, of all measurements of a stack.
+
+    Raises
+    ------
+    MistakeError
+        With the first thing wrong, placed within the unknown.
+    """
+    targets = _targets(name, said, stacks)
+    fields = [_located(stacks[target.stack], target, i, said) for i, target in enumerate(targets)]
+    if len({field.unit for field in fields}) > 1:
+        units = " and ".join(sorted({str(field.unit or "1") for field in fields}))
+        raise MistakeError(("paths",), f"these fields are in {units}; one value cannot be all of them", said.paths)
+    if said.law is not None:
+        return _law(name, said, targets, stacks, frequencies)
+    limits = np.array([field_limits(field) for field in fields])
+    prior = prior_of(said, fields[0].unit or "", (float(limits[:, 0].max()), float(limits[:, 1].min())))
+    parameter = Parameter(name=name, prior=prior, unit=fields[0].unit or "", nuisance=said.nuisance)
+    start = np.clip(prior.coordinate([float(fields[0].value)]), -_NEAR, _NEAR)
+    return Unknown(name, targets, (parameter,), (name,), (parameter.unit,), start)
+
+
+def _targets(name: str, said: UnknownFile, stacks: Mapping[str, Stack]) -> tuple[Target, ...]:
+    found: list[Target] = []
+    for path in said.paths or (name,):
+        head, _, rest = path.partition(".")
+        own = [Target(head, rest)] if head in stacks and rest else [Target(stack, path) for stack in stacks]
+        found += [target for target in own if target not in found]
+    return tuple(found)
+
+
+def _located(stack: Stack, target: Target, index: int, said: UnknownFile) -> Located:
+    place = ("paths", min(index, len(said.paths) - 1)) if said.paths else ("[key]",)
+    try:
+        field = locate(stack, target.path)
+    except InputError as error:
+        hint = "" if said.paths or target.path.startswith("layers.") else "; or give its fields by 'paths'"
+        raise MistakeError(place, f"{target.path}: {error}{hint}", target.path) from None
+    if problem := _no_number(field) if said.law is None else _no_modulus(field):
+        raise MistakeError(place, f"{target.path}: {problem}", target.path)
+    return field
+
+
+def _no_number(field: Located) -> str:
+    """Return why a field cannot be an unknown; empty when it can."""
+    if field.value is None:
+        return "this field is left to its default; write a value into the stack file to start from"
+    if isinstance(field.value, ModulusLaw):
+        inside = [name for name in type(field.value).model_fields if name != "law"]
+        return f"holds a law; name one of its fields ({', '.join(inside)}), or say 'law: {field.value.law}' here"
+    if isinstance(field.value, complex):
+        return "holds a complex number; write {law: loss_factor, ...} there and name its fields"
+    if field.unit is None or isinstance(field.value, bool) or not isinstance(field.value, int | float):
+        return "is no number, and only numbers can be unknown"
+    return ""
+
+
+def _no_modulus(field: Located) -> str:
+    if not is_modulus(field):
+        return "a law takes the place of a modulus, and this field is none"
+    if getattr(field.owner, "loss_factor", 0.0):
+        return "a law has losses of its own; remove the 'loss_factor' beside it from the stack file"
+    return ""
+
+
+def _law(
+    name: str,
+    said: UnknownFile,
+    targets: tuple[Target, ...],
+    stacks: Mapping[str, Stack],
+    frequencies: Mapping[str, RealArray],
+) -> Unknown:
+    assert said.law is not None
+    f, moduli = _nominal_moduli(targets, stacks, frequencies)
+    try:
+        template = law_template(said.law, said.elements, f)
+        space = LawSpace.of(template, said.fixed, _law_bounds(template, said), f, moduli)
+    except MultilayerError as error:
+        raise MistakeError(("law",), "; ".join(str(error).splitlines()), said.law) from None
+    boxes = zip(space.coordinates, space.low.tolist(), space.high.tolist(), strict=True)
+    parameters = tuple(
+        Parameter(name=f"ln {name}.{field}", prior=Prior(uniform=(low, high)), nuisance=said.nuisance)
+        for field, low, high in boxes
+    )
+    first = space.first(f, moduli)
+    start = np.array([float(p.prior.coordinate(x)) for p, x in zip(parameters, first, strict=True)])
+    names = tuple(f"{name}.{field}" for field in space.names)
+    units = tuple(unit_of(template, field.split(".")[0]) or "" for field in space.names)
+    return Unknown(name, targets, parameters, names, units, np.clip(start, -_NEAR, _NEAR), space)
+
+
+def _nominal_moduli(
+    targets: tuple[Target, ...], stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]
+) -> tuple[RealArray, Any]:
+    """Return what the stack files say of the moduli, which shows where to seek a law: Hz and Pa."""
+    parts = []
+    for target in targets:
+        field = locate(stacks[target.stack], target.path)
+        f = frequencies[target.stack]
+        try:
+            parts.append((f, np.asarray(complex_modulus(field.value, 0.0, f) + 0j * f)))
+        except InputError as error:
+            raise MistakeError(("law",), f"{target.path}: {error}", target.path) from None
+    f, moduli = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return f, moduli
+
+
+def _law_bounds(template: ModulusLaw, said: UnknownFile) -> dict[str, tuple[float, float]]:
+    if said.bounds is None:
+        return {}
+    if not isinstance(said.bounds, Mapping):
+        raise MistakeError(("bounds",), "the bounds of a law are a mapping, as {order: [0.2, 0.8]}", said.bounds)
+    found = {}
+    for name, written in said.bounds.items():
+        if name not in type(template).model_fields:
+            raise MistakeError(("bounds", name, "[key]"), suggest(str(name), type(template).model_fields), name)
+        found[name] = pair(("bounds", name), written, unit_of(template, name) or "")
+    return found

@@ -1,0 +1,178 @@
+"""The two-plate rig with its free rim, in place of the plane-wave model: the reduced finite elements of `rig`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, Numeric, RealArray
+from multilayer.experiments.two_plate.plane_waves import Uncertain
+from multilayer.experiments.two_plate.settings import RigSettings
+from multilayer.measurements.description import Campaign, Configuration
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.rig.reduced import Ranges, ReducedRig
+from multilayer.rig.two_plate import TwoPlateRig
+
+REACH = (0.5, 1.5)  # of a burst's frequency: where its spectrum is above 2e-3 of its largest value
+_WIDER = 2.0  # a range whose end holds the solution is made so much wider
+_SPREAD = 1.5  # by which the modulus may vary within that, by its own dispersion
+_ROOM = 1.5  # around what the plane-wave model finds
+_ROOM_WITH_AIR = 2.0  # what of the stiffness is the air's, it only guesses
+_TOLERANCE_WITH_AIR = 1e-4  # of the reduced basis: with air in it, it has to be much larger
+_PARTS = 0.05  # relative range of density, thickness and mass
+
+
+@dataclass(frozen=True)
+class FiniteRig:
+    """One configuration of a campaign with its free rim.
+
+    Attributes
+    ----------
+    reduced : ReducedRig
+    density, thickness, plate_mass : float
+        Relative to the nominal ones.
+    extrapolate : bool
+        Whether to answer for moduli beyond the range of the reduced model.
+    """
+
+    reduced: ReducedRig
+    density: float = 1.0
+    thickness: float = 1.0
+    plate_mass: float = 1.0
+    extrapolate: bool = False
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Frequencies it answers for, relative to a burst's."""
+        return REACH
+
+    @property
+    def scales(self) -> bool:
+        """Without air, and an accelerometer whose mass is known, masses and moduli in one proportion move alike."""
+        return self.reduced.rig.porosity is None and not self.reduced.rig.sensor_mass
+
+    def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
+        """Return top over base motion; see `inverse.rig.PlaneWaveRig.transmissibility`."""
+        shift = (self.density, self.thickness, self.plate_mass)
+        return self.reduced.transmissibility(frequency, modulus, *shift, extrapolate=self.extrapolate)
+
+    def holds(self, modulus: ComplexArray) -> bool:
+        """Tell whether moduli lie within the range of the reduced model."""
+        low, high = self.reduced.ranges.modulus
+        return bool(low <= modulus.real.min() and modulus.real.max() <= high)
+
+    @property
+    def takes_arrays(self) -> bool:
+        """Partial fractions answer for many moduli of one rig."""
+        return False
+
+    def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> FiniteRig:
+        """Return the rig with an uncertain quantity changed by `amount`."""
+        factor = 1 + (amount if relative else amount / self.reduced.rig.thickness)
+        name = "plate_mass" if quantity == "top_plate_mass" else quantity
+        return replace(self, **{name: getattr(self, name) * factor})
+
+
+@dataclass(frozen=True)
+class ModulusRange:
+    """Where the finite-size modulus of a configuration is sought, Pa and loss factor."""
+
+    low: float
+    high: float
+    loss: float
+
+    @classmethod
+    def around(
+        cls, plane_wave: Sequence[RealArray], poisson_ratio: float, highest_loss: float, *, air: bool = False
+    ) -> ModulusRange:
+        """Return the range that holds the moduli whose plane-wave values are (ln E1, loss factor).
+
+        The plane-wave model holds the sample sideways: it finds at least E (1 + nu)(1 - 2 nu)/(1 - nu), and at most E
+        where inertia holds the sample as well. With `air` in the pores there is more room.
+        """
+        room = _ROOM_WITH_AIR if air else _ROOM
+        found = np.exp([x[0] for x in plane_wave])
+        held = float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
+        return cls(float(found.min() / room), float(found.max() * held * room), highest_loss)
+
+    def widened(self) -> ModulusRange:
+        """Return a range for a solution that was found at an end of this one."""
+        return replace(self, low=self.low / _WIDER, high=self.high * _WIDER)
+
+    @cached_property
+    def of_model(self) -> tuple[float, float]:
+        """The range that the reduced model needs: a burst's modulus varies over its band."""
+        return self.low / _SPREAD, self.high * _SPREAD
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How exact reduced finite elements are, and of which frequencies.
+
+    Attributes
+    ----------
+    resolution : float
+        Of the mesh; see `TwoPlateRig`.
+    tolerance : float
+        Relative error of the reduced basis.
+    bands : mapping, optional
+        Lowest and highest frequency, Hz, by configuration; `REACH` of the bursts' when left out.
+    """
+
+    resolution: float = 1.0
+    tolerance: float = 1e-5
+    bands: Mapping[str, tuple[float, float]] | None = None
+
+    def band(self, configuration: Configuration) -> tuple[float, float]:
+        """Return the lowest and the highest frequency of a configuration, Hz."""
+        if self.bands is not None:
+            return self.bands[configuration.name]
+        frequencies = [burst.frequency for burst in configuration.bursts]
+        return REACH[0] * min(frequencies), REACH[1] * max(frequencies)
+
+
+def two_plate_rig(campaign: Campaign, configuration: Configuration, settings: RigSettings | None = None) -> TwoPlateRig:
+    """Return the finite-element rig of a configuration as the campaign describes it, with a fit's pores and sensor."""
+    top, settings = campaign.top_plate, settings or RigSettings()
+    pores: dict[str, Any] = {}
+    if settings.pores is not None:
+        gas = settings.ambient.gas
+        pores = {**settings.pores.fields(gas), "air": gas, "pore_rim": settings.pores.rim or "open"}
+    return TwoPlateRig(
+        **pores,
+        sensor_mass=settings.sensor_mass,
+        radius=configuration.specimen_radius,
+        thickness=configuration.specimen_thickness,
+        density=campaign.specimen.density,
+        poisson_ratio=campaign.specimen.poisson_ratio,
+        plate_thickness=configuration.top_plate_thickness,
+        plate_density=top.density,
+        plate_modulus=top.young_modulus,
+        plate_poisson_ratio=top.poisson_ratio,
+    )
+
+
+def finite_rigs(
+    campaign: Campaign,
+    ranges: Mapping[str, ModulusRange],
+    tell: Callable[[str], None],
+    settings: RigSettings | None = None,
+    fineness: Fineness | None = None,
+) -> dict[str, FiniteRig]:
+    """Return the reduced rig of every configuration that has a range, by its name."""
+    rigs, fine = {}, fineness or Fineness()
+    air = settings is not None and settings.pores is not None
+    tolerance = max(fine.tolerance, _TOLERANCE_WITH_AIR) if air else fine.tolerance
+    for configuration in campaign.configurations:
+        if (moduli := ranges.get(configuration.name)) is None:
+            continue
+        around = (1 - _PARTS, 1 + _PARTS)
+        box = Ranges(fine.band(configuration), moduli.of_model, (0.0, moduli.loss), around, around, around)
+        rig = two_plate_rig(campaign, configuration, settings).replaced(resolution=fine.resolution)
+        rigs[configuration.name] = FiniteRig(ReducedRig.build(rig, box, tolerance))
+        tell(f"{configuration.name}: finite elements")
+    return rigs

@@ -1,0 +1,1 @@
+"""The modulus burst by burst (Bonfiglio & Pompoli 2015)."""

@@ -1,0 +1,1 @@
+"""One modulus law for all bursts of a campaign."""

@@ -1,0 +1,268 @@
+"""Which law a campaign's material follows, how far it departs from it, and moduli that leave both open.
+
+Bayesian model averaging (J. A. Hoeting, D. Madigan, A. E. Raftery & C. T. Volinsky, Stat. Sci. 14, 1999, 382-417): any
+law, with a causal deviation of every size, counts by its evidence. A single law is one of these by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import lgamma
+from typing import Any
+
+import numpy as np
+from scipy.special import logsumexp
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.chi2 import exceeding
+from multilayer.experiments.two_plate.campaign import JointProblem, settle
+from multilayer.experiments.two_plate.law_deviation import LawDeviation
+from multilayer.inference.correlated import birge
+from multilayer.inference.derivative import forward
+from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
+from multilayer.inference.problem import Minimum
+
+AUTO = "auto"
+LAWS_COMPARED = (
+    ("kelvin_voigt", None),
+    ("zener", None),
+    ("fractional_zener", None),
+    ("havriliak_negami", None),
+    ("maxwell", 2),
+    ("maxwell", 3),
+    ("maxwell", 4),
+)
+SHARES = (0.0, 0.03, 0.1, 0.3)  # by which the loss factor departs from a law's; all are as probable beforehand
+_LOSS = (1e-3, 1.0)  # within which it is one to depart from
+_NEGLIGIBLE = 1e-6  # of all probability
+_ALIKE = 1e-4  # relative, of moduli: solutions nearer than this are one with its elements exchanged
+_LEAST = 1e-30  # in place of the logarithm of no loss
+_MOST = 300.0  # of a logarithm
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A law with a deviation of one size, as the data have it.
+
+    Attributes
+    ----------
+    name : str
+        Of the law, with its number of elements where it has any.
+    problem : JointProblem
+    minima : sequence of Minimum
+        Its solutions, the most probable first.
+    """
+
+    name: str
+    problem: JointProblem = field(repr=False)
+    minima: Sequence[Minimum] = field(repr=False)
+
+    @property
+    def share(self) -> float:
+        """Size of the deviation from the law, relative to its loss factor."""
+        return 0.0 if self.problem.deviation is None else self.problem.deviation.share
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a misfit as large as this if law and stated uncertainties are right."""
+        return exceeding(self.minima[0].cost, len(self.minima[0].residual))
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Of all its solutions; each stands for all orders of the law's elements, whichever were found."""
+        different: list[tuple[ComplexArray, float]] = []
+        f = np.concatenate([data.centres for data in self.problem.data])
+        for minimum in one_per_hump(self.minima):
+            modulus = self.problem.modulus(minimum.z, f)
+            if all(np.max(np.abs(modulus / other - 1)) > _ALIKE for other, _ in different):
+                different.append((modulus, minimum.log_evidence))
+        return float(logsumexp([evidence for _, evidence in different])) + lgamma(1 + self._exchangeable)
+
+    @property
+    def _exchangeable(self) -> int:
+        """Number of elements of which none comes before another."""
+        if self.problem.space.template.grid:
+            return 0
+        return max((1 + u.index for u in self.problem.space.unknowns if u.index is not None), default=0)
+
+    def moments(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
+        """Return E1 + i E2 (n,) and the covariance of both, shape (n, 2, 2), to first order about the best solution."""
+        best, n = self.minima[0], len(self.problem.modulus_parameters)
+
+        def parts(z: RealArray) -> RealArray:
+            whole = np.concatenate([z, np.broadcast_to(best.z[n:], (*z.shape[:-1], best.z.size - n))], axis=-1)
+            e = self.problem.modulus(whole, frequency)
+            return np.concatenate([e.real, e.imag], axis=-1)
+
+        # the side that the solution's own derivative was taken on: on a bound the two differ
+        value, slope = forward(parts, best.z[:n])
+        slopes = slope.reshape(2, len(frequency), n)
+        covariance = np.einsum("afi,ij,bfj->fab", slopes, best.covariance[:n, :n], slopes)
+        half = len(frequency)
+        return value[:half] + 1j * value[half:], covariance
+
+
+def with_deviations(name: str, problem: JointProblem, minima: Sequence[Minimum]) -> list[Candidate]:
+    """Return a law by itself, then with deviations of all `SHARES`, each sought from the law's best solution."""
+    found = [Candidate(name, problem, minima)]
+    n, f = len(problem.law_parameters), np.concatenate([data.frequency for data in problem.data])
+    start, best = np.zeros(0), minima[0]
+    modulus = problem.modulus(best.z, f)
+    loss = float(np.clip(np.mean(modulus.imag / modulus.real), *_LOSS))
+    for share in SHARES[1:]:
+        deviation = LawDeviation.over(f, share, loss)
+        wider = replace(problem, deviation=deviation, end_effect=None)
+        if not start.size:
+            start = np.insert(best.z, n, np.zeros(len(deviation.times)))
+        near, minimum = settle(wider, start)
+        found.append(Candidate(name, near, [minimum]))
+        start = minimum.z
+    return found
+
+
+@dataclass(frozen=True)
+class LawRow:
+    """One law beside the others.
+
+    Attributes
+    ----------
+    law : str
+    n_parameters : int
+        Of the law.
+    chi_square, p_value : float
+        Of the law by itself.
+    log_evidence : float
+        With all deviations; of the most probable law 0.
+    probability : float
+        Of the law among those compared, equal beforehand.
+    deviation : float
+        By which the loss factor departs from it in the mean, relative.
+    """
+
+    law: str
+    n_parameters: int
+    chi_square: float
+    p_value: float
+    log_evidence: float
+    probability: float
+    deviation: float
+
+
+@dataclass(frozen=True, eq=False)
+class LawMixture:
+    """Laws and deviations from them, by their evidence.
+
+    Attributes
+    ----------
+    candidates : sequence of Candidate
+        Of every law first the law by itself.
+    """
+
+    candidates: Sequence[Candidate]
+
+    @cached_property
+    def weights(self) -> RealArray:
+        """Probability of every candidate; all are as probable beforehand."""
+        evidence = np.array([candidate.log_evidence for candidate in self.candidates])
+        return np.asarray(np.exp(evidence - logsumexp(evidence)))
+
+    @property
+    def best(self) -> Candidate:
+        """The most probable law, by itself."""
+        name = self.rows()[0].law
+        return next(candidate for candidate in self.candidates if candidate.name == name)
+
+    @property
+    def likeliest(self) -> Candidate:
+        """The most probable of all, deviations included."""
+        return self.candidates[int(np.argmax(self.weights))]
+
+    @property
+    def widening(self) -> float:
+        """Birge's ratio of what not even a departure from a law explains, a factor on all deviations; else 1."""
+        minimum = self.likeliest.minima[0]
+        return birge(minimum.cost, len(minimum.residual))
+
+    @property
+    def _kept(self) -> list[tuple[float, Candidate]]:
+        pairs = zip(self.weights.tolist(), self.candidates, strict=True)
+        kept = [(weight, candidate) for weight, candidate in pairs if weight > _NEGLIGIBLE]
+        total = sum(weight for weight, _ in kept)
+        return [(weight / total, candidate) for weight, candidate in kept]
+
+    def moments(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
+        """Return mean of E1 + i E2 (n,) and covariance of both (n, 2, 2), Pa: within candidates and between them."""
+        found = [(weight, *candidate.moments(frequency)) for weight, candidate in self._kept]
+        mean = np.sum([weight * modulus for weight, modulus, _ in found], axis=0)
+        total = np.zeros((len(frequency), 2, 2))
+        for weight, modulus, covariance in found:
+            apart = np.stack([(modulus - mean).real, (modulus - mean).imag], axis=-1)
+            total += weight * (covariance + apart[:, :, None] * apart[:, None, :])
+        return mean, self.widening**2 * total
+
+    def band(self, frequency: RealArray, probability: float, of_best: Posterior | None = None) -> Band:
+        """Return the bands of E1 and E2, Pa, and E2/E1, each array of shape (3, n), at frequencies (n,) in Hz.
+
+        Parameters
+        ----------
+        frequency : array, shape (n,)
+        probability : float
+        of_best : Posterior, optional
+            Of the most probable law by itself; Laplace's when left out.
+        """
+        best = self.best
+        parts = []
+        for weight, candidate in self._kept:
+            given = of_best if candidate is best else None
+            posterior = given or laplace(candidate.problem, candidate.minima, draws=1, checked=0)
+            parts.append((weight, posterior, _logarithms(candidate.problem, frequency)))
+        low, median, high = mixed_band(parts, probability)
+        ends = (median + self.widening * (end - median) for end in (low, median, high))
+        return Band(*(np.exp(np.minimum(end, _MOST)) for end in ends))
+
+    def rows(self) -> list[LawRow]:
+        """Return the table of laws, the most probable first."""
+        groups: dict[str, list[tuple[float, Candidate]]] = {}
+        for weight, candidate in zip(self.weights.tolist(), self.candidates, strict=True):
+            groups.setdefault(candidate.name, []).append((weight, candidate))
+        evidence = {
+            name: float(logsumexp([candidate.log_evidence for _, candidate in group])) for name, group in groups.items()
+        }
+        most = max(evidence.values())
+        found = []
+        for name, group in groups.items():
+            alone = group[0][1]
+            share = np.exp([candidate.log_evidence - evidence[name] for _, candidate in group])
+            found.append(
+                LawRow(
+                    name, len(alone.problem.law_parameters), alone.minima[0].cost, alone.p_value,
+                    evidence[name] - most, sum(weight for weight, _ in group),
+                    float(share @ [candidate.share for _, candidate in group]),
+                )
+            )  # fmt: skip
+        return sorted(found, key=lambda row: -row.log_evidence)
+
+    def departs(self) -> float:
+        """Return the probability that the material departs from the most probable law at all."""
+        name = self.best.name
+        weights = [
+            (weight, candidate.share)
+            for weight, candidate in zip(self.weights, self.candidates, strict=True)
+            if candidate.name == name
+        ]
+        total = sum(weight for weight, _ in weights)
+        return float(sum(weight for weight, share in weights if share) / total)
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """Return the table as plain data."""
+        return [vars(row) for row in self.rows()]
+
+
+def _logarithms(problem: JointProblem, frequency: RealArray) -> Any:
+    def logarithms(z: RealArray) -> RealArray:
+        e = problem.modulus(z, frequency)
+        return np.log(np.maximum(np.stack([e.real, e.imag, e.imag / e.real], axis=-2), _LEAST))
+
+    return logarithms

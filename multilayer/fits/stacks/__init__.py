@@ -1,0 +1,1 @@
+"""Fields of stacks from any measurements of them."""

@@ -1,0 +1,198 @@
+"""The fit of stacks to measurements: search, least squares, and what the data leave of the unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+from multilayer.experiments.stacks.file import StackFitFile, load_stack_fit, name_of
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.experiments.stacks.unknowns import Unknown
+from multilayer.fits.stacks.posterior import curve_bands, summary_of
+from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.inference.derivative import central
+from multilayer.inference.least_squares import search
+from multilayer.inference.posterior import Posterior
+from multilayer.inference.priors import Prior
+from multilayer.inference.problem import Minimum
+from multilayer.inference.summary import LAPLACE, PosteriorSummary
+from multilayer.paths import with_values
+from multilayer.stack import Stack
+
+_NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
+_DRAWS = 2048
+Tell = Callable[[str], None]
+Ends = tuple[tuple[float, float], tuple[float, float]]
+
+
+def fit_stacks(
+    source: StackFitFile | str | Path, name: str | None = None, tell: Tell | None = None, posterior: str = LAPLACE
+) -> StackFitResult:
+    """Fit the unknowns of a stack-fit file.
+
+    Parameters
+    ----------
+    source : StackFitFile or path
+    name : str, optional
+        Of the result; see `name_of` when left out.
+    tell : callable, optional
+        Called with a short text after each start.
+    posterior : {'laplace', 'profile', 'nested'}
+        Where intervals and bands come from.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be used, or most of what the priors allow has no response.
+    """
+    file = source if isinstance(source, StackFitFile) else load_stack_fit(source)
+    called = name or ("fit" if isinstance(source, StackFitFile) else name_of(Path(source)))
+    problem = StackProblem.of(file)
+    settings = file.model_dump(mode="json", by_alias=True)
+    return describe(problem, find_minima(problem, file, tell), called, settings, posterior, tell)
+
+
+def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = None) -> list[Minimum]:
+    """Return the distinct minima, the most probable first."""
+    hard = file.search
+    try:
+        found = search(
+            problem, [problem.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed, tell=tell
+        )
+    except ValueError:  # of scipy: a start without a finite residual
+        found = []
+    if not found:
+        raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
+    return found
+
+
+def describe(
+    problem: StackProblem,
+    minima: Sequence[Minimum],
+    name: str = "fit",
+    settings: dict[str, Any] | None = None,
+    posterior: str = LAPLACE,
+    tell: Tell | None = None,
+) -> StackFitResult:
+    """Return minima as a result: values, intervals, curves.
+
+    Standard deviations are those of a Gaussian about the best minimum, in the coordinates in which the priors are
+    standard normal; intervals and bands are the posterior's, all minima counted. What the model leaves unexplained
+    widens both: covariances are scaled by chi-square over the degrees of freedom where that is above 1 (R. T. Birge,
+    Phys. Rev. 40, 1932, 207-227).
+    """
+    scale = _scale(minima[0])
+    scaled = [_widened(minimum, scale) for minimum in minima]
+    best, covariance = minima[0].z, scaled[0].covariance
+    spread = np.sqrt(np.diag(covariance))
+    known = summary_of(problem, scaled, scale, posterior, tell)
+    return StackFitResult(
+        name=name,
+        settings=settings or {},
+        quantities=_quantities(problem, best, covariance, known),
+        correlation=covariance / np.outer(spread, spread),
+        minima=_minima(problem, minima, scaled),
+        curves=_curves(problem, best, known.posterior),
+        scale=scale,
+        stacks=_fitted(problem, best),
+        warnings=problem.warnings(best),
+        summary=known,
+    )
+
+
+def _scale(minimum: Minimum) -> float:
+    free = max(minimum.residual.size - minimum.z.size, 1)
+    return float(np.sqrt(max(1.0, minimum.misfit / free)))
+
+
+def _widened(minimum: Minimum, scale: float) -> Minimum:
+    return replace(
+        minimum,
+        misfit=minimum.misfit / scale**2,
+        residual=minimum.residual / scale,
+        jacobian=minimum.jacobian / scale,
+    )
+
+
+def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[Minimum]) -> list[FoundMinimum]:
+    evidence = np.array([minimum.log_evidence for minimum in scaled])
+    shares = np.exp(evidence - evidence.max())
+    return [
+        FoundMinimum(tuple(_values(problem, m.z).tolist()), m.misfit, m.cost, float(share / shares.sum()), m.converged)
+        for m, share in zip(minima, shares, strict=True)
+    ]
+
+
+def _values(problem: StackProblem, z: RealArray) -> RealArray:
+    return np.concatenate([unknown.values(own) for unknown, own in problem.parts(z)], axis=-1)
+
+
+def _quantities(
+    problem: StackProblem, z: RealArray, covariance: RealArray, known: PosteriorSummary
+) -> list[FoundQuantity]:
+    found: list[FoundQuantity] = []
+    for unknown, own in problem.parts(z):
+        inside = slice(len(found), len(found) + own.size)
+        of_unknown = _of_prior if unknown.space is None else _of_law
+        # one finding per coordinate, and as many quantities
+        ends = [(finding.posterior, finding.posterior_90) for finding in known.identifiability.findings[inside]]
+        found += of_unknown(unknown, own, covariance[inside, inside], ends)
+    return found
+
+
+def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[Ends]) -> list[FoundQuantity]:
+    """Return a quantity that is a function of one coordinate."""
+    (parameter,), prior = unknown.parameters, unknown.parameters[0].prior
+    centre, spread = float(z[0]), float(np.sqrt(covariance[0, 0]))
+    left = _std(prior, centre, spread, natural=True) / _std(prior, 0.0, 1.0, natural=True)
+    value, std = float(prior.value(centre)), _std(prior, centre, spread)
+    return [FoundQuantity(parameter.name, parameter.unit, value, std, ends[0], left, parameter.nuisance)]
+
+
+def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -> float:
+    """Return the standard deviation of a value whose coordinate is normal; of its logarithm if that is `natural`."""
+    values = prior.value(np.clip(centre + spread * _NODES, -8, 8))
+    if natural and prior.kind in ("lognormal", "loguniform"):
+        values = np.log(values)
+    weights = _WEIGHTS / _WEIGHTS.sum()
+    return float(np.sqrt(weights @ (values - weights @ values) ** 2))
+
+
+def _of_law(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[Ends]) -> list[FoundQuantity]:
+    """Return the parameters of a law, whose logarithms follow from several coordinates: to first order."""
+    space = unknown.space
+    assert space is not None
+    logs, slopes = central(lambda points: np.log(unknown.values(points)), z)
+    values = np.exp(logs)
+    spreads = np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+    before = space.logs(space.points(_DRAWS, np.random.default_rng(0))).std(axis=0)
+    found = []
+    for i, (name, unit) in enumerate(zip(unknown.names, unknown.units, strict=True)):
+        std, left = float(values[i] * spreads[i]), float(spreads[i] / before[i])
+        found.append(FoundQuantity(name, unit, float(values[i]), std, ends[i], left, unknown.parameters[i].nuisance))
+    return found
+
+
+def _curves(problem: StackProblem, z: RealArray, posterior: Posterior) -> list[FittedCurve]:
+    return [
+        FittedCurve(
+            o.name, o.kind, o.stack, o.unit, o.frequency, o.measured, o.scale.shown(response), o.residual(response),
+            band,
+        )
+        for o, response, band in zip(
+            problem.observations, problem.predict(z), curve_bands(problem, z, posterior), strict=True
+        )
+    ]  # fmt: skip
+
+
+def _fitted(problem: StackProblem, z: RealArray) -> dict[str, Stack]:
+    found = {}
+    for name, samples in problem.samples(z[None]).items():
+        found[name] = with_values(problem.stacks[name], {path: column.item() for path, column in samples.items()})
+    return found

@@ -1,0 +1,25 @@
+"""Laws to start a fit from: of the right shape, with values that say nothing yet."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+from multilayer.arrays import RealArray
+from multilayer.errors import InputError
+from multilayer.media.laws import LAWS, ModulusLaw, Table
+
+
+def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None, f: RealArray) -> ModulusLaw:
+    """Return a law of the right shape; its values are a first guess at best."""
+    kind = LAWS[law] if isinstance(law, str) else law if isinstance(law, type) else type(law)
+    if issubclass(kind, Table):
+        raise InputError("a table is data, not a law with parameters; fit another law")
+    if isinstance(law, ModulusLaw):
+        return law
+    if elements is not None:
+        return kind.spread(elements, float(f.min()), float(f.max()))
+    names = [name for name in kind.model_fields if name != "law"]
+    if any(get_args(kind.model_fields[name].annotation) for name in names):
+        raise InputError(f"{kind.__name__} has lists of entries; say how many `elements`, or give a law to start from")
+    ones: dict[str, Any] = dict.fromkeys(names, 1.0)
+    return kind.model_construct(**ones)

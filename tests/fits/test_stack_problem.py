@@ -1,0 +1,148 @@
+"""Stacks and measurements as an inverse problem."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multilayer.errors import InputError
+from multilayer.experiments.stacks.responses import shape_factor
+from multilayer.fits.stacks.fit import describe
+from multilayer.inference.least_squares import minimise
+from multilayer.paths import locate
+from multilayer.response import plane_wave
+from multilayer.rig import static_shape_factor
+from tests.fits.stack_fits import (
+    IMPEDANCE,
+    IN_A_TUBE,
+    ON_A_SHAKER,
+    PORES,
+    F,
+    of_every_kind,
+    parts,
+    problem,
+    tube_table,
+)
+
+KINDS = of_every_kind()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+class TestKinds:
+    def make(self, kind, folder):
+        truth, text, measurement, unknowns = KINDS[kind]
+        one = {"noise": 0.02, "file": "data.csv", **measurement}
+        return truth, problem(folder, truth, {"data.csv": text}, [one], unknowns)
+
+    def test_the_truth_leaves_nothing(self, kind, tmp_path):
+        truth, made = self.make(kind, tmp_path)
+        (parameter,) = made.parameters
+        z = parameter.prior.coordinate([locate(truth, parameter.name).value])
+        assert np.abs(made.residual(z)).max() < 1e-6
+
+    def test_is_found_from_elsewhere(self, kind, tmp_path):
+        truth, made = self.make(kind, tmp_path)
+        (parameter,) = made.parameters
+        found = minimise(made, np.array([0.3]))
+        wanted = locate(truth, parameter.name).value
+        assert describe(made, [found]).quantities[0].value == pytest.approx(wanted, rel=0.02)
+
+    def test_many_at_once_as_one_by_one(self, kind, tmp_path):
+        _, made = self.make(kind, tmp_path)
+        z = np.array([[-0.5], [0.0], [1.0]])
+        together = made.residual(z)
+        assert together.shape == (3, sum(observation.n_data for observation in made.observations))
+        assert together == pytest.approx(np.stack([made.residual(one) for one in z]), rel=1e-6, abs=1e-6)
+
+
+class TestWeights:
+    def test_noise_of_an_impedance_is_white_in_the_residual(self, tmp_path):
+        """What is fitted is R; what was said to scatter is Z."""
+        f = np.geomspace(150, 4000, 2000)
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE, f, 0.02)}, [IMPEDANCE], PORES)
+        z = np.array([float(p.prior.coordinate(locate(IN_A_TUBE, p.name).value)) for p in made.parameters])
+        residual = made.residual(z).reshape(2, -1)
+        assert residual.std(axis=1) == pytest.approx([1, 1], abs=0.05)
+        assert abs(np.corrcoef(residual)[0, 1]) < 0.06
+
+    def test_columns_of_standard_deviations(self, tmp_path):
+        text = parts("frequency_hz,E1_pa,E2_pa", F, ZENER_AT_F).splitlines()
+        text = [f"{text[0]},E1_std_pa,E2_std_pa", *(f"{line},1000,4000" for line in text[1:])]
+        unknowns = {"layers.foam.young_modulus.order": {"uniform": [0.2, 0.9]}}
+        measurement = {"kind": "modulus", "layer": "foam", "file": "dma.csv", "noise": {"absolute": "1 Pa"}}
+        made = problem(tmp_path, ON_A_SHAKER, {"dma.csv": "\n".join(text)}, [measurement], unknowns)
+        (observation,) = made.observations
+        shifted = observation.residual(ZENER_AT_F + 10.0)
+        # a real change turns into both parts of the logarithm; its size is that of the first column alone
+        assert np.linalg.norm(shifted.reshape(2, -1), axis=0) == pytest.approx(10 / 1000, rel=1e-3)
+
+    def test_a_model_error_correlates(self, tmp_path):
+        error = {"model_error": {"relative": 0.05, "length": 0.5}}
+        text = {"tube.csv": tube_table(IN_A_TUBE)}
+        sizes = []
+        for more in ({}, error):
+            made = problem(tmp_path, IN_A_TUBE, text, [{**IMPEDANCE, **more}], PORES)
+            (observation,) = made.observations
+            whole = observation.measured * 1.05
+            reflection = (whole - 1) / (whole + 1)
+            sizes.append(np.sum(observation.residual(reflection) ** 2))
+        assert sizes[0] == pytest.approx(len(F) * (0.05 / 0.02) ** 2, rel=0.1)
+        assert sizes[1] < 5  # one deviation that the model may have: 1 + ln(f2/f1)/(2 length)
+
+    def test_what_is_in_db(self, tmp_path):
+        truth, text, measurement, unknowns = KINDS["transmission loss"]
+        made = problem(tmp_path, truth, {"data.csv": text}, [{**measurement, "file": "data.csv"}], unknowns)
+        (observation,) = made.observations
+        assert observation.residual(observation.measured + 1.0) == pytest.approx(2.0)
+
+
+ZENER_AT_F = ON_A_SHAKER.layers[0].young_modulus(F)
+
+
+class TestNoResponse:
+    def test_a_sample_without_response_is_nan(self, tmp_path):
+        made = self.made(tmp_path)
+        rows = made.residual(np.array([[0.0], [0.5]]))
+        assert np.isfinite(rows[0]).all()
+
+        def fails(stack):
+            if np.size(stack.layers[0].thickness) > 1 or stack.layers[0].thickness > 0.04:
+                raise InputError("no response")
+            return plane_wave(stack, F).reflection
+
+        broken = replace(made, observations=(replace(made.observations[0], response=fails),))
+        rows = broken.residual(np.array([[-1.0], [1.0]]))
+        assert np.isfinite(rows[0]).all()
+        assert np.isnan(rows[1]).all()
+
+    def made(self, folder):
+        tables = {"tube.csv": parts("f_hz,reflection_re,reflection_im", F, plane_wave(IN_A_TUBE, F).reflection)}
+        measurement = {"kind": "reflection", "file": "tube.csv", "noise": {"absolute": 0.02}}
+        return problem(folder, IN_A_TUBE, tables, [measurement], {"layers.wool.thickness": {"normal": [0.04, 0.002]}})
+
+
+class TestPriors:
+    def prior(self, folder, path, said):
+        tables = {"tube.csv": tube_table(IN_A_TUBE)}
+        return problem(folder, IN_A_TUBE, tables, [IMPEDANCE], {path: said}).parameters[0].prior
+
+    def test_units(self, tmp_path):
+        prior = self.prior(tmp_path, "layers.wool.thickness", {"normal": ["4 cm", "2 mm"], "bounds": ["35 mm", 0.05]})
+        assert prior.normal == (0.04, 0.002)
+        assert prior.bounds == (0.035, 0.05)
+
+    def test_a_share_of_the_mean(self, tmp_path):
+        assert self.prior(tmp_path, "layers.wool.thickness", {"normal": [0.04, "5 %"]}).normal == (0.04, 0.002)
+
+    def test_cut_at_the_limits_of_the_field(self, tmp_path):
+        prior = self.prior(tmp_path, "layers.wool.tortuosity", {"normal": [1.05, 0.1]})
+        assert prior.bounds == pytest.approx((1, 1.65))
+        assert prior.value(np.linspace(-9, 9, 19)).min() >= 1
+        assert self.prior(tmp_path, "layers.wool.porosity", {"lognormal": [0.95, 0.1]}).bounds[1] == 1
+        assert self.prior(tmp_path, "layers.wool.thickness", {"normal": [0.04, 0.001]}).bounds is None
+
+
+def test_shape_factors_of_many_poisson_ratios():
+    nu = np.array([0.05, 0.31, 0.44, 0.49])
+    alone = [static_shape_factor(float(one), 0.45) for one in nu]
+    assert shape_factor(nu[:, None], 0.45)[:, 0] == pytest.approx(alone, rel=1e-4)
