@@ -1,0 +1,1 @@
+"""Several campaigns of one material compared, and moduli at several temperatures."""
