@@ -10,9 +10,9 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted, minimised
-from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.model_discrepancy import LawErrors, Softened, law_parts
 from multilayer.executors import run_all
+from multilayer.experiments.hypothesis import Data, Hypothesis
 
 _FEWEST = 4  # bursts of which blocks can be made
 
@@ -44,7 +44,7 @@ class Shrinkage:
         return 0.0 if gap <= 0 else float(1 - max(self.after - 1, 0.0) / gap)
 
 
-def folds(hypothesis: AnyHypothesis) -> tuple[str, list[tuple[list[AnyData], list[AnyData]]]]:
+def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data]]]]:
     """Return how data are left out, and pairs (kept, left out).
 
     One configuration after the other; of a single one contiguous blocks of bursts, whose neighbours are left out too.
@@ -94,7 +94,7 @@ def shrinkage(
     return [Shrinkage(before, gap, how, score) for gap, score in zip(gaps, scores, strict=True)]
 
 
-def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tuple[RealArray, float]:
+def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[RealArray, float]:
     """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
 
     And the logarithm of their density as foretold, in which the effects' laws may be wrong, too. The task is a fit, and
@@ -103,7 +103,7 @@ def _foretold(task: tuple[Fitted, Sequence[AnyData], Sequence[AnyData]]) -> tupl
     one, kept, left = task
     seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
 
-    def errors(part: AnyHypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
+    def errors(part: Hypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
         return law_parts(part, z, one.hypothesis)
 
     start = one.minimum.z

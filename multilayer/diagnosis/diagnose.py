@@ -16,17 +16,17 @@ from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.experiments import next_experiments
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polished
 from multilayer.diagnosis.free_rim import ROUGH, free_rim
-from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import Progress, judge
 from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.diagnosis.scattered import scattered
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
-from multilayer.experiments.two_plate.campaign import solve_joint
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import plane_wave_problem
+from multilayer.fits.joint.search import solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
@@ -119,7 +119,7 @@ def fit_nominal(
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
     minima = solve_joint(joint, seed=seed, tolerance=ROUGH, executor=executor)
-    return fit(Hypothesis(campaign, joint), minima[0].z), minima
+    return fit(joint, minima[0].z), minima
 
 
 def fits_one_by_one(
@@ -165,14 +165,12 @@ def _fits_with_rim(
     nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect]
 ) -> tuple[Mapping[str, Rig], dict[tuple[str, ...], Fitted]]:
     """Return finite elements by configuration, and the fits of effects that need them."""
-    hypothesis = rig_hypothesis(nominal.hypothesis)
-    rigs, start = free_rim(hypothesis.campaign, hypothesis.joint, minima)
+    rigs, start = free_rim(rig_hypothesis(nominal.hypothesis), minima)
     return rigs, fit_effects(_with_rigs(nominal, rigs), effects, start)
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
-    joint = rig_hypothesis(fitted.hypothesis).joint
-    return joint.space.modulus(joint.law_coordinates(fitted.minimum.z), frequency)
+    return rig_hypothesis(fitted.hypothesis).modulus(fitted.minimum.z, frequency)
 
 
 def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
@@ -197,8 +195,8 @@ def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
     pairs = zip(
         rig_hypothesis(nominal.hypothesis).data,
-        nominal.hypothesis.log_ratios(nominal.minimum.z),
-        best.hypothesis.log_ratios(best.minimum.z),
+        nominal.hypothesis.differences(nominal.minimum.z),
+        best.hypothesis.differences(best.minimum.z),
         strict=True,
     )
     found = []

@@ -123,8 +123,8 @@ class Hypotheses:
         if names is None:
             return 0.0
         best = self.fitted[names]
-        before = self.nominal.hypothesis.log_ratios(self.nominal.minimum.z)
-        after = best.hypothesis.log_ratios(best.minimum.z)
+        before = self.nominal.hypothesis.differences(self.nominal.minimum.z)
+        after = best.hypothesis.differences(best.minimum.z)
         change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
         return float(np.sqrt(np.mean(np.abs(change) ** 2)))
 

@@ -14,9 +14,7 @@ from multilayer.arrays import ComplexArray, half_turn
 from multilayer.diagnosis.effects.base import Setting
 from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.hypothesis import rig_hypothesis
-from multilayer.diagnosis.thresholds import MODEL_ERROR
-from multilayer.experiments.two_plate.campaign import whitening
+from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.inference.derivative import WIDE, Stencil
 
 _CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
@@ -94,7 +92,7 @@ def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, Comp
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     stencil = Stencil.central(z, WIDE)
-    moved, shown = replace(hypothesis, effects=kept).predict(experiment.setting(hypothesis.settings[0]), stencil.points)
+    moved, shown = hypothesis.with_effects(*kept).predict(experiment.setting(hypothesis.settings[0]), stencil.points)
     # what made the top channel wrong makes the base channel wrong once they are exchanged
     logs: ComplexArray = np.log(moved**2 / shown) if experiment.swapped else np.log(shown)
     value, slopes = stencil.linearised(logs)
@@ -105,6 +103,5 @@ def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, Compl
     """Return half the squared distance of two predictions, nats."""
     difference = a[0] - b[0]
     difference = difference.real + 1j * half_turn(difference.imag)
-    w = whitening(rig_hypothesis(fitted.hypothesis).data[0], MODEL_ERROR)
-    columns = np.concatenate([a[1], b[1]], axis=1)
-    return half_squared(*(np.concatenate([w @ part.real, w @ part.imag]) for part in (difference, columns)))
+    whiten = fitted.hypothesis.experiments[0].whiten
+    return half_squared(whiten(difference), whiten(np.concatenate([a[1], b[1]], axis=1).T).T)

@@ -14,10 +14,10 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.interface import AnyHypothesis
 from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
+from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, settle
 from multilayer.inference.multistart import costs_per_datum, discrepancies, is_far_off, valleys
 from multilayer.inference.problem import Minimum, Problem
@@ -44,7 +44,7 @@ class Fitted:
 
     Attributes
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     minimum : Minimum
         Its residuals have unit variance where the effects' laws are as wrong as they may be.
     errors : LawErrors, optional
@@ -53,7 +53,7 @@ class Fitted:
         Coordinates where its search began, the most promising first.
     """
 
-    hypothesis: AnyHypothesis
+    hypothesis: Hypothesis
     minimum: Minimum
     errors: LawErrors | None = None
     valleys: RealArray | None = None
@@ -90,7 +90,7 @@ class Fitted:
 
     def _size_error(self, name: str) -> float:
         effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
-        return effect.law_error if effect.size_error is None else effect.size_error
+        return float(effect.law_error if effect.size_error is None else effect.size_error)
 
 
 @dataclass(frozen=True)
@@ -99,19 +99,19 @@ class Begun:
 
     Attributes
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     starts : array, shape (k, n)
         Coordinates in the valleys, the most promising first.
     given_up : Fitted
         The fit in the first of them, the errors of laws as there; at its end it would have more evidence.
     """
 
-    hypothesis: AnyHypothesis
+    hypothesis: Hypothesis
     starts: RealArray
     given_up: Fitted
 
     @classmethod
-    def at(cls, hypothesis: AnyHypothesis, starts: RealArray) -> Begun:
+    def at(cls, hypothesis: Hypothesis, starts: RealArray) -> Begun:
         """Return what is known at the starts."""
         z, errors = starts[0], None
         problem: Problem = hypothesis
@@ -129,19 +129,19 @@ class Begun:
         return [partial(at_minimum, self.hypothesis, z, *ROUGHLY) for z in self.starts]
 
 
-def fit(hypothesis: AnyHypothesis, start: RealArray) -> Fitted:
+def fit(hypothesis: Hypothesis, start: RealArray) -> Fitted:
     """Return the most probable parameters of a hypothesis; see `begin`."""
     return _polish(finish_all({0: begin(hypothesis, start)})[0])
 
 
 def begin(
-    hypothesis: AnyHypothesis, start: RealArray, *, others: RealArray | None = None, followed: int = _FOLLOWED
+    hypothesis: Hypothesis, start: RealArray, *, others: RealArray | None = None, followed: int = _FOLLOWED
 ) -> Begun:
     """Return the valleys of a hypothesis.
 
     Parameters
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     start : array, shape (n,)
         Coordinates of law and nuisances, and of effects that are given already.
     others : array, shape (m, n), optional
@@ -164,11 +164,11 @@ def begin(
     return Begun.at(hypothesis, starts[:followed])
 
 
-def _has_law_errors(hypothesis: AnyHypothesis) -> bool:
+def _has_law_errors(hypothesis: Hypothesis) -> bool:
     return any(effect.law_error for effect in hypothesis.effects)
 
 
-def at_minimum(hypothesis: AnyHypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
+def at_minimum(hypothesis: Hypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
     """Return the minimum reached from a start near it, with the errors of laws there."""
     if not _has_law_errors(hypothesis):
         return Fitted(hypothesis, minimised(hypothesis, start, most, tolerance))
@@ -210,7 +210,7 @@ def _polish(fitted: Fitted) -> Fitted:
     return best_of([at_minimum(hypothesis, start) for start in starts])
 
 
-def _eased(hypothesis: AnyHypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
+def _eased(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
     """Return roughly where a fit comes to with a smooth discrepancy that is let go by and by."""
     smooth = smooth_basis(hypothesis)
     for size in sizes:
@@ -238,7 +238,7 @@ def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: 
     return minimise(problem, start, most, tolerance, "trf", scaled=True)
 
 
-def _starting_points(hypothesis: AnyHypothesis, missing: int) -> list[RealArray]:
+def _starting_points(hypothesis: Hypothesis, missing: int) -> list[RealArray]:
     """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
     if not missing:
         return [np.empty(0)]

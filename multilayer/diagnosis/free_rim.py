@@ -7,13 +7,13 @@ from functools import partial
 
 from multilayer.arrays import RealArray
 from multilayer.errors import MultilayerError
-from multilayer.experiments.two_plate.campaign import JointProblem, search_laws
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import Fineness
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.joint.fit import rigs_around, with_free_rim
+from multilayer.fits.joint.search import search_laws
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
-from multilayer.measurements.description import Campaign
 
 ROUGH = 1e-4  # change of the cost at which a search has arrived that a fit goes on from
 _RESOLUTION, _TOLERANCE = 0.9, 1e-4  # of mesh and reduced basis
@@ -21,7 +21,7 @@ _ROOM = (0.98, 1.02)  # around the data's frequencies
 _FEW = 2  # solutions of plane waves that are gone on from
 
 
-def free_rim(campaign: Campaign, joint: JointProblem, minima: Sequence[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
+def free_rim(problem: CampaignProblem, minima: Sequence[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
     """Return finite elements by configuration, and the coordinates of a law that fits with them, roughly.
 
     The elements hold for the data's frequencies only, and are coarser than those of a fit: right to a tenth of
@@ -29,20 +29,19 @@ def free_rim(campaign: Campaign, joint: JointProblem, minima: Sequence[Minimum])
 
     Parameters
     ----------
-    campaign : Campaign
-    joint : JointProblem
+    problem : CampaignProblem
         Of plane waves.
     minima : sequence of Minimum
         Its solutions, the best first.
     """
     few, settings = [*minima[:_FEW]], FitSettings()
-    bands = {data.name: (_ROOM[0] * data.frequency.min(), _ROOM[1] * data.frequency.max()) for data in joint.data}
+    bands = {data.name: (_ROOM[0] * data.frequency.min(), _ROOM[1] * data.frequency.max()) for data in problem.data}
     fineness, solve = Fineness(_RESOLUTION, _TOLERANCE, bands), partial(search_laws, n_best=1, tolerance=ROUGH)
     try:
-        problem, found = with_free_rim(campaign, joint, few, _silent, settings, fineness, solve)
+        bent, found = with_free_rim(problem.campaign, problem, few, _silent, settings, fineness, solve)
     except MultilayerError:  # the free rim is so wrong here that no law is found with it
-        return rigs_around(campaign, joint, minima[0], _silent, settings, fineness), minima[0].z
-    return problem.rigs, found[0].z
+        return rigs_around(problem.campaign, problem, minima[0], _silent, settings, fineness), minima[0].z
+    return bent.rigs, found[0].z
 
 
 def _silent(text: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.interface import AnyHypothesis
+from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.problem import Minimum
 
 _BANDS = 4  # per configuration
@@ -51,7 +51,7 @@ class Place:
         }
 
 
-def _templates(hypothesis: AnyHypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
+def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
     """Return whitened unit steps of the two quantities, by configuration and band."""
     total = sum(2 * len(data.frequency) for data in hypothesis.data)
     found, first = [], 0
@@ -62,13 +62,13 @@ def _templates(hypothesis: AnyHypothesis) -> list[tuple[str, str, tuple[float, f
             inside = ((np.log(f) >= low) & (np.log(f) <= high)).astype(complex)
             for quantity, step in zip(hypothesis.quantities, (inside, 1j * inside), strict=True):
                 column = np.zeros(total)
-                column[first : first + 2 * n] = hypothesis.whitened(i, step)
+                column[first : first + 2 * n] = hypothesis.experiments[i].whiten(step)
                 found.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
         first += 2 * n
     return found
 
 
-def locate(hypothesis: AnyHypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
+def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
     """Return the places of the gap, the most significant first, and the significance that chance reaches.
 
     ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C the covariance of noise and of all unknowns, linearised; the second number

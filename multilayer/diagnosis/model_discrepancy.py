@@ -9,10 +9,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.interface import AnyData, AnyHypothesis
+from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.derivative import FINE, Stencil, central
 from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Minimum
+from multilayer.inference.problem import Minimum, Problem
 
 _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off slowly
 _LENGTH = 0.4  # that of a discrepancy of no known origin
@@ -59,16 +59,16 @@ class LawErrors:
 
 
 @dataclass(frozen=True)
-class Softened:
-    """A hypothesis whose effects' laws may be wrong: a `Problem` with residuals of unit variance again.
+class Softened(Problem):
+    """A hypothesis whose effects' laws may be wrong, with residuals of unit variance again.
 
     Attributes
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     errors : LawErrors
     """
 
-    hypothesis: AnyHypothesis
+    hypothesis: Hypothesis
     errors: LawErrors
 
     @property
@@ -87,8 +87,8 @@ class Softened:
 
 
 @dataclass(frozen=True)
-class Embedded:
-    """A hypothesis together with the errors of its effects' laws: a `Problem` in the hypothesis' own unknowns.
+class Embedded(Problem):
+    """A hypothesis together with the errors of its effects' laws, in the hypothesis' unknowns.
 
     The data are ``r(z) + B(z) a`` with a ~ N(0, 1), see `law_parts`. With a integrated out, minus twice the log density
     is ``r^T C^-1 r + ln |C|``, ``C = 1 + B B^T``: the sum of squares of this problem's residuals, the last
@@ -104,10 +104,10 @@ class Embedded:
 
     Attributes
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     """
 
-    hypothesis: AnyHypothesis
+    hypothesis: Hypothesis
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -152,7 +152,7 @@ class Embedded:
         return replace(found, misfit=float(residual @ residual), residual=residual, jacobian=found.jacobian[:-1])
 
 
-def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
+def smooth_basis(hypothesis: Hypothesis) -> RealArray:
     """Return columns B with B B^T the whitened covariance of a smooth unit discrepancy, shape (n_data, k).
 
     Amplitude and phase of every configuration have one of their own, smooth in ln f.
@@ -168,20 +168,18 @@ def smooth_basis(hypothesis: AnyHypothesis) -> RealArray:
         columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T
         for part in (columns + 0j, 1j * columns):
             block = np.zeros((total, columns.shape[0]))
-            block[first : first + 2 * n] = hypothesis.whitened(i, part).T
+            block[first : first + 2 * n] = hypothesis.experiments[i].whiten(part).T
             blocks.append(block)
         first += 2 * n
     return np.concatenate(blocks, axis=1)
 
 
-def law_basis(hypothesis: AnyHypothesis, z: RealArray) -> RealArray:
+def law_basis(hypothesis: Hypothesis, z: RealArray) -> RealArray:
     """Return columns B with B B^T the whitened covariance of the errors of the effects' own laws, shape (n_data, k)."""
     return np.concatenate(law_parts(hypothesis, z), axis=1)
 
 
-def law_parts(
-    hypothesis: AnyHypothesis, z: RealArray, whole: AnyHypothesis | None = None
-) -> tuple[RealArray, RealArray]:
+def law_parts(hypothesis: Hypothesis, z: RealArray, whole: Hypothesis | None = None) -> tuple[RealArray, RealArray]:
     """Return the columns of `law_basis` in two parts: common to all configurations, and each one's own.
 
     What an effect changes, times a complex factor that is smooth in ln f, of the size of the effect's `law_error`. An
@@ -189,9 +187,9 @@ def law_parts(
 
     Parameters
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     z : array, shape (d,)
-    whole : AnyHypothesis, optional
+    whole : Hypothesis, optional
         The hypothesis with all its data, of which this one has a part: the common columns of its parts then belong to
         the same unknown numbers.
     """
@@ -199,15 +197,15 @@ def law_parts(
     return _columns(hypothesis, changes, (whole or hypothesis).data)
 
 
-def shown_and_changed(hypothesis: AnyHypothesis, z: RealArray) -> tuple[list[ComplexArray], list[list[ComplexArray]]]:
-    """Return `log_ratios`, and by effect what an error of its law by all of its size changes, as far as that is small.
+def shown_and_changed(hypothesis: Hypothesis, z: RealArray) -> tuple[list[ComplexArray], list[list[ComplexArray]]]:
+    """Return `differences`, and by effect what an error of its law by all of its size changes, as far as that is small.
 
     Parameters
     ----------
-    hypothesis : AnyHypothesis
+    hypothesis : Hypothesis
     z : array, shape (..., d)
     """
-    shown = hypothesis.log_ratios(z)
+    shown = hypothesis.differences(z)
     changes = [
         [_limited(change) for change in hypothesis.law_change(index, z, shown)]
         for index, effect in enumerate(hypothesis.effects)
@@ -217,7 +215,7 @@ def shown_and_changed(hypothesis: AnyHypothesis, z: RealArray) -> tuple[list[Com
 
 
 def _columns(
-    hypothesis: AnyHypothesis, changes: Sequence[Sequence[ComplexArray]], everything: Sequence[AnyData]
+    hypothesis: Hypothesis, changes: Sequence[Sequence[ComplexArray]], everything: Sequence[Data]
 ) -> tuple[RealArray, RealArray]:
     """Return the columns of `law_parts` from what each effect changes by configuration, shape (n,)."""
     shapes = _shapes(hypothesis, everything)
@@ -231,13 +229,13 @@ def _columns(
     return np.concatenate(common, axis=1), np.concatenate(own, axis=1)
 
 
-def _sizes(hypothesis: AnyHypothesis, configurations: int) -> list[float]:
+def _sizes(hypothesis: Hypothesis, configurations: int) -> list[float]:
     """Return the standard deviation of the error of each law that has one: common to all configurations, or its own."""
     share = np.sqrt(0.5) if configurations > 1 else 1.0
     return [float(share * effect.law_error) for effect in hypothesis.effects if effect.law_error]
 
 
-def _shapes(hypothesis: AnyHypothesis, everything: Sequence[AnyData]) -> list[RealArray]:
+def _shapes(hypothesis: Hypothesis, everything: Sequence[Data]) -> list[RealArray]:
     """Return by configuration smooth functions of ln f, shape (k, n), whose sum with normal weights is an error."""
     at = np.log(np.concatenate([data.frequency for data in everything]))
     knots = np.arange(at.min(), at.max() + _LAW_LENGTH / 2, _LAW_LENGTH / 2)
@@ -247,7 +245,7 @@ def _shapes(hypothesis: AnyHypothesis, everything: Sequence[AnyData]) -> list[Re
     return [(_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ weights).T for data in hypothesis.data]
 
 
-def _factors(hypothesis: AnyHypothesis, amounts: RealArray) -> list[list[ComplexArray]]:
+def _factors(hypothesis: Hypothesis, amounts: RealArray) -> list[list[ComplexArray]]:
     """Return by effect with a law's error, and configuration, that relative error, shape (n,), of some amounts."""
     shapes = _shapes(hypothesis, hypothesis.data)
     sizes = _sizes(hypothesis, len(shapes))
@@ -261,7 +259,7 @@ def _factors(hypothesis: AnyHypothesis, amounts: RealArray) -> list[list[Complex
     ]
 
 
-def _traced(hypothesis: AnyHypothesis, changes: Sequence[Sequence[ComplexArray]], weights: RealArray) -> RealArray:
+def _traced(hypothesis: Hypothesis, changes: Sequence[Sequence[ComplexArray]], weights: RealArray) -> RealArray:
     """Return ``tr(W B)``, shape (m,), for bases B of changes of shape (m, n) each, and W of shape (k, n_data)."""
     shapes = _shapes(hypothesis, hypothesis.data)
     sizes = _sizes(hypothesis, len(shapes))
@@ -276,21 +274,21 @@ def _traced(hypothesis: AnyHypothesis, changes: Sequence[Sequence[ComplexArray]]
                 first = width * (len(sizes) + e * count + i)
                 weight = weight + weights[first : first + width, rows]
             both = np.concatenate([smooth, 1j * smooth])[:, None] * change
-            found += size * np.einsum("kn,kmn->m", weight, hypothesis.whitened(i, both))
+            found += size * np.einsum("kn,kmn->m", weight, hypothesis.experiments[i].whiten(both))
     return found
 
 
-def _whitened(hypothesis: AnyHypothesis, logs: Sequence[ComplexArray]) -> RealArray:
-    return np.concatenate([hypothesis.whitened(i, values) for i, values in enumerate(logs)], axis=-1)
+def _whitened(hypothesis: Hypothesis, logs: Sequence[ComplexArray]) -> RealArray:
+    return np.concatenate([hypothesis.experiments[i].whiten(values) for i, values in enumerate(logs)], axis=-1)
 
 
 def _modulated(
-    hypothesis: AnyHypothesis, signature: Sequence[ComplexArray], shapes: Sequence[RealArray]
+    hypothesis: Hypothesis, signature: Sequence[ComplexArray], shapes: Sequence[RealArray]
 ) -> list[RealArray]:
     """Return by configuration the whitened columns of a signature with smooth relative errors of unit size."""
     blocks = []
-    for i, (limited, smooth) in enumerate(zip(signature, shapes, strict=True)):
-        parts = [hypothesis.whitened(i, smooth * limited).T, hypothesis.whitened(i, 1j * smooth * limited).T]
+    for experiment, limited, smooth in zip(hypothesis.experiments, signature, shapes, strict=True):
+        parts = [experiment.whiten(smooth * limited).T, experiment.whiten(1j * smooth * limited).T]
         blocks.append(np.concatenate(parts, axis=1))
     return blocks
 

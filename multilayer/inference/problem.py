@@ -1,23 +1,38 @@
-"""What optimisers and samplers know of an inverse problem: residuals and parameters, nothing of the physics."""
+"""Inverse problems as optimisers and samplers know them: unknowns with priors, and whitened residuals.
+
+An `Experiment` says what was measured, what a model predicts of it, and how errors of both weigh; `Experiments` are a
+`Problem` of several that share their unknowns. Whoever changes what residuals count, or which unknowns move, wraps a
+problem into another one.
+"""
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.inference.priors import Parameter
+from multilayer.inference.derivative import forward
+from multilayer.inference.priors import Parameter, Priors
+
+T = TypeVar("T")
 
 
-class Problem(Protocol):
+class Problem(ABC):
     """Measurements, a model, and what is unknown of it."""
 
     @property
+    @abstractmethod
     def parameters(self) -> tuple[Parameter, ...]:
         """The unknowns."""
 
+    @abstractmethod
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data), at coordinates of shape (..., n_parameters).
 
@@ -25,10 +40,89 @@ class Problem(Protocol):
         """
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the residual at z and its derivative, shapes (n_data,) and (n_data, n_parameters).
+        """Return the residual at z and its derivative, shapes (n_data,) and (n_data, n_parameters)."""
+        return forward(self.residual, z)
 
-        Most problems leave that to `multilayer.inference.derivative`.
-        """
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Coordinates of some points, and the values of the unknowns there.
+
+    Attributes
+    ----------
+    z : array, shape (m, n_parameters)
+    priors : Priors
+    """
+
+    z: RealArray
+    priors: Priors
+    _shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def values(self) -> RealArray:
+        """Of all unknowns, shape (m, n_parameters)."""
+        return self.priors.values(self.z)
+
+    @cached_property
+    def named(self) -> dict[str, RealArray]:
+        """Each of shape (m,), by the unknown's name."""
+        return {name: self.values[:, i] for i, name in enumerate(self.priors.names)}
+
+    def shared(self, key: Hashable, compute: Callable[[], T]) -> T:
+        """Return what several experiments need of these points, computed by the first that asks."""
+        if key not in self._shared:
+            self._shared[key] = compute()
+        result: T = self._shared[key]
+        return result
+
+
+class Experiment(ABC):
+    """Measured values, what a model predicts of them, and how errors of both weigh."""
+
+    @property
+    @abstractmethod
+    def data(self) -> Any:
+        """The measured values."""
+
+    @abstractmethod
+    def difference(self, points: Points) -> NDArray[Any]:
+        """Return predicted minus measured values, shape (m, n), in the quantity that is compared."""
+
+    @abstractmethod
+    def whiten(self, difference: NDArray[Any]) -> RealArray:
+        """Return differences, shape (..., n), as independent numbers of unit variance, shape (..., n_data)."""
+
+
+class Experiments(Problem):
+    """Experiments that share their unknowns."""
+
+    @property
+    @abstractmethod
+    def experiments(self) -> Sequence[Experiment]:
+        """The experiments."""
+
+    @cached_property
+    def priors(self) -> Priors:
+        """Of all unknowns."""
+        return Priors.of(self.parameters)
+
+    def points(self, z: RealArray) -> Points:
+        """Return coordinates of shape (..., n_parameters) as points, in one row."""
+        return Points(z.reshape(math.prod(z.shape[:-1]), z.shape[-1]), self.priors)
+
+    def differences(self, z: RealArray) -> list[NDArray[Any]]:
+        """Return predicted minus measured values, shape (..., n), of every experiment; NaN where there is none."""
+        points = self.points(z)
+        return [experiment.difference(points).reshape(*z.shape[:-1], -1) for experiment in self.experiments]
+
+    def whitened(self, differences: Sequence[NDArray[Any]]) -> RealArray:
+        """Return differences of all experiments as independent numbers of unit variance, shape (..., n_data)."""
+        pairs = zip(self.experiments, differences, strict=True)
+        return np.concatenate([experiment.whiten(difference) for experiment, difference in pairs], axis=-1)
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return whitened residuals of all experiments, one after the other; see `Problem`."""
+        return self.whitened(self.differences(z))
 
 
 @dataclass(frozen=True)
@@ -90,3 +184,56 @@ class Minimum:
         ``ln p(y|z) + ln p(z) + (d/2) ln 2 pi - 1/2 ln |H|``; the prior's normalisation cancels the second constant.
         """
         return float(-0.5 * self.cost - 0.5 * np.linalg.slogdet(self.precision)[1])
+
+
+@dataclass(frozen=True)
+class Known:
+    """A posterior as prior: coordinates ``centre + factor u`` of the unknowns, u standard normal.
+
+    Attributes
+    ----------
+    centre : array, shape (d,)
+    factor : array, shape (d, d)
+        Factor times its transpose is the covariance.
+    """
+
+    centre: RealArray
+    factor: RealArray
+
+    @classmethod
+    def of(cls, minimum: Minimum, *, correlated: bool = False) -> Known:
+        """Return Laplace's approximation of a posterior, each unknown by itself unless `correlated`.
+
+        Correlations are as sharp as the model is right, and a model that is off a little is off in another direction as
+        soon as something changes: intervals with them are too narrow on measured plants, see
+        ``docs/validation/diagnosis_tubes.md``.
+        """
+        if correlated:
+            return cls(minimum.z, np.asarray(np.linalg.cholesky(minimum.covariance), dtype=float))
+        return cls(minimum.z, np.diag(np.sqrt(np.diag(minimum.covariance))))
+
+    def coordinates(self, u: RealArray) -> RealArray:
+        """Return coordinates of the unknowns' own priors, shape (..., d), of u of the same shape."""
+        return np.asarray(self.centre + u @ self.factor.T)
+
+
+@dataclass(frozen=True)
+class Scaled(Problem):
+    """A problem whose residuals count less because the model misses the data by more than noise."""
+
+    problem: Problem
+    scale: float
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the problem."""
+        return self.problem.parameters
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return residuals over the scale."""
+        return self.problem.residual(z) / self.scale
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return that and its derivative."""
+        residual, jacobian = self.problem.linearised(z)
+        return residual / self.scale, jacobian / self.scale

@@ -100,8 +100,8 @@ class Profile(Posterior):
 
 
 @dataclass(frozen=True)
-class _Held:
-    """A problem with one coordinate held; a `Problem` of the others."""
+class _Held(Problem):
+    """A problem with one coordinate held: of the others."""
 
     problem: Problem
     index: int

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
 
+_ROUGH = 0.01  # of the variance of a smooth error: what is not smooth in it
+
 
 @dataclass(frozen=True)
 class ValueNoise:
@@ -24,10 +26,12 @@ class ValueNoise:
 
 @dataclass(frozen=True)
 class CorrelatedError:
-    """Error of a model, relative to the values, correlated along frequency by exp(-|ln f1/f2| / length).
+    """Error of a model, relative to the values, correlated along frequency.
 
-    Continuous and no smoother: a covariance with derivatives holds kinks and steps, such as a resonance that is not in
-    the model, for next to impossible, and bends all parameters to avoid them.
+    As ``exp(-|d|)``, d = ln(f1/f2)/length: continuous and no smoother. A covariance with derivatives holds kinks and
+    steps, such as a resonance that is not in the model, for next to impossible, and bends all parameters to avoid them.
+    Where the model is known to be right but for the error of its solver, which has no kinks, it is smooth: as
+    ``exp(-d^2/2)``, with a hundredth of the variance that has no correlation at all, for what bins differ by.
 
     Attributes
     ----------
@@ -35,15 +39,19 @@ class CorrelatedError:
         Standard deviation of each part.
     length : float
         Of the correlation, in ln f.
+    smooth : bool
     """
 
     relative: float
     length: float = 0.3
+    smooth: bool = False
 
     def covariance(self, frequency: RealArray) -> RealArray:
         """Return the covariance of the relative error, shape (n, n)."""
-        distance = np.abs(np.subtract.outer(np.log(frequency), np.log(frequency)))
-        return np.asarray(self.relative**2 * np.exp(-distance / self.length))
+        distance = np.subtract.outer(np.log(frequency), np.log(frequency)) / self.length
+        if not self.smooth:
+            return np.asarray(self.relative**2 * np.exp(-np.abs(distance)))
+        return np.asarray(self.relative**2 * (np.exp(-0.5 * distance**2) + _ROUGH * np.eye(len(frequency))))
 
 
 @dataclass(frozen=True)
@@ -54,17 +62,25 @@ class Whitening:
     ----------
     pointwise : array, shape (n, k, k), or None
         One factor for every value of k parts: 2 of complex, 1 of real ones.
-    dense : array, shape (k n, k n), or None
-        One factor for all, real parts first, where values are correlated.
+    dense : array, shape (k n, k n) or (n, n), or None
+        One factor for all values, real parts first, where they are correlated; or for all values of each part, where
+        the parts are not.
     """
 
     pointwise: RealArray | None
     dense: RealArray | None = None
 
+    @classmethod
+    def of_parts(cls, covariance: RealArray) -> Whitening:
+        """Return the whitening of values whose parts are independent, each with the same covariance, shape (n, n)."""
+        return cls(None, np.asarray(np.linalg.inv(np.linalg.cholesky(covariance))))
+
     def __call__(self, difference: NDArray[Any]) -> RealArray:
         """Return whitened differences, shape (..., k n), real parts first, of shape (..., n)."""
         parts = _parts(difference)
         if self.dense is not None:
+            if len(self.dense) == difference.shape[-1]:
+                return np.concatenate([part @ self.dense.T for part in parts], axis=-1)
             return np.asarray(np.concatenate(parts, axis=-1) @ self.dense.T)
         assert self.pointwise is not None
         white = np.einsum("nij,j...n->i...n", self.pointwise, np.stack(parts))

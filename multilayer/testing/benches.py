@@ -9,52 +9,47 @@ import numpy as np
 
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
-from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.interface import AnyHypothesis
-from multilayer.diagnosis.tube.data import TubeData
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
-from multilayer.experiments.two_plate.campaign import ConfigurationData, JointProblem, law_space
+from multilayer.experiments.hypothesis import Hypothesis
+from multilayer.experiments.stacks.observations import AS_IT_IS, Observation
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.experiments.stacks.responses import WaveResponse
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.experiments.two_plate.ratios import ConfigurationData
+from multilayer.fits.joint.search import law_space
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
 from multilayer.measurements.description import Campaign
 from multilayer.response import plane_wave
+from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
 
 _FREQUENCIES = (100.0, 200.0, 400.0, 800.0, 1500.0)
 _MODULUS = 2e5 * (1 + 0.2j)
 
 
-def bench(effect: BaseEffect) -> AnyHypothesis:
+def bench(effect: BaseEffect) -> Hypothesis:
     """Return the nominal hypothesis of the kind that an effect is of; all its unknowns may be 0."""
     if isinstance(effect, TubeEffect):
         return _tube()
-    return Hypothesis(*joint_bench())
+    return joint_bench()
 
 
 @cache
-def _tube() -> TubeHypothesis:
+def _tube() -> StackProblem:
     """Return a foam of two thicknesses on the wall of a tube; nothing is unknown."""
     stacks = {name: Stack.model_validate(_foam(thickness)) for name, thickness in (("thin", 0.025), ("thick", 0.05))}
     f, n = np.array(_FREQUENCIES), len(_FREQUENCIES)
     ones = np.ones(n, dtype=complex)
     noise = ValueNoise(np.full(n, 1e-3), np.full(n, 1e-3))
     data = tuple(
-        TubeData(
-            name,
-            name,
-            0.0,
-            f,
-            np.arange(n),
-            f,
-            plane_wave(stack, f).reflection,
-            ones,
-            ones,
-            noise,
-            CorrelatedError(0.01),
+        Observation(
+            name, "reflection", name, "", f, plane_wave(stack, f).reflection,
+            WaveResponse("reflection", f, PlaneIncidence(angle=0.0)), False, AS_IT_IS, noise, ones,
+            CorrelatedError(0.01), n, np.arange(n), f,
         )
         for name, stack in stacks.items()
-    )
-    return TubeHypothesis(stacks, (), data)
+    )  # fmt: skip
+    return StackProblem(stacks, (), data)
 
 
 def _foam(thickness: float) -> dict[str, Any]:
@@ -66,7 +61,7 @@ def _foam(thickness: float) -> dict[str, Any]:
 
 
 @cache
-def joint_bench() -> tuple[Campaign, JointProblem]:
+def joint_bench() -> CampaignProblem:
     """Return a small campaign without errors, a thin and a thick configuration under two plates."""
     campaign = Campaign.model_validate(_campaign())
     f = np.array(_FREQUENCIES)
@@ -82,7 +77,7 @@ def joint_bench() -> tuple[Campaign, JointProblem]:
         )
         rigs[configuration.name] = rig
     space = law_space("fractional_zener", f, np.full(len(f), _MODULUS))
-    return campaign, JointProblem(data, rigs, space)
+    return CampaignProblem(campaign, data, rigs, space)
 
 
 def _campaign() -> dict[str, Any]:

@@ -9,8 +9,8 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.effects.tube import TubeEffect
-from multilayer.diagnosis.hypothesis import Hypothesis
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.inference.priors import Parameter
 from multilayer.testing.benches import bench
 
@@ -101,11 +101,11 @@ def _leaves_its_input_alone(effect: BaseEffect) -> Iterator[str]:
     values: dict[str, RealArray] = {p.name: np.asarray(p.prior.value(np.zeros((1, 1)))) for p in effect.parameters}
     given: ComplexArray = np.full((1, len(hypothesis.data[0].frequency)), 0.5 + 0.1j)
     kept = given.copy()
-    if isinstance(effect, TubeEffect) and isinstance(hypothesis, TubeHypothesis):
+    if isinstance(effect, TubeEffect) and isinstance(hypothesis, StackProblem):
         setting = hypothesis.settings[0]
         effect.surface(setting, effect.stack(setting, setting.stack, values), given, values)
         effect.reading(setting, given, values)
-    elif isinstance(effect, Effect) and isinstance(hypothesis, Hypothesis):
+    elif isinstance(effect, Effect) and isinstance(hypothesis, CampaignProblem):
         effect.modulus(hypothesis.settings[0], given, values)
         effect.motion(hypothesis.settings[0], given, values)
     if not np.array_equal(given, kept):
@@ -131,10 +131,10 @@ def _logs(effect: BaseEffect, coordinates: RealArray) -> ComplexArray:
     nominal = bench(effect)
     start = np.zeros((*coordinates.shape[:-1], len(nominal.parameters)))
     return np.concatenate(
-        nominal.with_effects(effect).log_ratios(np.concatenate([start, coordinates], axis=-1)), axis=-1
+        nominal.with_effects(effect).differences(np.concatenate([start, coordinates], axis=-1)), axis=-1
     )
 
 
 def _nominal(effect: BaseEffect) -> ComplexArray:
     nominal = bench(effect)
-    return np.concatenate(nominal.log_ratios(np.zeros(len(nominal.parameters))), axis=-1)
+    return np.concatenate(nominal.differences(np.zeros(len(nominal.parameters))), axis=-1)

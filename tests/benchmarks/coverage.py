@@ -19,17 +19,13 @@ from itertools import repeat
 import numpy as np
 from scipy.stats import chi2
 
-from multilayer.experiments.two_plate.campaign import (
-    JointProblem,
-    configuration_data,
-    first_guess,
-    law_space,
-    solve_joint,
-)
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.experiments.two_plate.ratios import configuration_data
 from multilayer.fits.burst.fit import burst_problems, fit_campaign
 from multilayer.fits.joint.laws import LawMixture, with_deviations
 from multilayer.fits.joint.posterior import law_quantities
+from multilayer.fits.joint.search import first_guess, law_space, solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import PosteriorSummary, summarise
@@ -95,14 +91,14 @@ class Found:
     p_value: float = float("nan")
 
 
-def fit_jointly(made: Simulated) -> tuple[JointProblem, Minimum, PosteriorSummary]:
+def fit_jointly(made: Simulated) -> tuple[CampaignProblem, Minimum, PosteriorSummary]:
     """Return the joint problem of a campaign, its best solution and what is known, as `fit --joint` has it."""
     campaign = made.campaign
     problems = burst_problems(campaign, made.recordings, FitSettings(), None)
     data = configuration_data(campaign, [problem.data for problem in problems])
     rigs = {c.name: PlaneWaveRig.of(campaign, c) for c in campaign.configurations}
     space = law_space(LAW, *first_guess(data, rigs))
-    problem = JointProblem(data, rigs, space, campaign.uncertainty, made.model_error)
+    problem = CampaignProblem(campaign, data, rigs, space, campaign.uncertainty, made.model_error)
     minima = solve_joint(problem)
     return problem, minima[0], summarise(problem, minima, derived=law_quantities(problem), checked=0)
 

@@ -23,7 +23,7 @@ import scipy
 from scipy.optimize import minimize
 
 from multilayer.experiments.two_plate.burst import BurstProblem
-from multilayer.experiments.two_plate.campaign import JointProblem
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.fits.burst.branches import find_candidates, refine
 from multilayer.fits.burst.fit import burst_problems, fit_campaign, search_bounds
 from multilayer.fits.joint.fit import JointFit, fit_joint
@@ -57,7 +57,7 @@ def timed(function: Callable[[], Any], repeats: int) -> Timed:
     return best
 
 
-def cost_of(problem: JointProblem) -> Callable[[np.ndarray], float]:
+def cost_of(problem: CampaignProblem) -> Callable[[np.ndarray], float]:
     """Return what is minimised: misfit plus prior, of one point."""
 
     def cost(z: np.ndarray) -> float:

@@ -59,7 +59,7 @@ class Fit:
 
 def fit(file: StackFitFile) -> Fit:
     """Return the fit of a file."""
-    problem = StackProblem.of(file)
+    problem = StackProblem.of_file(file)
     minima = find_minima(problem, file)
     return Fit(problem, minima[0], describe(problem, minima))
 

@@ -17,7 +17,8 @@ from multilayer.diagnosis.fitting import fit
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
-from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.inference.problem import Known
 from multilayer.media.gas import dry_air
 from multilayer.media.porous import champoux_allard_modulus
 from tests.benchmarks.tube_fits import MEASURED, PORES, SAMPLES, Sample, published, stack
@@ -72,9 +73,9 @@ def delft(table: str, series: Series, priors: Mapping[str, Any], error: float) -
     )
 
 
-def rms(hypothesis: TubeHypothesis, z: RealArray) -> float:
+def rms(hypothesis: StackProblem, z: RealArray) -> float:
     """Return the root mean square of the difference in the reflection coefficient."""
-    return float(np.sqrt(np.mean(np.abs(np.concatenate(hypothesis.log_ratios(z))) ** 2)))
+    return float(np.sqrt(np.mean(np.abs(np.concatenate(hypothesis.differences(z))) ** 2)))
 
 
 @dataclass(frozen=True)

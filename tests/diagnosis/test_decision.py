@@ -12,7 +12,6 @@ from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.evidence import UNKNOWN, Hypotheses
 from multilayer.diagnosis.fitting import fit, fit_effects
-from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.unknown_cause import size_p_value
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
@@ -25,8 +24,8 @@ class OtherGain(EFFECTS["channel_gain"]):
 
 
 def fitted(effects, sizes):
-    campaign, joint = joint_bench()
-    hypothesis = Hypothesis(campaign, joint).with_effects(*effects)
+    joint = joint_bench()
+    hypothesis = joint.with_effects(*effects)
     own = [float(p.prior.coordinate(size)) for p, size in zip(hypothesis.effect_parameters, sizes, strict=True)]
     z = np.concatenate([np.zeros(len(joint.parameters)), own])
     return SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=z))
@@ -80,8 +79,8 @@ def test_what_foretells_held_out_data_comes_first():
 
 
 def test_a_known_gap_of_the_nominal_model_is_not_made_again():
-    campaign, joint = joint_bench()
-    hypothesis = Hypothesis(campaign, joint)
+    joint = joint_bench()
+    hypothesis = joint
     nominal, gain = (fit(one, np.zeros(len(joint.parameters))) for one in with_and_without(hypothesis))
     (made,) = shrinkage(nominal, [gain])
     (given,) = shrinkage(nominal, [gain], before=made.before)

@@ -13,8 +13,8 @@ from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit
 from multilayer.diagnosis.effects import EFFECTS, delamination
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.fitting import begin, best_of
-from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
 from multilayer.diagnosis.judgement import N_STEPS
+from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.diagnosis.scattered import scattered
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
@@ -79,8 +79,9 @@ def test_an_unknown_effect_is_refused():
 
 
 def test_the_nominal_hypothesis_is_the_plane_wave_rig():
-    campaign, joint = joint_bench()
-    hypothesis = Hypothesis(campaign, joint)
+    joint = joint_bench()
+    campaign = joint.campaign
+    hypothesis = joint
     z = np.zeros(len(joint.parameters))
     for setting in hypothesis.settings:
         modulus = joint.space.modulus(joint.law_coordinates(z), setting.frequency)
@@ -108,8 +109,8 @@ CHAINS = {
 
 def test_a_constriction_is_that_of_finite_elements():
     """Bonded over a share of its faces a sample is softer as if there were springs at these."""
-    campaign, joint = joint_bench()
-    setting, f, modulus = Hypothesis(campaign, joint).settings[0], np.array([20.0]), 2e5 * (1 + 0.2j)
+    joint = joint_bench()
+    setting, f, modulus = joint.settings[0], np.array([20.0]), 2e5 * (1 + 0.2j)
     chain = Chain(np.array([modulus]), 80.0, setting.configuration.specimen_thickness, setting.plate_mass)
     glue = (
         EFFECTS["delamination"]().chain(setting, chain, {"constriction": np.array([0.115]), "trend": np.zeros(1)}).glue
@@ -127,8 +128,8 @@ def test_a_constriction_is_that_of_finite_elements():
 @pytest.mark.parametrize(("index", "most"), [(0, 0.5), (1, 0.95)])
 def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded, index, most):
     """Of a lossy sample it comes nearer to these than springs at the faces do, whatever their stiffness."""
-    campaign, joint = joint_bench()
-    given, f = Hypothesis(campaign, joint).settings[index], np.linspace(80, 1800, 60)
+    joint = joint_bench()
+    given, f = joint.settings[index], np.linspace(80, 1800, 60)
     setting, configuration = replace(given, data=replace(given.data, frequency=f)), given.configuration
     modulus, height = np.full(60, 2e5 * (1 + 0.25j)), configuration.specimen_thickness
     rig = TwoPlateRig(configuration.specimen_radius, height, 80.0, 0.0, configuration.top_plate_thickness)
@@ -154,9 +155,9 @@ def test_an_open_rim_moves_as_that_of_finite_elements(monkeypatch, bonded, index
 @pytest.mark.parametrize("name", CHAINS)
 def test_rods_with_effects_are_finite_elements(name):
     sizes, fields = CHAINS[name]
-    campaign, joint = joint_bench()
+    joint = joint_bench()
     effect = EFFECTS[name]()
-    hypothesis = Hypothesis(campaign, joint, (effect,))
+    hypothesis = joint.with_effects(effect)
     own = [float(p.prior.coordinate(sizes[p.name])) for p in effect.parameters]
     z = np.concatenate([np.zeros(len(joint.parameters)), own])
     setting = hypothesis.settings[1]
@@ -173,7 +174,7 @@ def test_rods_with_effects_are_finite_elements(name):
     )
     modulus = joint.space.modulus(joint.law_coordinates(z), setting.frequency)
     found, expected = hypothesis.predict(setting, z)[0], rig.transmissibility(setting.frequency, modulus)
-    nominal = Hypothesis(campaign, joint).predict(setting, z[: len(joint.parameters)])[0]
+    nominal = joint.predict(setting, z[: len(joint.parameters)])[0]
     assert np.max(np.abs(nominal / expected - 1)) > 0.01
     np.testing.assert_allclose(found, expected, rtol=3e-3)
 

@@ -9,7 +9,6 @@ import pytest
 from multilayer.diagnosis import experiments
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.judgement import Judgement
 from multilayer.diagnosis.tube import experiments as tube_experiments
 from multilayer.executors import local_pool
@@ -23,7 +22,7 @@ def test_changes_reach_other_processes(menu):
 
 
 def _large(name):
-    hypothesis = Hypothesis(*joint_bench()).with_effects(EFFECTS[name]())
+    hypothesis = joint_bench().with_effects(EFFECTS[name]())
     z = np.zeros(len(hypothesis.parameters))
     z[len(hypothesis.nominal_parameters) :] = 1.0
     residual, slopes = hypothesis.linearised(z)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.diagnose import fit_nominal
-from multilayer.diagnosis.effects.finite_size import FiniteSize, static_factor
+from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.free_rim import free_rim
-from multilayer.diagnosis.hypothesis import Hypothesis, rig_hypothesis
+from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.experiments.two_plate.finite_elements import two_plate_rig
 from multilayer.fits.sources import read_fit
@@ -17,17 +17,17 @@ from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.testing.benches import joint_bench
 
 
-@pytest.mark.parametrize(("shape", "tolerance"), [(0.1, 1e-4), (0.5, 3e-4), (1.0, 2e-3)])
+@pytest.mark.parametrize(("shape", "tolerance"), [(0.1, 1e-4), (0.5, 3e-4), (1.0, 3e-4)])
 def test_poissons_ratio_between_those_that_are_solved(shape: float, tolerance: float):
     """Of discs from slender to flat, over all that an error of Poisson's ratio may be."""
     stated, errors = 0.3, np.array([-0.55, -0.2, 0.0, 0.13, 0.42, 0.6])
     exact = [static_shape_factor(stated * (1 + error), shape) for error in errors]
-    assert static_factor(stated, shape) == pytest.approx(exact[2], rel=1e-4)
-    campaign, joint = joint_bench()
+    joint = joint_bench()
+    campaign = joint.campaign
     specimen = campaign.specimen.model_copy(update={"poisson_ratio": stated})
     slender = {"specimen_radius": 2 * shape * campaign.configurations[0].specimen_thickness}
     setting = replace(
-        Hypothesis(campaign, joint).settings[0],
+        joint.settings[0],
         campaign=campaign.model_copy(update={"specimen": specimen}),
         configuration=campaign.configurations[0].model_copy(update=slender),
     )
@@ -41,8 +41,8 @@ def test_elements_of_a_diagnosis_are_right_to_a_tenth_of_what_solvers_differ_by(
     """Of broad and of sharp resonances, on a mesh twice as fine and without a reduced basis."""
     job = read_fit(shared / "campaigns" / name)
     nominal, minima = fit_nominal(job.campaign, job.recordings)
-    joint = rig_hypothesis(nominal.hypothesis).joint
-    rigs, z = free_rim(job.campaign, joint, minima)
+    joint = rig_hypothesis(nominal.hypothesis)
+    rigs, z = free_rim(joint, minima)
     configuration, data = job.campaign.configurations[0], joint.data[0]
     few = slice(None, None, 4)
     f = data.frequency[few]

@@ -6,7 +6,6 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
-from multilayer.diagnosis.hypothesis import Hypothesis
 from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis
 from multilayer.inference.least_squares import minimise, settle
 from multilayer.inference.problem import Minimum
@@ -49,33 +48,33 @@ def test_evidence_is_that_of_the_marginal_distribution():
 
 
 def test_errors_are_as_large_as_the_effect_and_its_law_is_uncertain():
-    campaign, joint = joint_bench()
+    joint = joint_bench()
     effect = EFFECTS["channel_gain"]()
-    hypothesis = Hypothesis(campaign, joint, (effect,))
+    hypothesis = joint.with_effects(effect)
     gain = float(effect.parameters[0].prior.coordinate(0.04))
     z = np.concatenate([np.zeros(len(joint.parameters)), [gain]])
     columns = law_basis(hypothesis, z)
     spread = np.sqrt(np.sum(columns**2, axis=1))
-    alone = hypothesis.residual(z) - Hypothesis(campaign, joint).residual(z[:-1])
+    alone = hypothesis.residual(z) - joint.residual(z[:-1])
     # a gain changes ln(ratio) by ln(1.04) everywhere: 15 % of that, in either part
     assert np.sqrt(np.mean(spread**2)) == pytest.approx(0.15 * np.sqrt(np.mean(alone**2)) * np.sqrt(2), rel=0.3)
     assert np.max(np.abs(law_basis(hypothesis, np.zeros(z.size)))) < 1e-9
 
 
 def test_what_acts_on_the_sample_is_wrong_as_a_modulus_is():
-    campaign, joint = joint_bench()
+    joint = joint_bench()
     effect = EFFECTS["preload"]()
-    hypothesis = Hypothesis(campaign, joint, (effect,))
+    hypothesis = joint.with_effects(effect)
     z = np.concatenate([np.zeros(len(joint.parameters)), [float(effect.parameters[0].prior.coordinate(1e-5))]])
     stiffening = [1e-5 * setting.static_stress for setting in hypothesis.settings]
-    slopes = Hypothesis(campaign, joint).modulus_slopes(z[:-1])
+    slopes = joint.modulus_slopes(z[:-1])
     for change, slope, relative in zip(hypothesis.law_change(0, z), slopes, stiffening, strict=True):
         np.testing.assert_allclose(change, relative * slope, rtol=0.02)
 
 
 def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
-    campaign, joint = joint_bench()
-    hypothesis = Hypothesis(campaign, joint, (EFFECTS["skin"](),))
+    joint = joint_bench()
+    hypothesis = joint.with_effects(EFFECTS["skin"]())
     for far in (-60.0, 60.0):
         z = np.concatenate([np.zeros(len(joint.parameters)), [0.0, far]])
         values = np.zeros(3)
@@ -87,8 +86,8 @@ def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
 @pytest.mark.parametrize("names", [("channel_gain",), ("rocking",), ("skin", "channel_delay"), ("preload", "adhesive")])
 def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names):
     """Minus twice the log density, errors of laws integrated out, by its own differences."""
-    campaign, joint = joint_bench()
-    hypothesis = Hypothesis(campaign, joint, tuple(EFFECTS[name]() for name in names))
+    joint = joint_bench()
+    hypothesis = joint.with_effects(*(EFFECTS[name]() for name in names))
     embedded = Embedded(hypothesis)
     z = 0.3 * np.random.default_rng(4).standard_normal(len(hypothesis.parameters))
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.interface import AnyData, AnyHypothesis
 from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
-from multilayer.diagnosis.tube.hypothesis import Known
+from multilayer.experiments.hypothesis import Data, Hypothesis
+from multilayer.inference.problem import Known
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
 from tests.diagnosis.tubes import CASES, NOISE, PRIORS, foam, measured, reflection, table
@@ -61,17 +61,17 @@ def test_of_one_measurement_blocks_of_frequencies_are_left_out(tmp_path):
 
 
 def test_the_nominal_hypothesis_is_the_stack(tmp_path):
-    hypothesis: AnyHypothesis = measured(tmp_path, {}).hypothesis
-    data: AnyData = hypothesis.data[0]
+    hypothesis: Hypothesis = measured(tmp_path, {}).hypothesis
+    data: Data = hypothesis.data[0]
     z = np.array([float(p.prior.coordinate(v)) for p, v in zip(hypothesis.parameters, (1.2e4, 1.3), strict=True)])
     expected = plane_wave(Stack.model_validate(foam(0.03)), data.frequency).reflection
-    np.testing.assert_allclose(hypothesis.reflections(z)[0], expected, rtol=1e-12)
-    batch = hypothesis.log_ratios(np.stack([z, z + 0.1]))[1]
-    np.testing.assert_allclose(batch[1], hypothesis.log_ratios(z + 0.1)[1], rtol=1e-12)
+    np.testing.assert_allclose(hypothesis.predict(z)[0], expected, rtol=1e-12)
+    batch = hypothesis.differences(np.stack([z, z + 0.1]))[1]
+    np.testing.assert_allclose(batch[1], hypothesis.differences(z + 0.1)[1], rtol=1e-12)
 
 
 def test_groups_are_left_out_whole(tmp_path):
-    (data,) = measured(tmp_path, {}, (0.03,)).data
+    (data,) = measured(tmp_path, {}, (0.03,)).observations
     part = data.part(np.array([0, 2]))
     assert set(part.burst) == {0, 1}
     np.testing.assert_array_equal(part.frequency, data.frequency[np.isin(data.burst, [0, 2])])

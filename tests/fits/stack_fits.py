@@ -77,7 +77,7 @@ def write(folder, nominal, tables, measurements, unknowns, **more):
 
 
 def problem(folder, *arguments, **more):
-    return StackProblem.of(load_stack_fit(write(folder, *arguments, **more)))
+    return StackProblem.of_file(load_stack_fit(write(folder, *arguments, **more)))
 
 
 IN_A_TUBE = stack(WOOL)

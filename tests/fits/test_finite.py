@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
-from multilayer.experiments.two_plate.campaign import Neighbourhood
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, ModulusRange, finite_rigs, two_plate_rig
+from multilayer.experiments.two_plate.motion import Neighbourhood
 from multilayer.fits.burst.fit import fit_campaign, number_of_steps
 from multilayer.fits.sources import read_fit
 from multilayer.measurements.description import Campaign

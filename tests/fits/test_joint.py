@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multilayer.experiments.two_plate.campaign import Neighbourhood, law_space
 from multilayer.experiments.two_plate.finite_elements import FiniteRig
+from multilayer.experiments.two_plate.motion import Neighbourhood
 from multilayer.fits.joint.fit import fit_joint, number_of_steps
 from multilayer.fits.joint.posterior import modulus_band, motion_curves, with_posterior
+from multilayer.fits.joint.search import law_space
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.problem import Minimum

@@ -8,8 +8,9 @@ import pytest
 from scipy.stats import norm, truncnorm
 
 from multilayer.errors import InputError
-from multilayer.experiments.two_plate.campaign import JointProblem, configuration_data
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.experiments.two_plate.ratios import configuration_data
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.least_squares import search
@@ -243,7 +244,7 @@ def test_a_model_that_fails_ends_nested_sampling(capsys: pytest.CaptureFixture[s
     capsys.readouterr()
 
 
-def joint_subset() -> JointProblem:
+def joint_subset() -> CampaignProblem:
     """Two bursts of each of two mountings of a simulated campaign, few nuisances, a narrow prior of the law."""
     made = simulate(0, 0.002, laboratories(4)[0])
     bursts = [problem.data for problem in burst_problems(made.campaign, made.recordings, FitSettings(), None)]
@@ -254,7 +255,7 @@ def joint_subset() -> JointProblem:
     bounds = {name: (getattr(made.law, name) / 1.5, getattr(made.law, name) * 1.5) for name in names}
     f = np.array([150.0, 500.0])
     space = LawSpace.of(made.law, {}, bounds, f, made.law(f))
-    return JointProblem(data, rigs, space, Uncertainty(channel_gain=0.003, thickness=5e-5), 0.002)
+    return CampaignProblem(campaign, data, rigs, space, Uncertainty(channel_gain=0.003, thickness=5e-5), 0.002)
 
 
 @pytest.mark.slow

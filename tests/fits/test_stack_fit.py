@@ -211,5 +211,5 @@ def test_a_file_in_python(tmp_path):
     path = write(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE)}, [IMPEDANCE], PORES)
     file = load_stack_fit(path.parent)
     assert [unknown.name for unknown in file.resolved] == list(PORES)
-    assert StackProblem.of(file).start.shape == (4,)
+    assert StackProblem.of_file(file).start.shape == (4,)
     assert fit_stacks(file, "mine").to_dict()["name"] == "mine"

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
-from typing import Any
-
 import numpy as np
-from numpy.polynomial import Chebyshev
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 from multilayer.measurements.description import Campaign
-from multilayer.rig.shape_factor import static_shape_factor
+from multilayer.rig.shape_factor import interpolated_shape_factor
 
 _REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: relative to the stated one, and as high as the factor is tabulated
-_KNOTS = 5  # Chebyshev's: right to 2e-3 at S = 1, to 2e-4 at S = 1/2
+_DEGREE = 6
 _RESOLUTION = 0.5  # of the mesh of a static shape factor: right to 2e-4 up to nu = 0.48 and S = 1.8
 
 
@@ -47,26 +42,10 @@ class FiniteSize(Effect):
         return np.asarray(modulus * _stiffer(stated, round(shape, 6), values["poisson_error"]))
 
 
-def static_factor(poisson_ratio: float, shape: float) -> float:
-    """Return g(nu, S), see `rig.shape_factor.static_shape_factor`; that of nu = 0 below 0, where it is not known."""
-    return 1.0 if poisson_ratio <= 0 else float(1 / _softness(poisson_ratio, shape)[0](poisson_ratio))
-
-
 def _stiffer(stated: float, shape: float, error: RealArray) -> RealArray:
     """Return g(nu (1 + error), S)/g(nu, S)."""
     if stated <= 0:  # g is known from 0 on, where it is 1
         return np.ones_like(error)
-    softness, lowest, highest = _softness(stated, shape)
-    return np.asarray(softness(stated) / softness(np.clip(stated * (1 + error), lowest, highest)))
-
-
-@lru_cache(maxsize=64)
-def _softness(stated: float, shape: float) -> tuple[Callable[[Any], Any], float, float]:
-    """Return 1/g as a function of Poisson's ratio, and the range about the stated one where it is known.
-
-    A polynomial: 1/g goes straight to that of an incompressible disc, g itself rises without bound where S is large.
-    """
     lowest, highest = stated * (1 - _REACH), max(stated, min(stated * (1 + _REACH), _HIGHEST))
-    ratios = 0.5 * (lowest + highest) - 0.5 * (highest - lowest) * np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1))
-    factors = [static_shape_factor(float(ratio), shape, resolution=_RESOLUTION) for ratio in ratios]
-    return Chebyshev.fit(ratios, 1 / np.array(factors), _KNOTS - 1), lowest, highest
+    factor = interpolated_shape_factor(shape, lowest, highest, degree=_DEGREE, resolution=_RESOLUTION)
+    return np.asarray(factor(stated * (1 + error)) / factor(stated))

@@ -2,92 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-
 import numpy as np
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
-from multilayer.diagnosis.effects.tube import Tube
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.columns import MeasuredValues, zero_noise
+from multilayer.experiments.stacks.effects import Tube
 from multilayer.experiments.stacks.measurements import Reflection, SurfaceImpedance
-from multilayer.experiments.stacks.observations import Scale
-from multilayer.inference.whitening import CorrelatedError, ValueNoise, Whitening, whitening
+from multilayer.experiments.stacks.observations import Observation, Scale, grouped
+from multilayer.experiments.stacks.responses import WaveResponse
+from multilayer.inference.whitening import CorrelatedError, ValueNoise
+from multilayer.simulation.settings import PlaneIncidence
 
 _SPACING = 0.05  # of frequencies in ln f: nearer ones tell nothing new, as their errors are correlated
-_GROUPS = 12  # of frequencies that are left out together
 _FEWEST = 8
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # differences without what is smooth
 _LARGE, _SMALL = 80.0, 4.0  # medians of |Z| that no sample has as a multiple of rho c, and in Pa s/m
 
 
-@dataclass(frozen=True)
-class TubeData:
-    """One measurement.
-
-    Attributes
-    ----------
-    name, stack : str
-        Its own, and that of the stack that was measured.
-    angle : float
-        Degrees from the normal.
-    frequency : array, shape (n,)
-        Hz.
-    burst : array of int, shape (n,)
-        Group of neighbouring frequencies.
-    centres : array, shape (n_groups,)
-        Hz.
-    reflection : complex array, shape (n,)
-    slope : complex array, shape (n,)
-        Derivative of the reflection coefficient by the measured quantity, to which `noise` belongs.
-    amounts : complex array, shape (n,)
-        What a stated model error is relative to.
-    noise : ValueNoise
-    error : CorrelatedError
-    estimated : float or None
-        Standard deviation of the noise of each part of R, where it is estimated.
-    """
-
-    name: str
-    stack: str
-    angle: float
-    frequency: RealArray
-    burst: IndexArray
-    centres: RealArray
-    reflection: ComplexArray
-    slope: ComplexArray
-    amounts: ComplexArray
-    noise: ValueNoise
-    error: CorrelatedError
-    estimated: float | None = None
-
-    @cached_property
-    def whitening(self) -> Whitening:
-        """What makes differences of R independent numbers of unit variance."""
-        return whitening(self.frequency, self.slope, self.amounts, self.noise, self.error)
-
-    @cached_property
-    def spread(self) -> tuple[RealArray, RealArray]:
-        """Standard deviations of real and imaginary part, shape (n,) each, of noise and model error together."""
-        assert self.whitening.dense is not None  # there always is a model error
-        covariance = np.linalg.inv(self.whitening.dense.T @ self.whitening.dense)
-        real, imaginary = np.sqrt(np.diag(covariance)).reshape(2, -1)
-        return real, imaginary
-
-    def part(self, kept: IndexArray) -> TubeData:
-        """Return the data of some groups, by their indices, which are numbered anew."""
-        index = np.flatnonzero(np.isin(self.burst, kept))
-        return replace(
-            self, frequency=self.frequency[index], burst=np.searchsorted(kept, self.burst[index]),
-            centres=self.centres[kept], reflection=self.reflection[index], slope=self.slope[index],
-            amounts=self.amounts[index], noise=ValueNoise(self.noise.real[index], self.noise.imaginary[index]),
-        )  # fmt: skip
-
-
 def tube_data(
     measurement: SurfaceImpedance | Reflection, name: str, stack: str, scale: Scale, values: MeasuredValues, tube: Tube
-) -> TubeData:
+) -> Observation:
     """Return a measurement as data of a diagnosis: frequencies evenly over ln f, noise estimated where none is said.
 
     Parameters
@@ -122,23 +57,17 @@ def tube_data(
         CorrelatedError(tube.error, tube.length) if stated is None else CorrelatedError(stated.relative, stated.length)
     )
     kept = _even(f)
-    burst = _groups(f[kept])
-    centres = np.array([np.exp(np.mean(np.log(f[kept][burst == g]))) for g in range(burst.max() + 1)])
-    return TubeData(
-        name, stack, measurement.angle, f[kept], burst, centres, np.asarray(reflection[kept], dtype=complex),
-        slope[kept], np.asarray(1 / slope if stated is None else v, dtype=complex)[kept],
-        ValueNoise(noise.real[kept], noise.imaginary[kept]), error, estimated,
+    return Observation(
+        name, measurement.kind, stack, measurement.unit, f[kept], v[kept],
+        WaveResponse("reflection", f[kept], PlaneIncidence(angle=measurement.angle)), False, scale,
+        ValueNoise(noise.real[kept], noise.imaginary[kept]),
+        np.asarray(1 / slope if stated is None else v, dtype=complex)[kept], error, len(kept), *grouped(f[kept]),
+        measurement.angle, estimated,
     )  # fmt: skip
 
 
 def _has_noise(values: MeasuredValues) -> bool:
     return bool(np.any(values.noise.real) or np.any(values.noise.imaginary))
-
-
-def _groups(f: RealArray) -> IndexArray:
-    """Return the group of each frequency: about evenly over ln f, none of them empty."""
-    edges = np.geomspace(f[0], f[-1], min(_GROUPS, len(f) // 2) + 1)[1:-1]
-    return np.asarray(np.unique(np.searchsorted(edges, f, side="right"), return_inverse=True)[1])
 
 
 def _even(f: RealArray) -> IndexArray:

@@ -17,10 +17,11 @@ from multilayer.diagnosis.judgement import Progress, judge
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.tube.experiments import next_measurements
 from multilayer.diagnosis.tube.file import DiagnosisFile
-from multilayer.diagnosis.tube.hypothesis import Known, TubeHypothesis
 from multilayer.errors import InputError
+from multilayer.experiments.stacks.observations import Observation
+from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.inference.least_squares import search
-from multilayer.inference.problem import Minimum
+from multilayer.inference.problem import Known, Minimum
 from multilayer.simulation.warned import collected_warnings
 
 _FAR = 0.7  # standard deviations of a prior
@@ -86,7 +87,7 @@ def nominal_minimum(file: DiagnosisFile) -> Minimum:
     return _minimum(file.hypothesis, file)
 
 
-def _minimum(hypothesis: TubeHypothesis, file: DiagnosisFile) -> Minimum:
+def _minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
     hard = file.search
     try:
         found = search(hypothesis, [hypothesis.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed)
@@ -116,9 +117,9 @@ def _singles(
     return polished(best, executor)
 
 
-def tube_hypothesis(fitted: Fitted) -> TubeHypothesis:
+def tube_hypothesis(fitted: Fitted) -> StackProblem:
     """Return a hypothesis that is known to be one of tubes."""
-    if not isinstance(fitted.hypothesis, TubeHypothesis):
+    if not isinstance(fitted.hypothesis, StackProblem):
         raise TypeError(f"{type(fitted.hypothesis).__name__} is no hypothesis of a tube")
     return fitted.hypothesis
 
@@ -163,26 +164,31 @@ def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
             for data in hypothesis.data
         },
         "model_error": {
-            data.name: f"{data.error.relative:.2g} of R (none is said)" if measured.model_error is None
-            else f"{data.error.relative:.2g}, as stated"
+            data.name: _told(data, is_stated=measured.model_error is not None)
             for data, measured in zip(hypothesis.data, file.measurements, strict=True)
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on tubes",
-    }  # fmt: skip
+    }
+
+
+def _told(data: Observation, *, is_stated: bool) -> str:
+    """Return how far the model may be off, in words."""
+    size = 0.0 if data.error is None else data.error.relative
+    return f"{size:.2g}, as stated" if is_stated else f"{size:.2g} of R (none is said)"
 
 
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
     hypothesis = tube_hypothesis(nominal)
     pairs = zip(
         hypothesis.data,
-        hypothesis.log_ratios(nominal.minimum.z),
-        best.hypothesis.log_ratios(best.minimum.z),
+        hypothesis.differences(nominal.minimum.z),
+        best.hypothesis.differences(best.minimum.z),
         strict=True,
     )
     found: Sequence[Curves] = [
         Curves(
-            data.name, data.frequency, data.burst, -before.real, -before.imag, -after.real, -after.imag, *data.spread,
-            labels=("Re R", "Im R"),
+            data.name, data.frequency, data.burst, -before.real, -before.imag, -after.real, -after.imag,
+            data.spread[0], data.spread[1], ("Re R", "Im R"),
         )
         for data, before, after in pairs
     ]  # fmt: skip

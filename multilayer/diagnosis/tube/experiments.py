@@ -13,8 +13,7 @@ from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.effects.tube import Tube, sample_index, thickness_of, with_layer, with_layers
 from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.tube.data import TubeData
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.inference.derivative import WIDE, central
 from multilayer.layers.fluid import Fluid
 from multilayer.stack import Stack
@@ -80,28 +79,21 @@ def next_measurements(alive: Alive, executor: Executor | None = None) -> list[di
     return rank_changes(alive, MENU, Change("none", 0.0), _predict, _distance, executor)
 
 
-def _first(fitted: Fitted) -> TubeData:
-    data = fitted.hypothesis.data[0]
-    assert isinstance(data, TubeData)
-    return data
-
-
 def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray]:
     """Return R of the first measurement after a change, shape (n,), and what its unknowns leave open, shape (n, d)."""
     hypothesis = fitted.hypothesis
-    assert isinstance(hypothesis, TubeHypothesis)
+    assert isinstance(hypothesis, StackProblem)
     kept = tuple(effect for effect in hypothesis.effects if effect.name not in change.without)
     names = {p.name for p in hypothesis.with_effects(*kept).parameters}
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     stacks = {name: change.stack(stack) for name, stack in hypothesis.stacks.items()}
     changed = replace(hypothesis, stacks=stacks, tube=change.tube(hypothesis.tube), effects=kept)
-    r, slopes = central(lambda points: changed.of(changed.data[:1]).reflections(points)[0], z, WIDE)
-    return r, np.asarray(slopes @ np.linalg.cholesky(covariance))
+    r, slopes = central(lambda points: changed.of(changed.data[:1]).predict(points)[0], z, WIDE)
+    return np.asarray(r, dtype=complex), np.asarray(slopes @ np.linalg.cholesky(covariance), dtype=complex)
 
 
 def _distance(a: tuple[ComplexArray, ComplexArray], b: tuple[ComplexArray, ComplexArray], fitted: Fitted) -> float:
     """Return half the squared distance of two predictions in units of noise and of what is open, nats."""
-    data = _first(fitted)
-    spread = data.whitening(np.concatenate([a[1], b[1]], axis=1).T).T
-    return half_squared(data.whitening(a[0] - b[0]), spread)
+    whiten = fitted.hypothesis.experiments[0].whiten
+    return half_squared(whiten(a[0] - b[0]), whiten(np.concatenate([a[1], b[1]], axis=1).T).T)

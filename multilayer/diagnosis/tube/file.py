@@ -13,13 +13,13 @@ from multilayer.config.validate import read
 from multilayer.config.yaml12 import read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
-from multilayer.diagnosis.tube.data import TubeData, tube_data
-from multilayer.diagnosis.tube.hypothesis import TubeHypothesis
+from multilayer.diagnosis.tube.data import tube_data
 from multilayer.errors import InputError, suggest
 from multilayer.experiments.stacks.columns import read_values
 from multilayer.experiments.stacks.file import Mistake, StackFitFile
 from multilayer.experiments.stacks.measurements import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
-from multilayer.experiments.stacks.observations import scale_of
+from multilayer.experiments.stacks.observations import Observation, scale_of
+from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.stacks.unknowns import placed
 from multilayer.json_schema import Schema, Written
 from multilayer.models import refuse
@@ -92,7 +92,7 @@ class DiagnosisFile(StackFitFile):
             if reason:
                 yield ("effects", i), reason, name
 
-    def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> TubeData:
+    def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> Observation:
         if not isinstance(measurement, SurfaceImpedance | Reflection):
             raise InputError(
                 f"a diagnosis needs amount and phase of a wave; of 'kind: {measurement.kind}' it makes nothing. "
@@ -108,14 +108,9 @@ class DiagnosisFile(StackFitFile):
         return data
 
     @property
-    def data(self) -> tuple[TubeData, ...]:
-        """The measurements with their data."""
-        return tuple(one for one in self._observations if isinstance(one, TubeData))
-
-    @property
-    def hypothesis(self) -> TubeHypothesis:
+    def hypothesis(self) -> StackProblem:
         """The nominal model."""
-        return TubeHypothesis(placed(self.by_name, self.resolved), self.resolved, self.data, self.tube)
+        return StackProblem(placed(self.by_name, self.resolved), self.resolved, self.observations, self.tube)
 
     def chosen(self, without: Sequence[str] = ()) -> dict[str, TubeEffect]:
         """Return the effects to try, by name; a broken plugin is left out of 'all' with a `PluginWarning`.

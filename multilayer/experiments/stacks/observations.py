@@ -13,14 +13,15 @@ Noise of the measured quantity is carried over by the derivative, so that it wei
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray, half_turn
+from multilayer.arrays import IndexArray, RealArray, half_turn
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.columns import MeasuredValues, read_values, zero_noise
 from multilayer.experiments.stacks.measurements import (
@@ -30,8 +31,8 @@ from multilayer.experiments.stacks.measurements import (
     SurfaceImpedance,
     TransmissionLoss,
 )
-from multilayer.experiments.stacks.responses import Response, Samples, respond, response_of
-from multilayer.inference.whitening import CorrelatedError, Whitening, whitening
+from multilayer.experiments.stacks.responses import Response, WaveResponse, response_of
+from multilayer.inference.whitening import CorrelatedError, ValueNoise, Whitening, whitening
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.settings import Bands
@@ -39,6 +40,7 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 _MOST_CORRELATED = 2000  # values whose covariance is taken in full
+_GROUPS = 12  # of frequencies that are left out together
 Function = Callable[[NDArray[Any]], NDArray[Any]]
 
 
@@ -63,7 +65,7 @@ class Scale:
     has_phase: bool = False
 
 
-_AS_IT_IS = Scale(lambda v: v, np.ones_like, lambda v: v, lambda v: v)
+AS_IT_IS = Scale(lambda v: v, np.ones_like, lambda v: v, lambda v: v)
 _LOGARITHM = Scale(np.log, lambda v: 1 / v, np.log, lambda v: v, has_phase=True)
 
 
@@ -85,7 +87,7 @@ def _impedance_of(front: float) -> Function:
     return impedance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observation:
     """One measurement, ready to be compared.
 
@@ -101,10 +103,22 @@ class Observation:
     one_by_one : bool
         Whether that takes one stack at a time.
     scale : Scale
-    whitening : Whitening
-        Of the fitted quantity.
+    noise : ValueNoise
+        Of the measured values.
+    amounts : array, shape (n,)
+        What a model error is relative to.
+    error : CorrelatedError, optional
+        Of the model.
     points : int
         Frequencies that are solved for one stack.
+    burst : array of int, shape (n,)
+        Group of neighbouring frequencies: what is left out together.
+    centres : array, shape (n_groups,)
+        Hz.
+    angle : float
+        Of incidence, degrees.
+    estimated : float or None
+        Standard deviation of the noise of each part of R, where it is estimated.
     """
 
     name: str
@@ -116,25 +130,83 @@ class Observation:
     response: Response = field(repr=False)
     one_by_one: bool
     scale: Scale = field(repr=False)
-    whitening: Whitening = field(repr=False)
+    noise: ValueNoise = field(repr=False)
+    amounts: NDArray[Any] = field(repr=False)
+    error: CorrelatedError | None
     points: int
+    burst: IndexArray = field(repr=False)
+    centres: RealArray = field(repr=False)
+    angle: float = 0.0
+    estimated: float | None = None
 
     @property
     def n_data(self) -> int:
         """Number of real values."""
-        return len(self.frequency) * (2 if np.iscomplexobj(self.measured) else 1)
+        return len(self.frequency) * (2 if self.is_complex else 1)
 
-    def predict(self, stack: Stack, samples: Samples, count: int) -> NDArray[Any]:
-        """Return what samples of the stack respond, shape (count, n); see `scale` for what that is."""
-        return respond(self.response, stack, samples, count, self.one_by_one)
+    @property
+    def is_complex(self) -> bool:
+        """Whether amount and phase are measured."""
+        return bool(np.iscomplexobj(self.measured))
+
+    @cached_property
+    def target(self) -> NDArray[Any]:
+        """The measured values in the quantity that is fitted, shape (n,)."""
+        return np.asarray(self.scale.of_measured(self.measured))
+
+    @cached_property
+    def whitening(self) -> Whitening:
+        """What makes differences of the fitted quantity independent numbers of unit variance."""
+        return whitening(self.frequency, self.scale.slope(self.measured), self.amounts, self.noise, self.error)
+
+    @cached_property
+    def spread(self) -> list[RealArray]:
+        """Standard deviations of each part of the fitted quantity, shape (n,) each, of noise and model error."""
+        dense = self.whitening.dense
+        if dense is None:
+            raise ValueError(f"{self.name}: without a model error no spread of it is asked for")
+        variance = np.diag(np.linalg.inv(dense.T @ dense))
+        return list(np.sqrt(variance).reshape(-1, len(self.frequency)))
+
+    def difference(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return responses minus measured values in the fitted quantity, both of shape (..., n)."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # a prior may reach where nothing moves
+            difference = self.scale.of_response(response) - self.target
+        if self.scale.has_phase and np.iscomplexobj(difference):
+            difference = difference.real + 1j * half_turn(difference.imag)
+        return np.asarray(difference)
 
     def residual(self, response: NDArray[Any]) -> RealArray:
         """Return whitened differences from the measurement, shape (..., n_data), of responses of shape (..., n)."""
-        with np.errstate(divide="ignore", invalid="ignore"):  # a prior may reach where nothing moves
-            difference = self.scale.of_response(response) - self.scale.of_measured(self.measured)
-        if self.scale.has_phase and np.iscomplexobj(difference):
-            difference = difference.real + 1j * half_turn(difference.imag)
-        return self.whitening(difference)
+        return self.whitening(self.difference(response))
+
+    def selected(self, index: IndexArray) -> Observation:
+        """Return the values of some frequencies, in the groups that they were in, numbered anew."""
+        groups, burst = np.unique(self.burst[index], return_inverse=True)
+        frequency = self.frequency[index]
+        return replace(
+            self, frequency=frequency, measured=self.measured[index], amounts=self.amounts[index],
+            noise=ValueNoise(self.noise.real[index], self.noise.imaginary[index]), points=len(frequency),
+            response=_of_some(self.response, index), burst=burst, centres=self.centres[groups],
+        )  # fmt: skip
+
+    def part(self, kept: IndexArray) -> Observation:
+        """Return the data of some groups, by their indices, which are numbered anew."""
+        return self.selected(np.flatnonzero(np.isin(self.burst, kept)))
+
+
+def _of_some(response: Response, index: IndexArray) -> Response:
+    """Return a response at some of its frequencies."""
+    if isinstance(response, WaveResponse):
+        return replace(response, points=response.points[index])
+    return lambda stack: response(stack)[..., index]
+
+
+def grouped(frequency: RealArray) -> tuple[IndexArray, RealArray]:
+    """Return the group of each frequency, about evenly over ln f and none empty, and the groups' mean frequencies."""
+    edges = np.geomspace(frequency[0], frequency[-1], max(min(_GROUPS, len(frequency) // 2), 1) + 1)[1:-1]
+    burst = np.unique(np.searchsorted(edges, frequency, side="right"), return_inverse=True)[1]
+    return burst, np.array([np.exp(np.mean(np.log(frequency[burst == group]))) for group in range(burst.max() + 1)])
 
 
 def observe(measurement: Measurement, name: str, stack_name: str, stack: Stack, folder: Path) -> Observation:
@@ -163,7 +235,9 @@ def observe(measurement: Measurement, name: str, stack_name: str, stack: Stack, 
     scale = scale_of(measurement, stack)
     return Observation(
         name, measurement.kind, stack_name, measurement.unit, grid.frequency, values.values, response, one_by_one,
-        scale, _whitening(measurement, name, scale, values), grid.points.size,
+        scale, values.noise, np.ones_like(values.values) if measurement.in_db else values.values,
+        _model_error(measurement, name, scale, values), grid.points.size, *grouped(grid.frequency),
+        angle=getattr(measurement, "angle", 0.0),
     )  # fmt: skip
 
 
@@ -183,20 +257,21 @@ def scale_of(measurement: Measurement, stack: Stack) -> Scale:
             own = 1.0 if measurement.normalised else stack.ambient.gas.impedance
             return _impedance(own / float(np.cos(np.deg2rad(measurement.angle))))
         case Reflection() | Absorption() | TransmissionLoss():
-            return _AS_IT_IS
+            return AS_IT_IS
     return _LOGARITHM
 
 
-def _whitening(measurement: Measurement, name: str, scale: Scale, values: MeasuredValues) -> Whitening:
+def _model_error(measurement: Measurement, name: str, scale: Scale, values: MeasuredValues) -> CorrelatedError | None:
+    """Return the model's error; refuse values that cannot be weighed."""
     for f in zero_noise(values):
         raise InputError(f"{name}: the noise is 0 at {f:g} Hz; add an absolute one, as {{absolute: ...}}")
     if scale.has_phase and np.any(values.values == 0):
         raise InputError(f"{name}: a value is 0 and has no phase; leave its frequency out with 'from' and 'to'")
-    error = measurement.model_error
-    own = None if error is None or error.relative == 0 else CorrelatedError(error.relative, error.length)
-    if own is not None and values.values.size > _MOST_CORRELATED:
+    stated = measurement.model_error
+    if stated is None or stated.relative == 0:
+        return None
+    if values.values.size > _MOST_CORRELATED:
         raise InputError(
             f"{name}: {values.values.size} values are too many for a model_error, which ties all of them; thin them out"
         )
-    amounts = np.ones_like(values.values) if measurement.in_db else values.values
-    return whitening(values.frequency, scale.slope(values.values), amounts, values.noise, own)
+    return CorrelatedError(stated.relative, stated.length)

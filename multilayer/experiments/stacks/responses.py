@@ -5,11 +5,9 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import Chebyshev
 from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
@@ -34,16 +32,21 @@ from multilayer.stack import Stack
 
 Samples = Mapping[str, RealArray]  # by path, values of shape (n_samples,)
 Response = Callable[[Stack], NDArray[Any]]  # shape (..., n_frequency) of a stack with arrays of shape (..., 1)
-_DEGREE = 14  # of the polynomial for shape factors over Poisson's ratio
-_SOFTEST = 0.499
 
 
-def respond(response: Response, stack: Stack, samples: Samples, count: int, one_by_one: bool = False) -> NDArray[Any]:
+def respond(
+    response: Callable[[Stack, slice], NDArray[Any]],
+    stack: Stack,
+    samples: Samples,
+    count: int,
+    one_by_one: bool = False,
+) -> NDArray[Any]:
     """Return a response of samples of a stack, shape (n_samples, n_frequency); NaN where a sample has none.
 
     Parameters
     ----------
     response : callable
+        Of a stack, and of which samples it is.
     stack : Stack
     samples : mapping
         Fields that change, if any.
@@ -52,26 +55,28 @@ def respond(response: Response, stack: Stack, samples: Samples, count: int, one_
     one_by_one : bool
         For a response that takes no arrays. What is no field of a layer never may be one.
     """
-    if not samples:
-        value = response(stack)
-        return np.broadcast_to(value, (count, *value.shape))
     if not one_by_one and all(path.startswith("layers.") for path in samples):
         try:
-            value = response(with_values(stack, {path: column[:, None] for path, column in samples.items()}))
+            columns = {path: column[:, None] for path, column in samples.items()}
+            value = response(with_values(stack, columns), np.s_[:])
         except MultilayerError:  # one sample without a response spoils the batch
             pass
         else:
             return np.broadcast_to(value, (count, value.shape[-1]))
-    rows = [_or_none(response, with_values(stack, {p: c[i].item() for p, c in samples.items()})) for i in range(count)]
+    rows = [
+        _or_none(response, with_values(stack, {p: c[i].item() for p, c in samples.items()}), np.s_[i : i + 1])
+        for i in range(count)
+    ]
     shape = next((row.shape for row in rows if row is not None), (1,))
     return np.stack([np.full(shape, np.nan) if row is None else row for row in rows])
 
 
-def _or_none(response: Response, stack: Stack) -> NDArray[Any] | None:
+def _or_none(response: Callable[[Stack, slice], NDArray[Any]], stack: Stack, rows: slice) -> NDArray[Any] | None:
     try:
-        return response(stack)
+        value = response(stack, rows)
     except MultilayerError:
         return None
+    return value.reshape(value.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -164,27 +169,11 @@ class StiffnessResponse:
 
 def shape_factor(poisson_ratio: Numeric, shape: float) -> Numeric:
     """Return `rig.static_shape_factor`; of arrays of Poisson's ratio interpolated, finite elements being slow."""
+    from multilayer.rig.shape_factor import interpolated_shape_factor, static_shape_factor  # heavy: finite elements
+
     if np.ndim(poisson_ratio) == 0:
-        return _one_factor(float(np.asarray(poisson_ratio).real), shape)
-    within = np.clip(np.asarray(poisson_ratio), 0.0, _SOFTEST)
-    return np.asarray(np.exp(_interpolated(shape)(np.log(1 - 2 * within))))
-
-
-@cache
-def _one_factor(poisson_ratio: float, shape: float) -> float:
-    from multilayer.rig.shape_factor import static_shape_factor  # heavy: finite elements
-
-    return static_shape_factor(poisson_ratio, shape)
-
-
-@cache
-def _interpolated(shape: float) -> Chebyshev:
-    """Return ln(g) as a polynomial of ln(1 - 2 nu): g grows without end towards one half."""
-
-    def logarithms(x: RealArray) -> RealArray:
-        return np.log([_one_factor((1 - float(np.exp(one))) / 2, shape) for one in x])
-
-    return Chebyshev.interpolate(logarithms, _DEGREE, domain=[np.log(1 - 2 * _SOFTEST), 0.0])
+        return static_shape_factor(float(np.asarray(poisson_ratio).real), shape)
+    return interpolated_shape_factor(shape)(np.asarray(poisson_ratio).real)
 
 
 def response_of(measurement: Measurement, stack: Stack, grid: Grid, is_complex: bool) -> tuple[Response, bool]:

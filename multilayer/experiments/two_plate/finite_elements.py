@@ -66,6 +66,16 @@ class FiniteRig:
         return bool(low <= modulus.real.min() and modulus.real.max() <= high)
 
     @property
+    def is_chain(self) -> bool:
+        """A free rim is no rod's."""
+        return False
+
+    @property
+    def sensor_mass(self) -> float:
+        """Of the accelerometer, kg; part of the finite elements."""
+        return self.reduced.rig.sensor_mass
+
+    @property
     def takes_arrays(self) -> bool:
         """Partial fractions answer for many moduli of one rig."""
         return False

@@ -42,6 +42,14 @@ class Rig(Protocol):
         """Whether masses and moduli of sample and plate in one proportion leave the motion as it is."""
 
     @property
+    def is_chain(self) -> bool:
+        """Whether it is a chain of rods, a mass on top, in which other rods and springs may stand."""
+
+    @property
+    def sensor_mass(self) -> float:
+        """Of the accelerometer on the top plate, kg."""
+
+    @property
     def takes_arrays(self) -> bool:
         """Whether an uncertain quantity may be shifted by arrays, of shape (..., 1)."""
 
@@ -62,10 +70,13 @@ class PlaneWaveRig:
     pumped : PumpedAir, optional
         Air that leaves through an open rim, as a mere stiffness beside an elastic sample's: a first guess for finite
         elements.
+    sensor_mass : float
+        kg of the accelerometer that is part of the top plate's density.
     """
 
     stack: Stack
     pumped: PumpedAir | None = None
+    sensor_mass: float = 0.0
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -76,6 +87,11 @@ class PlaneWaveRig:
     def scales(self) -> bool:
         """Without air, masses and moduli in one proportion move alike."""
         return self.pumped is None and not self._porous
+
+    @property
+    def is_chain(self) -> bool:
+        """Without air, three solids at normal incidence are a chain of compression waves."""
+        return self.stack.termination == "free" and self.scales
 
     @property
     def _porous(self) -> bool:
@@ -133,7 +149,7 @@ class PlaneWaveRig:
             },
         ]
         data = {"ambient": ambient or Ambient(), "layers": layers, "termination": termination}
-        return cls(Stack.model_validate(data), pumped)
+        return cls(Stack.model_validate(data), pumped, sensor_mass)
 
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
         """Return top over base motion.

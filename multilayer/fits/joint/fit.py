@@ -14,23 +14,23 @@ from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, MultilayerError
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
-from multilayer.experiments.two_plate.campaign import (
+from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
+from multilayer.experiments.two_plate.plane_waves import Rig
+from multilayer.experiments.two_plate.ratios import configuration_data
+from multilayer.fits.burst.acceptance import Criteria
+from multilayer.fits.burst.fit import burst_problems
+from multilayer.fits.burst.result import CSV_COLUMNS, modulus_frame
+from multilayer.fits.joint.laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
+from multilayer.fits.joint.search import (
     N_BEST,
     N_FOLLOWED,
-    JointProblem,
-    configuration_data,
     first_guess,
     law_space,
     settle,
     solve_joint,
     with_record_ends,
 )
-from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
-from multilayer.experiments.two_plate.plane_waves import Rig
-from multilayer.fits.burst.acceptance import Criteria
-from multilayer.fits.burst.fit import burst_problems
-from multilayer.fits.burst.result import CSV_COLUMNS, modulus_frame
-from multilayer.fits.joint.laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
 from multilayer.fits.settings import FitSettings
 from multilayer.frames import Frame, Tabular
 from multilayer.inference.derivative import central
@@ -46,7 +46,7 @@ from multilayer.signals.recording import Recording
 
 JOINT = "joint"
 Progress = Callable[[str], None]
-Solved = tuple[str, JointProblem, list[Minimum]]
+Solved = tuple[str, CampaignProblem, list[Minimum]]
 _SIGNIFICANT = 0.01
 _DECIDED = 0.9  # of the probability
 _WORTH_TELLING = 0.01
@@ -64,7 +64,7 @@ class JointFit(Tabular):
     settings : dict
     law : ModulusLaw
         The most probable one.
-    problem : JointProblem
+    problem : CampaignProblem
     minima : list of Minimum
         The distinct solutions, the most probable first.
     criteria : Criteria
@@ -78,7 +78,7 @@ class JointFit(Tabular):
     campaign: str
     settings: dict[str, Any]
     law: ModulusLaw
-    problem: JointProblem = field(repr=False)
+    problem: CampaignProblem = field(repr=False)
     minima: list[Minimum] = field(repr=False)
     criteria: Criteria
     summary: PosteriorSummary | None = field(default=None, repr=False)
@@ -132,7 +132,7 @@ class JointFit(Tabular):
 
     def discrepancies(self) -> dict[str, tuple[RealArray, RealArray, RealArray]]:
         """Return frequency (Hz), time of flight (s) and level (dB), measured minus modelled, by configuration."""
-        logs = self.problem.log_ratios(self.best.z)
+        logs = self.problem.differences(self.best.z)
         return {
             data.name: (
                 data.frequency,
@@ -372,7 +372,7 @@ def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
             if not hopeful(found[0], minima):
                 done.append((label, other, found))
                 continue
-            same = replace(other, data=cut.data, end_effect=None)
+            same = replace(other, configurations=cut.data, end_effect=None)
             ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
             near, best = min(ends, key=lambda end: end[1].cost)
             done.append((label, near, distinct([best, *(m for _, m in ends)])))
@@ -408,23 +408,23 @@ def number_of_steps(campaign: Campaign, settings: FitSettings, law: str = "") ->
 
 def plane_wave_problem(
     campaign: Campaign, problems: list[BurstProblem], law: str, elements: int | None
-) -> JointProblem:
+) -> CampaignProblem:
     """Return the joint problem of the bursts with plane-wave rigs."""
     data = configuration_data(campaign, [problem.data for problem in problems])
     rigs: dict[str, Rig] = {problem.data.configuration: problem.rig for problem in problems}
     space = law_space(law, *first_guess(data, rigs), elements=elements)
-    return JointProblem(data, rigs, space, campaign.uncertainty)
+    return CampaignProblem(campaign, data, rigs, space, campaign.uncertainty)
 
 
 def with_free_rim(
     campaign: Campaign,
-    problem: JointProblem,
+    problem: CampaignProblem,
     minima: list[Minimum],
     tell: Progress,
     settings: FitSettings,
     fineness: Fineness | None = None,
-    solve: Callable[[JointProblem, Sequence[RealArray]], list[Minimum]] | None = None,
-) -> tuple[JointProblem, list[Minimum]]:
+    solve: Callable[[CampaignProblem, Sequence[RealArray]], list[Minimum]] | None = None,
+) -> tuple[CampaignProblem, list[Minimum]]:
     """Return problem and solutions with finite elements, made anew where the solution leaves their range.
 
     Parameters
@@ -451,7 +451,7 @@ def with_free_rim(
 
 def rigs_around(
     campaign: Campaign,
-    problem: JointProblem,
+    problem: CampaignProblem,
     found: Minimum,
     tell: Progress,
     settings: FitSettings | None = None,

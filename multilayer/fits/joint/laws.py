@@ -17,8 +17,9 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chi2 import exceeding
-from multilayer.experiments.two_plate.campaign import JointProblem, settle
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
+from multilayer.fits.joint.search import settle
 from multilayer.inference.correlated import birge
 from multilayer.inference.derivative import forward
 from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
@@ -50,13 +51,13 @@ class Candidate:
     ----------
     name : str
         Of the law, with its number of elements where it has any.
-    problem : JointProblem
+    problem : CampaignProblem
     minima : sequence of Minimum
         Its solutions, the most probable first.
     """
 
     name: str
-    problem: JointProblem = field(repr=False)
+    problem: CampaignProblem = field(repr=False)
     minima: Sequence[Minimum] = field(repr=False)
 
     @property
@@ -104,7 +105,7 @@ class Candidate:
         return value[:half] + 1j * value[half:], covariance
 
 
-def with_deviations(name: str, problem: JointProblem, minima: Sequence[Minimum]) -> list[Candidate]:
+def with_deviations(name: str, problem: CampaignProblem, minima: Sequence[Minimum]) -> list[Candidate]:
     """Return a law by itself, then with deviations of all `SHARES`, each sought from the law's best solution."""
     found = [Candidate(name, problem, minima)]
     n, f = len(problem.law_parameters), np.concatenate([data.frequency for data in problem.data])
@@ -260,7 +261,7 @@ class LawMixture:
         return [vars(row) for row in self.rows()]
 
 
-def _logarithms(problem: JointProblem, frequency: RealArray) -> Any:
+def _logarithms(problem: CampaignProblem, frequency: RealArray) -> Any:
     def logarithms(z: RealArray) -> RealArray:
         e = problem.modulus(z, frequency)
         return np.log(np.maximum(np.stack([e.real, e.imag, e.imag / e.real], axis=-2), _LEAST))

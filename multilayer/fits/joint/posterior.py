@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray, half_turn
-from multilayer.experiments.two_plate.campaign import ConfigurationData, JointProblem
+from multilayer.arrays import ArrayLike, RealArray
+from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperiment
 from multilayer.fits.joint.fit import JointFit
 from multilayer.inference.identifiability import Derived
 from multilayer.inference.posterior import Band, Posterior
@@ -34,7 +34,7 @@ def with_posterior(fit: JointFit, method: str = LAPLACE, tell: Tell | None = Non
     return replace(fit, summary=found)
 
 
-def law_quantities(problem: JointProblem) -> list[Derived]:
+def law_quantities(problem: CampaignProblem) -> list[Derived]:
     """Return the law's parameters, which may be made up of several coordinates."""
     space = problem.space
     named = zip(problem.law_parameters, space.names, space.units, strict=True)
@@ -44,7 +44,7 @@ def law_quantities(problem: JointProblem) -> list[Derived]:
     ]
 
 
-def _log_of_law(problem: JointProblem, index: int, z: RealArray) -> RealArray:
+def _log_of_law(problem: CampaignProblem, index: int, z: RealArray) -> RealArray:
     return np.asarray(problem.space.logs(problem.law_coordinates(z))[..., index])
 
 
@@ -96,26 +96,20 @@ def motion_curves(fit: JointFit, posterior: Posterior, probability: float = 0.9)
     """Return what every configuration's channels should see, with the band of what the fit leaves open."""
     few = replace(posterior, samples=posterior.samples[:: max(1, len(posterior.samples) // _DRAWN)])
     found = {}
-    for data in fit.problem.data:
+    for experiment in fit.problem.experiments:
+        data = experiment.data
         order = np.argsort(data.frequency, kind="stable")
         phase = np.unwrap(np.angle(data.ratio[order]))
 
         def curves(
-            z: RealArray, data: ConfigurationData = data, order: Any = order, phase: RealArray = phase
+            z: RealArray, experiment: RigExperiment = experiment, order: Any = order, phase: RealArray = phase
         ) -> RealArray:
             # next to the measured phase, so that no curve jumps by a turn
-            difference = _log_motion(fit.problem, data, z)[..., order] - np.log(data.ratio[order])
-            apart = half_turn(difference.imag)
-            amplitude = np.abs(data.ratio[order]) * np.exp(difference.real)
-            return np.stack([amplitude, np.rad2deg(phase + apart)], axis=-2)
+            difference = experiment.difference(fit.problem.points(z))[..., order]
+            amplitude = np.abs(experiment.data.ratio[order]) * np.exp(difference.real)
+            return np.stack([amplitude, np.rad2deg(phase + difference.imag)], axis=-2)
 
         measured = np.stack([np.abs(data.ratio[order]), np.rad2deg(phase)])
         modelled = curves(fit.best.z[None])[0]
         found[data.name] = MotionCurve(data.frequency[order], measured, modelled, few.band(curves, probability))
     return found
-
-
-def _log_motion(problem: JointProblem, data: ConfigurationData, z: RealArray) -> ComplexArray:
-    values = problem.nuisances.priors.named(z[..., len(problem.modulus_parameters) :])
-    moved = problem.log_shown(data, z, values)
-    return np.asarray(moved + problem.nuisances.of_channels(values, data))

@@ -12,7 +12,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.file import StackFitFile, load_stack_fit, name_of
-from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.experiments.stacks.problem import StackProblem, at_values
 from multilayer.experiments.stacks.unknowns import Unknown
 from multilayer.fits.stacks.posterior import curve_bands, summary_of
 from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
@@ -22,8 +22,6 @@ from multilayer.inference.posterior import Posterior
 from multilayer.inference.priors import Prior
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import LAPLACE, PosteriorSummary
-from multilayer.paths import with_values
-from multilayer.stack import Stack
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _DRAWS = 2048
@@ -53,7 +51,7 @@ def fit_stacks(
     """
     file = source if isinstance(source, StackFitFile) else load_stack_fit(source)
     called = name or ("fit" if isinstance(source, StackFitFile) else name_of(Path(source)))
-    problem = StackProblem.of(file)
+    problem = StackProblem.of_file(file)
     settings = file.model_dump(mode="json", by_alias=True)
     return describe(problem, find_minima(problem, file, tell), called, settings, posterior, tell)
 
@@ -100,7 +98,7 @@ def describe(
         minima=_minima(problem, minima, scaled),
         curves=_curves(problem, best, known.posterior),
         scale=scale,
-        stacks=_fitted(problem, best),
+        stacks=at_values(problem, best),
         warnings=problem.warnings(best),
         summary=known,
     )
@@ -130,14 +128,14 @@ def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[M
 
 
 def _values(problem: StackProblem, z: RealArray) -> RealArray:
-    return np.concatenate([unknown.values(own) for unknown, own in problem.parts(z)], axis=-1)
+    return np.concatenate([unknown.values(own) for unknown, own in problem.parts(problem.own_coordinates(z))], axis=-1)
 
 
 def _quantities(
     problem: StackProblem, z: RealArray, covariance: RealArray, known: PosteriorSummary
 ) -> list[FoundQuantity]:
     found: list[FoundQuantity] = []
-    for unknown, own in problem.parts(z):
+    for unknown, own in problem.parts(problem.own_coordinates(z)):
         inside = slice(len(found), len(found) + own.size)
         of_unknown = _of_prior if unknown.space is None else _of_law
         # one finding per coordinate, and as many quantities
@@ -189,10 +187,3 @@ def _curves(problem: StackProblem, z: RealArray, posterior: Posterior) -> list[F
             problem.observations, problem.predict(z), curve_bands(problem, z, posterior), strict=True
         )
     ]  # fmt: skip
-
-
-def _fitted(problem: StackProblem, z: RealArray) -> dict[str, Stack]:
-    found = {}
-    for name, samples in problem.samples(z[None]).items():
-        found[name] = with_values(problem.stacks[name], {path: column.item() for path, column in samples.items()})
-    return found

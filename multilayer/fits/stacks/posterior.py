@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,34 +14,11 @@ from multilayer.experiments.stacks.unknowns import Unknown
 from multilayer.fits.stacks.result import parts_of
 from multilayer.inference.identifiability import Derived
 from multilayer.inference.posterior import Band, Posterior
-from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Minimum
+from multilayer.inference.problem import Minimum, Scaled
 from multilayer.inference.summary import PosteriorSummary, Tell, summarise
 
 _DRAWN, _CHECKED = 400, 256
 _SLOWLY = 64  # of either, where stacks are solved one by one
-
-
-@dataclass(frozen=True)
-class Widened:
-    """A problem whose residuals count less because the model misses the data by more than noise; a `Problem`."""
-
-    problem: StackProblem
-    scale: float
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The unknowns' coordinates."""
-        return self.problem.parameters
-
-    def residual(self, z: RealArray) -> RealArray:
-        """Return residuals over the scale."""
-        return self.problem.residual(z) / self.scale
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return that and its derivative."""
-        residual, jacobian = self.problem.linearised(z)
-        return residual / self.scale, jacobian / self.scale
 
 
 def summary_of(
@@ -61,7 +38,7 @@ def summary_of(
     """
     checked = _SLOWLY if _is_slow(problem) else _CHECKED
     return summarise(
-        Widened(problem, scale), minima, method, derived=law_quantities(problem), checked=checked, tell=tell
+        Scaled(problem, scale), minima, method, derived=law_quantities(problem), checked=checked, tell=tell
     )
 
 

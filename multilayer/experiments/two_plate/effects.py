@@ -1,0 +1,159 @@
+"""What an unmodelled effect of the two-plate rig is, and where it enters the model of a configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.experiments.effects import BaseEffect, Values
+from multilayer.experiments.two_plate.ratios import ConfigurationData
+from multilayer.measurements.description import Campaign, Configuration
+
+_CREST = (16 / 3) ** 0.5  # of a Hann burst over its rms
+GRAVITY = 9.80665  # m/s2
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One configuration of a campaign, as effects see it.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    configuration : Configuration
+    data : ConfigurationData
+    order : array, shape (n,)
+        When the burst of each datum was measured: 0 for the first of the campaign to 1 for the last.
+    """
+
+    campaign: Campaign
+    configuration: Configuration
+    data: ConfigurationData
+    order: RealArray
+
+    @property
+    def frequency(self) -> RealArray:
+        """Frequencies of the data, Hz."""
+        return self.data.frequency
+
+    @property
+    def is_described(self) -> bool:
+        """Whether the campaign has such a configuration, and not only a plan."""
+        return any(self.configuration == described for described in self.campaign.configurations)
+
+    @property
+    def omega(self) -> RealArray:
+        """The same in rad/s."""
+        return 2 * np.pi * self.data.frequency
+
+    @cached_property
+    def area(self) -> float:
+        """Of the sample's face, m2."""
+        return float(np.pi * self.configuration.specimen_radius**2)
+
+    @cached_property
+    def plate_mass(self) -> float:
+        """Mass of the top plate, kg."""
+        return self.campaign.top_plate.density * self.configuration.top_plate_thickness * self.area
+
+    @cached_property
+    def stretch_moments(self) -> ComplexArray:
+        """Mean amplitude of the sample's stretch, m, and mean of its square, m2, as they act on each bin, shape (2, n).
+
+        From the channels, at the level of the campaign; where they are not known, those of a steady tone as high as a
+        Hann burst is.
+        """
+        if self.data.stretch_moments is not None:
+            return self.data.stretch_moments
+        centre = self.data.centres[self.data.burst]
+        crest = self.campaign.burst.level_rms * _CREST
+        stretch = np.abs(self.data.ratio - 1) * crest / (2 * np.pi * centre) ** 2
+        return np.asarray(np.stack([stretch, stretch**2]), dtype=complex)
+
+    @cached_property
+    def static_stress(self) -> float:
+        """Weight of the top plate over the sample's face, Pa."""
+        return GRAVITY * self.plate_mass / self.area
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The rig in plane motion: rods from base to top, and what hangs on the plate.
+
+    Attributes
+    ----------
+    modulus : complex array
+        Young's modulus of the sample, Pa.
+    density, thickness : array
+        Of the sample, kg/m3 and m.
+    plate_mass : array
+        kg.
+    glue : complex array or None
+        Stiffness of one layer of glue per area, Pa/m; there is one at each face.
+    glue_mass : array
+        Of one layer of glue per area, kg/m2.
+    skin : tuple of array or None
+        Thickness (m) of a layer at each face, and its modulus over that of the core.
+    spring : complex array or None
+        Stiffness of a path beside the sample, N/m.
+    resistivity : array or None
+        To flow of air in the sample's pores, N s/m4.
+    """
+
+    modulus: ComplexArray
+    density: Numeric
+    thickness: Numeric
+    plate_mass: Numeric
+    glue: Numeric | None = None
+    glue_mass: Numeric = 0.0
+    skin: tuple[Numeric, Numeric] | None = None
+    spring: Numeric | None = None
+    resistivity: Numeric | None = None
+
+    def with_(self, **changes: object) -> Chain:
+        """Return a chain with other values."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+    def glued(self, stiffness: Numeric, mass: Numeric = 0.0) -> Chain:
+        """Return a chain with one more layer at each face: its stiffness, Pa/m, and mass, kg/m2, per area."""
+        both = stiffness if self.glue is None else 1 / (1 / self.glue + 1 / stiffness)
+        return replace(self, glue=both, glue_mass=self.glue_mass + mass)
+
+
+class Effect(BaseEffect):
+    """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
+
+    The model of a datum is made in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the motion
+    of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not act.
+
+    Attributes
+    ----------
+    moves_resonances : bool
+        Whether it acts as a change of the sample's modulus does, rather than on what is read.
+    aside : tuple of str
+        Parameters that do not say how large the effect is: its law's error does not follow them.
+    """
+
+    kind = "two-plate rig"
+    moves_resonances: ClassVar[bool] = False
+    aside: ClassVar[tuple[str, ...]] = ()
+
+    def applies(self, campaign: Campaign) -> bool:
+        """Tell whether the effect can act in a campaign at all."""
+        return True
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
+        """Return the sample's modulus, Pa, shape (..., n)."""
+        return modulus
+
+    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
+        """Return the rods and masses."""
+        return chain
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """Return top over base as the channels show it, shape (..., n)."""
+        return motion

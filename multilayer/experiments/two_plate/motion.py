@@ -1,0 +1,212 @@
+"""How the top plate moves over the base: rods and masses in closed form, or any rig near its description."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.experiments.two_plate.effects import Chain, Setting
+from multilayer.experiments.two_plate.plane_waves import Rig
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.media.pumped_disc import pumped_disc_factor
+from multilayer.media.rod import chain_transmissibility
+from multilayer.rig.shape_factor import interpolated_shape_factor
+
+Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
+_GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
+_LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """ln(transmissibility) of rigs near a given one.
+
+    Exact where the rig takes arrays of densities, heights and masses; else to second order in density and thickness,
+    and in the plate's mass.
+
+    Attributes
+    ----------
+    rig : Rig
+    density_step, thickness_step : float
+        Relative, and m; about as large as the changes asked for. A step of 0 for a thickness that is known.
+    mass_step : float
+        Relative; 0 where the plate's mass is known, or follows from density and modulus (`Rig.scales`).
+    """
+
+    rig: Rig
+    density_step: float
+    thickness_step: float
+    mass_step: float = 0.0
+
+    @cached_property
+    def _around(self) -> list[tuple[Rig, int, int]]:
+        """The rigs at the steps, with the steps taken in density and in thickness."""
+        steps = [(1, 0), (-1, 0)] + ([(0, 1), (0, -1), (1, 1)] if self.thickness_step else [])
+        return [(self._stepped(i, j), i, j) for i, j in steps]
+
+    def _stepped(self, i: int, j: int) -> Rig:
+        rig = self.rig.shifted("density", i * self.density_step, relative=True) if i else self.rig
+        return rig.shifted("thickness", j * self.thickness_step, relative=False) if j else rig
+
+    @cached_property
+    def _plates(self) -> list[Rig]:
+        return [self.rig.shifted("top_plate_mass", sign * self.mass_step, relative=True) for sign in (1, -1)]
+
+    def log_motion(
+        self,
+        frequency: RealArray,
+        modulus: ComplexArray,
+        density: RealArray,
+        thickness: RealArray,
+        plate_mass: RealArray | None = None,
+    ) -> ComplexArray:
+        """Return ln(top/base), shape (..., n); `density`, `thickness` and `plate_mass` of shape (..., 1)."""
+        if self.rig.takes_arrays:
+            moved = self.rig.shifted("density", density, relative=True).shifted("thickness", thickness, relative=False)
+            if plate_mass is not None:
+                moved = moved.shifted("top_plate_mass", plate_mass, relative=True)
+            return np.asarray(np.log(moved.transmissibility(frequency, modulus)))
+        here = self.rig.transmissibility(frequency, modulus)
+        total = np.log(here)
+        if self.mass_step and plate_mass is not None and np.any(plate_mass):
+            # known to so few thousandths that its product with the other changes is nothing
+            ahead, behind = (np.log(rig.transmissibility(frequency, modulus) / here) for rig in self._plates)
+            total = total + _parabola(ahead, behind, plate_mass / self.mass_step)
+        if not (np.any(density) or np.any(thickness)):
+            return np.asarray(total)
+        change = {(i, j): np.log(rig.transmissibility(frequency, modulus) / here) for rig, i, j in self._around}
+        x = density / self.density_step
+        total = total + _parabola(change[1, 0], change[-1, 0], x)
+        if self.thickness_step:
+            y = thickness / self.thickness_step
+            mixed = change[1, 1] - change[1, 0] - change[0, 1]
+            total = total + _parabola(change[0, 1], change[0, -1], y) + mixed * x * y
+        return np.asarray(total)
+
+
+def _parabola(ahead: ComplexArray, behind: ComplexArray, x: RealArray) -> ComplexArray:
+    return np.asarray(0.5 * (ahead - behind) * x + 0.5 * (ahead + behind) * x**2)
+
+
+def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
+    """Return the motion of the top plate over that of the base, shape (..., n).
+
+    Exact for rods and masses. Other rigs take glue, skin and a spring beside the sample as a change of its modulus by
+    their compliance, and the glue's mass as the plate's.
+
+    Parameters
+    ----------
+    near : Neighbourhood
+        Of the rig as it is described.
+    setting : Setting
+    frequency : array, shape (n,)
+        Hz.
+    chain : Chain
+        What stands on the base.
+    """
+    ratio = setting.campaign.specimen.poisson_ratio
+    if near.rig.is_chain:
+        held = held_factor(ratio)
+        moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
+        return moved * _with_air(setting, frequency, chain, ratio, held)
+    if setting.is_described:
+        return np.asarray(np.exp(_changed(near, setting, frequency, chain))) * _with_air(
+            setting, frequency, chain, ratio, 1.0
+        )
+    # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
+    shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
+    held = float(interpolated_shape_factor(round(shape, 6))(max(ratio, 0.0)))
+    moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
+    return moved * _with_air(setting, frequency, chain, ratio, 1.0)
+
+
+def _chain_motion(
+    setting: Setting, frequency: RealArray, chain: Chain, stiffening: float, sensor_mass: float
+) -> ComplexArray:
+    """Return the motion of rods and masses in one dimension, exact; `stiffening` is the rods' modulus over E."""
+    plate = setting.campaign.top_plate
+    held = stiffening * chain.modulus
+    rods: list[Rod] = [(held, chain.density, chain.thickness)]
+    if chain.skin is not None:
+        thickness, ratio = chain.skin
+        skin: Rod = (held * ratio, chain.density, thickness)
+        rods = [skin, (held, chain.density, chain.thickness - 2 * thickness), skin]
+    if chain.glue is not None:
+        glue: Rod = (chain.glue * _GLUE, np.maximum(chain.glue_mass, _LIGHT) / _GLUE, _GLUE)
+        rods = [glue, *rods, glue]
+    if chain.spring is not None:
+        return _beside(setting, frequency, rods, chain)
+    thickness = setting.configuration.top_plate_thickness
+    heavy = (chain.plate_mass + sensor_mass) / (setting.area * thickness)
+    top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
+    base = setting.campaign.base_plate
+    below: Rod = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
+    return chain_transmissibility(frequency, [below, *rods, top])
+
+
+def _changed(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
+    """Return ln(top/base) of a rig that is no chain, with what changes it."""
+    modulus, height = chain.modulus, setting.configuration.specimen_thickness
+    if chain.skin is not None:
+        share = 2 * chain.skin[0] / height
+        modulus = modulus / (1 - share + share / chain.skin[1])
+    if chain.glue is not None:
+        modulus = modulus / (1 + 2 * modulus / (height * chain.glue))
+    if chain.spring is not None:
+        modulus = modulus + chain.spring * height / setting.area
+    heavier = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass - 1
+    denser = chain.density / setting.campaign.specimen.density - 1
+    density, thicker, mass = (np.asarray(x).real for x in (denser, chain.thickness - height, heavier))
+    if near.rig.scales:
+        # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
+        modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
+    return near.log_motion(frequency, modulus, density, thicker, mass)
+
+
+def held_factor(poisson_ratio: float) -> float:
+    """Return the modulus of laterally held compression over Young's."""
+    return float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
+
+
+def _with_air(setting: Setting, frequency: RealArray, chain: Chain, poisson_ratio: float, held: float) -> Numeric:
+    """Return what the air in the sample's pores, if any, multiplies the motion by."""
+    if chain.resistivity is None:
+        return 1.0
+    return pumped_disc_factor(
+        2 * np.pi * frequency,
+        chain.modulus,
+        chain.resistivity,
+        radius=setting.configuration.specimen_radius,
+        thickness=chain.thickness,
+        density=chain.density,
+        mass_per_area=chain.plate_mass / setting.area,
+        poisson_ratio=poisson_ratio,
+        held=held,
+    )
+
+
+def _beside(setting: Setting, frequency: RealArray, rods: Sequence[Rod], chain: Chain) -> ComplexArray:
+    """Return the motion of a plate on rods with a spring beside them.
+
+    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``:
+    two masses tell both. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
+    """
+    omega2 = (2 * np.pi * frequency) ** 2
+    mass = np.asarray(chain.plate_mass)
+    light, heavy = (_loaded(setting, frequency, rods, m) for m in (0.5 * mass, mass))
+    q = (1 / light - 1 / heavy) / (omega2 * 0.5 * mass)
+    p = 1 / heavy + omega2 * mass * q
+    spring = np.asarray(chain.spring)
+    return np.asarray((1 + spring * q) / (p - omega2 * mass * q + spring * q))
+
+
+def _loaded(setting: Setting, frequency: RealArray, rods: Sequence[Rod], mass: RealArray) -> ComplexArray:
+    """Return the motion of a rigid mass on rods."""
+    thin = 1e-6
+    plate: Rod = (1e14, mass / (setting.area * thin), thin)
+    return chain_transmissibility(frequency, [*rods, plate])

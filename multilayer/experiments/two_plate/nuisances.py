@@ -1,0 +1,70 @@
+"""What a laboratory states of itself, with uncertainties: unknowns of its rig and of its channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.experiments.two_plate.ratios import ConfigurationData
+from multilayer.inference.priors import Parameter, Prior
+from multilayer.measurements.description import Uncertainty
+
+
+@dataclass(frozen=True)
+class RigChange:
+    """How a rig differs from its description: density and plate mass relative, thickness in m."""
+
+    density: RealArray
+    thickness: RealArray
+    plate_mass: RealArray
+
+    @property
+    def parts(self) -> tuple[RealArray, RealArray, RealArray]:
+        """Density, thickness, plate mass."""
+        return self.density, self.thickness, self.plate_mass
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """The laboratory's stated uncertainties as parameters, and what they do to ln(ratio)."""
+
+    known: Uncertainty
+    configurations: tuple[str, ...]
+    thicknesses: tuple[float, ...]
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """One of gain and delay of the channels, per remounting, per height, of density and of the plates' mass."""
+        known = self.known
+        named = {
+            "channel_gain": known.channel_gain,
+            "channel_delay": known.channel_delay,
+            "density": known.density,
+            "top_plate_mass": known.top_plate_mass,
+        }
+        named |= {f"thickness[{h:g}]": known.thickness for h in sorted(set(self.thicknesses))}
+        named |= {f"remount_gain[{name}]": known.remount_gain for name in self.configurations}
+        units = {"channel_delay": "s", "thickness": "m"}
+        return tuple(
+            Parameter(
+                name=name, prior=Prior(normal=(0.0, spread)), unit=units.get(name.split("[")[0], ""), nuisance=True
+            )
+            for name, spread in named.items()
+            if spread > 0
+        )
+
+    def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> RigChange:
+        """Return the changes of the rig in one configuration."""
+        names = ("density", f"thickness[{data.thickness:g}]", "top_plate_mass")
+        return RigChange(*(values.get(name, np.zeros(())) for name in names))
+
+    def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
+        """Return what the channels add to ln(ratio), shape (..., n)."""
+        zero = np.zeros(())
+        gain = values.get("channel_gain", zero) + values.get(f"remount_gain[{data.name}]", zero)
+        delay = values.get("channel_delay", zero)
+        return np.asarray(gain[..., None] - 2j * np.pi * data.frequency * delay[..., None])

@@ -1,0 +1,156 @@
+"""What a campaign measures: ratios of the spectra of top and base, in the main lobe of every burst."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.experiments.two_plate.burst import BurstData
+from multilayer.experiments.two_plate.record_end import RecordEnd
+from multilayer.inference.whitening import CorrelatedError
+from multilayer.measurements.description import Campaign
+
+SMOOTH = 0.3  # correlation length of the model's own error in ln f
+_BINS = 6  # kept of each burst: its main lobe holds about as many independent ones
+
+
+@dataclass(frozen=True)
+class ConfigurationData:
+    """Measured ratios of spectra, top over base, of one configuration.
+
+    Attributes
+    ----------
+    name : str
+    thickness : float
+        Of the specimen, m.
+    frequency : array, shape (n,)
+        Hz; the bins of all bursts, one burst after the other.
+    burst : array of int, shape (n,)
+        Index of the burst that each belongs to.
+    ratio : complex array, shape (n,)
+    variance : array, shape (n,)
+        Of the real and of the imaginary part of the noise in ln(ratio).
+    centres : array, shape (n_bursts,)
+        Stated frequencies of the bursts, Hz.
+    stretch_moments : complex array, shape (2, n), optional
+        Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
+    ends : mapping
+        By index of the burst, what its record lacks of the ring-down, where that matters.
+    calibration_std : array, shape (n_bursts,), optional
+        Standard deviation of each part of ln(ratio), the same at all bins of a burst.
+    """
+
+    name: str
+    thickness: float
+    frequency: RealArray
+    burst: NDArray[np.intp]
+    ratio: ComplexArray
+    variance: RealArray
+    centres: RealArray
+    stretch_moments: ComplexArray | None = None
+    ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
+    calibration_std: RealArray | None = None
+
+    @cached_property
+    def needed(self) -> RealArray:
+        """Frequencies of which the model's motion is needed, Hz: the bins, then those of the records' ends."""
+        return np.concatenate([self.frequency, *(end.frequency for end in self.ends.values())])
+
+    def cut(self, motion: ComplexArray) -> ComplexArray:
+        """Return a model's ratio (..., n) as the records show it, from its motion at `needed`."""
+        n = len(self.frequency)
+        if not self.ends:
+            return motion
+        shown, first = motion[..., :n].copy(), n
+        for index, end in self.ends.items():
+            last = first + len(end.frequency)
+            shown[..., self.burst == index] -= end.missing(motion[..., first:last])
+            first = last
+        return shown
+
+    @cached_property
+    def log_ratio(self) -> ComplexArray:
+        """Logarithm of `ratio`."""
+        return np.asarray(np.log(self.ratio))
+
+    def covariance(self, model_error: float) -> RealArray:
+        """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
+        covariance = np.diag(self.variance) + CorrelatedError(model_error, SMOOTH, smooth=True).covariance(
+            self.frequency
+        )
+        if self.calibration_std is not None:
+            together = np.equal.outer(self.burst, self.burst)
+            covariance += np.where(together, self.calibration_std[self.burst] ** 2, 0.0)
+        return np.asarray(covariance)
+
+    def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
+        """Return the data of some bursts, by their indices, which are numbered anew."""
+        inside = np.isin(self.burst, kept)
+        renumbered = np.searchsorted(kept, self.burst[inside])
+        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
+        ends = {new: self.ends[old] for new, old in enumerate(kept.tolist()) if old in self.ends}
+        return replace(
+            self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
+            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments, ends=ends,
+            calibration_std=None if self.calibration_std is None else self.calibration_std[kept],
+        )  # fmt: skip
+
+    def thinned(self, every: int) -> ConfigurationData:
+        """Return the data with one in so many of each burst's bins, the same number from either end."""
+        place = np.arange(len(self.burst)) - np.searchsorted(self.burst, self.burst)
+        count = np.bincount(self.burst)[self.burst]
+        inside = place % every == (np.minimum(every, count) - 1) // 2
+        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
+        return replace(
+            self, frequency=self.frequency[inside], burst=self.burst[inside], ratio=self.ratio[inside],
+            variance=self.variance[inside], stretch_moments=moments,
+        )  # fmt: skip
+
+
+def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
+    """Return the data of every configuration from its bursts.
+
+    A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility. The
+    error of a calibration is common to all configurations: its variance counts as many times as there are of them, so
+    that their mean is as uncertain as the calibration, and their difference by more than that.
+
+    Raises
+    ------
+    InputError
+        When no burst of a configuration is left.
+    """
+    found = []
+    for configuration in campaign.configurations:
+        own = [b for b in bursts if b.configuration == configuration.name and not b.cut_short]
+        if not own:
+            raise InputError(
+                f"{configuration.name}: every record ends before the top plate's ring-down does; record longer"
+            )
+        parts = [_ratios(burst) for burst in own]
+        index = np.repeat(np.arange(len(own)), [len(part[0]) for part in parts])
+        f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
+        centres = np.array([burst.frequency for burst in own])
+        height = configuration.specimen_thickness
+        std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in own])
+        found.append(
+            ConfigurationData(
+                configuration.name, height, f, index, ratio, variance, centres, moments,
+                calibration_std=std if np.any(std) else None,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray]:
+    f, base, top = burst.in_band
+    kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
+    f, base, top = f[kept], base[kept], top[kept]
+    ratio = top / base
+    power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
+    return f, ratio, power / (2 * np.abs(top) ** 2), burst.stretch_moments[:, kept]

@@ -1,0 +1,191 @@
+"""Where the solutions of a joint fit are: laws first, then laws with what is uncertain of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.chi2 import exceeded
+from multilayer.executors import run_all
+from multilayer.experiments.two_plate.burst import BurstData
+from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperiment
+from multilayer.experiments.two_plate.plane_waves import Rig
+from multilayer.experiments.two_plate.ratios import ConfigurationData
+from multilayer.experiments.two_plate.record_end import RecordEnd, period_of, rings_at_end
+from multilayer.inference.least_squares import TIGHT, distinct, hopeful, minimise, search
+from multilayer.inference.problem import Minimum
+from multilayer.measurements.description import Uncertainty
+from multilayer.media.laws.parameters import LawSpace
+from multilayer.media.laws.template import law_template
+
+_COARSE = 0.02  # model error while only the law is sought: minima are wide then, and what nuisances explain is forgiven
+Tell = Callable[[str], None]
+N_BEST, N_FOLLOWED = 6, 3
+_IMPROBABLE = 0.01
+_SETTLED = 0.3  # of whitened residuals: less moves chi-square by a tenth
+_MOST_SETTLED = 4
+_FEW = 60  # evaluations after which a start of the coarse search must be near the best
+
+
+def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> tuple[RealArray, ComplexArray]:
+    """Return the constant modulus that fits each configuration best: the data's frequencies, Hz, and moduli, Pa.
+
+    Where to look for a law: a coarse search over (E1, loss factor).
+    """
+    moduli = np.geomspace(1e3, 1e9, 139)
+    losses = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
+    grid = (moduli[:, None] * (1 + 1j * losses)).reshape(-1, 1)
+    best: list[ComplexArray] = []
+    for measured in data:
+        f, ratio = measured.frequency, measured.ratio
+        modelled = rigs[measured.name].transmissibility(f, grid + 0 * f)
+        misfit = np.sum(np.abs(modelled - ratio) ** 2 / (np.abs(ratio) + np.abs(modelled)) ** 2, axis=-1)
+        best.append(np.full(f.shape, complex(grid[int(np.argmin(misfit)), 0])))
+    return np.concatenate([measured.frequency for measured in data]), np.concatenate(best)
+
+
+def solve_joint(
+    problem: CampaignProblem,
+    starts: Sequence[RealArray] = (),
+    *,
+    n_best: int = N_BEST,
+    n_followed: int = N_FOLLOWED,
+    seed: int = 0,
+    tolerance: float = TIGHT,
+    tell: Tell | None = None,
+    executor: Executor | None = None,
+) -> list[Minimum]:
+    """Return the distinct minima of a joint problem, the most probable first.
+
+    The law alone is sought first, from many starts; its best minima are then followed with the nuisances, but for those
+    that fit far worse than the best.
+
+    Parameters
+    ----------
+    problem : CampaignProblem
+    starts : sequence of array, shape (n_law,)
+        Coordinates of laws to follow besides the `n_best` drawn from the prior.
+    n_best, n_followed : int
+        How many are followed for the law alone, and with the nuisances.
+    seed : int
+    tolerance : float
+        Relative change of the cost at which a descent has arrived.
+    tell : callable, optional
+        Called with a short text after each start.
+    executor : Executor, optional
+        Where the starts are followed; in this process when left out.
+    """
+    coarse = search_laws(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
+    followed = [m.z for m in coarse[:n_followed] if hopeful(m, coarse)]
+    descents = run_all(partial(_descents, problem, tolerance), followed, executor)
+    return distinct([found for ends in descents for found in ends])
+
+
+def search_laws(
+    problem: CampaignProblem,
+    starts: Sequence[RealArray] = (),
+    *,
+    n_best: int = N_BEST,
+    seed: int = 0,
+    tolerance: float = TIGHT,
+    tell: Tell | None = None,
+    executor: Executor | None = None,
+) -> list[Minimum]:
+    """Return the distinct minima with a large model error and what is uncertain of the rig as stated, for a start.
+
+    Parameters as of `solve_joint`; coordinates are those of the problem.
+    """
+    law_only = replace(problem, known=Uncertainty(), model_error=_coarse(problem))
+    found = search(
+        law_only, starts, n_best=n_best, seed=seed, few=_FEW, tolerance=tolerance, tell=tell, executor=executor
+    )
+    rest = np.zeros(len(problem.nuisances.parameters))
+    return [replace(minimum, z=np.concatenate([minimum.z, rest])) for minimum in found]
+
+
+def _coarse(problem: CampaignProblem) -> float:
+    return max(problem.model_error, _COARSE)
+
+
+def _descents(problem: CampaignProblem, tolerance: float, start: RealArray) -> list[Minimum]:
+    """Return where least squares end from a start, and if chance does not explain that, by way of a coarse model error.
+
+    Where resonances are sharp, thickness and density must move before the law can: with a large model error they can.
+    """
+    direct = minimise(problem, start, tolerance=tolerance)
+    if direct.converged and direct.cost < exceeded(_IMPROBABLE, direct.residual.size):
+        return [direct]
+    eased = minimise(replace(problem, model_error=_coarse(problem)), start, tolerance=tolerance)
+    return [direct, minimise(problem, eased.z, tolerance=tolerance)]
+
+
+def settle(problem: CampaignProblem, start: RealArray, tolerance: float = TIGHT) -> tuple[CampaignProblem, Minimum]:
+    """Return the minimum reached from a start, and the problem with the ends of its records as they act there."""
+    if not any(data.ends for data in problem.data):
+        return problem, minimise(problem, start, tolerance=tolerance)
+    effect = problem.end_effect_at(start)
+    if not effect.is_finite:  # no ring-down of that law ends: it is not the sample's, and stays as it is
+        return problem.without_ends(), minimise(problem.without_ends(), start, tolerance=tolerance)
+    for _ in range(_MOST_SETTLED):
+        near = replace(problem, end_effect=effect)
+        minimum = minimise(near, start, tolerance=tolerance)
+        there = problem.end_effect_at(minimum.z)
+        if not there.is_finite:
+            return near, minimum
+        apart = [
+            experiment.whiten(there.change[experiment.data.name] - effect.at(experiment.data.name, minimum.z))
+            for experiment in problem.experiments
+            if experiment.data.ends
+        ]
+        start, effect = minimum.z, there
+        if np.linalg.norm(np.concatenate(apart)) < _SETTLED:
+            break
+    near = replace(problem, end_effect=effect)
+    return near, minimise(near, start, tolerance=tolerance)
+
+
+def with_record_ends(problem: CampaignProblem, found: Minimum, bursts: Sequence[BurstData]) -> CampaignProblem:
+    """Return a problem whose model is cut where records end, wherever that changes what a solution shows.
+
+    Of rigs in closed form: finite elements would have to be solved at thousands of frequencies.
+
+    Parameters
+    ----------
+    problem : CampaignProblem
+    found : Minimum
+        Says how long the ring-down lasts.
+    bursts : sequence of BurstData
+        All of the campaign.
+    """
+    points = problem.points(found.z)
+    changed = []
+    for experiment in problem.experiments:
+        data, ends = experiment.data, dict(experiment.data.ends)
+        rig = problem.rigs[data.name]
+
+        def motion(f: RealArray, experiment: RigExperiment = experiment) -> ComplexArray:
+            return np.asarray(np.exp(experiment.log_motion(points, f)[0]))
+
+        for burst in bursts:
+            at = np.flatnonzero(data.centres == burst.frequency)
+            of_this = burst.configuration == data.name and at.size > 0 and rig.takes_arrays
+            if not of_this or int(at[0]) in ends or not rings_at_end(burst):
+                continue
+            bins, variance = (values[data.burst == at[0]] for values in (data.frequency, data.variance))
+            end = RecordEnd.of(burst, bins, rig.reach, period_of(burst, motion, rig.reach))
+            share = end.missing(motion(end.frequency)) / motion(bins)
+            if np.linalg.norm(np.abs(share) / np.sqrt(variance + problem.model_error**2)) > _SETTLED:
+                ends[int(at[0])] = end
+        changed.append(replace(data, ends=dict(sorted(ends.items()))))
+    return replace(problem, configurations=changed, end_effect=None)
+
+
+def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:
+    """Return the space of a law around a guess of its moduli."""
+    f, e = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
+    return LawSpace.of(law_template(law, elements, f), {}, {}, f, e)
