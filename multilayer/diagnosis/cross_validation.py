@@ -10,9 +10,10 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.fitting import Fitted, minimised
-from multilayer.diagnosis.model_discrepancy import LawErrors, Softened, law_parts
+from multilayer.diagnosis.model_discrepancy import law_parts
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Data, Hypothesis
+from multilayer.inference.low_rank import LowRank, Softened, left_open
 
 _FEWEST = 4  # bursts of which blocks can be made
 
@@ -107,12 +108,12 @@ def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[Real
         return law_parts(part, z, one.hypothesis)
 
     start = one.minimum.z
-    soft = Softened(seen, LawErrors.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
+    soft = Softened(seen, LowRank.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
     found = minimised(soft, start)
     residual, slopes = unseen.linearised(found.z)
-    open_of_unknowns = LawErrors.of(_spread(slopes, found.jacobian))
+    open_of_unknowns = LowRank.of(left_open(slopes, found.jacobian))
     if not one.errors:
-        return open_of_unknowns.whitened(residual), _log_density(open_of_unknowns, residual)
+        return open_of_unknowns.whitened(residual), open_of_unknowns.log_density(residual)
     here, slopes_here = seen.linearised(found.z)
     common, own = errors(seen, found.z)
     elsewhere, anew = errors(unseen, found.z)
@@ -122,19 +123,5 @@ def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[Real
     # unknowns and errors of laws together; what is each configuration's own is not seen elsewhere
     known = np.concatenate([slopes_here, laws], axis=1)
     told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
-    every = LawErrors.of(np.concatenate([_spread(told, known), anew], axis=1))
-    return open_of_unknowns.whitened(residual), _log_density(every, residual)
-
-
-def _spread(slopes: RealArray, known: RealArray) -> RealArray:
-    """Return columns B with ``B B^T = S (1 + K^T K)^-1 S^T``: what S changes, of unknowns known by slopes K.
-
-    From K itself: its square may have lost the 1 to rounding.
-    """
-    factor: RealArray = np.asarray(np.linalg.qr(np.concatenate([np.eye(known.shape[1]), known]))[1])
-    return np.asarray(np.linalg.solve(factor.T, slopes.T).T)
-
-
-def _log_density(errors: LawErrors, residual: RealArray) -> float:
-    whitened = errors.whitened(residual)
-    return -0.5 * float(whitened @ whitened) - 0.5 * errors.log_determinant
+    every = LowRank.of(np.concatenate([left_open(told, known), anew], axis=1))
+    return open_of_unknowns.whitened(residual), every.log_density(residual)

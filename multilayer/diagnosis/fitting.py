@@ -14,11 +14,12 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis, smooth_basis
+from multilayer.diagnosis.model_discrepancy import Embedded, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, settle
+from multilayer.inference.low_rank import LowRank, Softened
 from multilayer.inference.multistart import costs_per_datum, discrepancies, is_far_off, valleys
 from multilayer.inference.problem import Minimum, Problem
 
@@ -47,7 +48,7 @@ class Fitted:
     hypothesis : Hypothesis
     minimum : Minimum
         Its residuals have unit variance where the effects' laws are as wrong as they may be.
-    errors : LawErrors, optional
+    errors : LowRank, optional
         Those of the laws; none of the nominal model.
     valleys : array, shape (k, n), optional
         Coordinates where its search began, the most promising first.
@@ -55,7 +56,7 @@ class Fitted:
 
     hypothesis: Hypothesis
     minimum: Minimum
-    errors: LawErrors | None = None
+    errors: LowRank | None = None
     valleys: RealArray | None = None
 
     @property
@@ -116,7 +117,7 @@ class Begun:
         z, errors = starts[0], None
         problem: Problem = hypothesis
         if _has_law_errors(hypothesis):
-            errors = LawErrors.of(law_basis(hypothesis, z))
+            errors = LowRank.of(law_basis(hypothesis, z))
             problem = Softened(hypothesis, errors)
         residual, slopes = problem.linearised(z)
         return cls(
@@ -214,7 +215,7 @@ def _eased(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> Real
     """Return roughly where a fit comes to with a smooth discrepancy that is let go by and by."""
     smooth = smooth_basis(hypothesis)
     for size in sizes:
-        soft = LawErrors.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
+        soft = LowRank.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
         z = minimise(Softened(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
     return z
 

@@ -10,7 +10,8 @@ from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.experiments.hypothesis import Data, Hypothesis
-from multilayer.inference.derivative import FINE, Stencil, central
+from multilayer.inference.derivative import FINE, Stencil
+from multilayer.inference.low_rank import LowRank
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
 
@@ -18,72 +19,7 @@ _LAW_LENGTH = 1.0  # correlation length in ln f: a power law that is off is off 
 _LENGTH = 0.4  # that of a discrepancy of no known origin
 _KEPT = 1e-4  # eigenvalues of its covariance kept, relative
 _MOST = 3.0  # of ln(ratio) or its error where what is read nearly vanishes: no small change any more
-_LEAST = 0.003  # standard deviations of the data: smaller errors change nothing
 _TINY = 1e-12
-_ROUNDING = 1e-12  # of the largest, squared: smaller ones are not resolved
-
-
-@dataclass(frozen=True)
-class LawErrors:
-    """The covariance ``1 + B B^T`` of whitened residuals, B = U diag(s) V^T.
-
-    Attributes
-    ----------
-    directions : array, shape (n_data, k)
-        U.
-    sizes : array, shape (k,)
-        s, standard deviations.
-    """
-
-    directions: RealArray
-    sizes: RealArray
-
-    @classmethod
-    def of(cls, basis: RealArray) -> LawErrors:
-        """Return it from columns B, shape (n_data, m)."""
-        # of B^T B: a tenth of the time of singular values, and as good for those that are kept
-        squares, vectors = np.linalg.eigh(basis.T @ basis)
-        kept = squares > max(_LEAST**2, _ROUNDING * squares.max(initial=0.0))
-        sizes = np.sqrt(squares[kept])
-        return cls(basis @ vectors[:, kept] / sizes, sizes)
-
-    @property
-    def log_determinant(self) -> float:
-        """Of the covariance."""
-        return float(np.sum(np.log1p(self.sizes**2)))
-
-    def whitened(self, values: RealArray) -> RealArray:
-        """Return ``(1 + B B^T)^(-1/2)`` times values, shape (..., n_data)."""
-        shrink = 1 - 1 / np.sqrt(1 + self.sizes**2)
-        return np.asarray(values - (values @ self.directions * shrink) @ self.directions.T)
-
-
-@dataclass(frozen=True)
-class Softened(Problem):
-    """A hypothesis whose effects' laws may be wrong, with residuals of unit variance again.
-
-    Attributes
-    ----------
-    hypothesis : Hypothesis
-    errors : LawErrors
-    """
-
-    hypothesis: Hypothesis
-    errors: LawErrors
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the hypothesis."""
-        return self.hypothesis.parameters
-
-    def residual(self, z: RealArray) -> RealArray:
-        """Return whitened residuals, shape (..., n_data)."""
-        return self.errors.whitened(self.hypothesis.residual(z))
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative."""
-        residual, slopes = central(self.hypothesis.residual, z, FINE)
-        return self.errors.whitened(residual), self.errors.whitened(slopes.T).T
 
 
 @dataclass(frozen=True)
@@ -114,9 +50,9 @@ class Embedded(Problem):
         """Those of the hypothesis."""
         return self.hypothesis.parameters
 
-    def errors(self, z: RealArray) -> LawErrors:
+    def errors(self, z: RealArray) -> LowRank:
         """Return the laws' errors at coordinates of shape (d,)."""
-        return LawErrors.of(law_basis(self.hypothesis, z))
+        return LowRank.of(law_basis(self.hypothesis, z))
 
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data + 1)."""
@@ -132,7 +68,7 @@ class Embedded(Problem):
         shown, changes = shown_and_changed(hypothesis, stencil.points)
         here = [[change[0] for change in parts] for parts in changes]
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
-        errors = LawErrors.of(basis)
+        errors = LowRank.of(basis)
         residual = _whitened(hypothesis, [values[0] for values in shown])
         factors = _factors(hypothesis, -basis.T @ errors.whitened(errors.whitened(residual)))
         total = [*shown]

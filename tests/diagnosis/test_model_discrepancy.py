@@ -6,8 +6,9 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
-from multilayer.diagnosis.model_discrepancy import Embedded, LawErrors, Softened, law_basis
+from multilayer.diagnosis.model_discrepancy import Embedded, law_basis
 from multilayer.inference.least_squares import minimise, settle
+from multilayer.inference.low_rank import LowRank, Softened
 from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
 from tests.fits.gaussian import linear
@@ -19,7 +20,7 @@ def basis():
 
 
 def test_whitening_is_the_inverse_root_of_the_covariance():
-    errors = LawErrors.of(basis())
+    errors = LowRank.of(basis())
     covariance = np.eye(30) + basis() @ basis().T
     root = errors.whitened(np.eye(30))
     np.testing.assert_allclose(root @ covariance @ root, np.eye(30), atol=1e-9)
@@ -30,18 +31,18 @@ def test_errors_that_say_the_same_count_once():
     """Columns may be as large as they like, more than there are data, and depend on each other."""
     rng = np.random.default_rng(3)
     columns = rng.standard_normal((12, 4)) * [1e4, 300.0, 2.0, 0.2] @ rng.standard_normal((4, 20))
-    errors, sizes = LawErrors.of(columns), np.linalg.svd(columns, compute_uv=False)[:4]
+    errors, sizes = LowRank.of(columns), np.linalg.svd(columns, compute_uv=False)[:4]
     assert errors.log_determinant == pytest.approx(np.log1p(sizes**2).sum(), abs=1e-3)
     assert len(errors.sizes) == 4
-    assert LawErrors.of(np.empty((12, 0))).log_determinant == 0.0
+    assert LowRank.of(np.empty((12, 0))).log_determinant == 0.0
 
 
 def test_evidence_is_that_of_the_marginal_distribution():
     rng = np.random.default_rng(2)
     slopes, measured = rng.standard_normal((30, 3)), 3 * rng.standard_normal(30)
-    errors = LawErrors.of(basis())
+    errors = LowRank.of(basis())
     soft = Softened(linear(slopes, measured), errors)
-    fitted = Fitted(soft.hypothesis, minimise(soft, np.zeros(3)), errors)
+    fitted = Fitted(soft.problem, minimise(soft, np.zeros(3)), errors)
     covariance = np.eye(30) + basis() @ basis().T + slopes @ slopes.T
     truth = -0.5 * (measured @ np.linalg.solve(covariance, measured) + np.linalg.slogdet(covariance)[1])
     assert fitted.log_evidence == pytest.approx(truth, rel=1e-6)

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.stats import kstest
 
 from multilayer.diagnosis.fitting import Begun, Fitted, finish_all
-from multilayer.diagnosis.model_discrepancy import LawErrors
 from multilayer.diagnosis.unknown_cause import law_p_value
+from multilayer.inference.low_rank import LowRank
 from multilayer.inference.problem import Minimum
 from tests.fits.gaussian import Plain, linear
 
@@ -22,7 +22,7 @@ def fitted(residual, z=(), stated=(), errors=None):
 
 def test_of_the_law_chance_asks_what_it_asks_of_a_uniform_number():
     rng = np.random.default_rng(0)
-    errors = LawErrors.of(rng.standard_normal((N_DATA, 6)) * np.geomspace(0.1, 30, 6))
+    errors = LowRank.of(rng.standard_normal((N_DATA, 6)) * np.geomspace(0.1, 30, 6))
     found = [law_p_value(fitted(rng.standard_normal(N_DATA), errors=errors)) for _ in range(2000)]
     # two moments of a weighted sum: all but the shape far out
     assert kstest(found, "uniform").statistic < 0.05
@@ -31,7 +31,7 @@ def test_of_the_law_chance_asks_what_it_asks_of_a_uniform_number():
 def test_of_the_law_a_bent_one_asks_too_much():
     rng = np.random.default_rng(1)
     basis = 5 * rng.standard_normal((N_DATA, 3))
-    errors = LawErrors.of(basis)
+    errors = LowRank.of(basis)
     for amount, allowed in ((1.0, True), (8.0, False)):
         seen = errors.whitened(basis @ np.full(3, amount) + rng.standard_normal(N_DATA))
         assert (law_p_value(fitted(seen, errors=errors)) > 1e-3) == allowed
