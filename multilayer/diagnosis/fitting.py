@@ -24,7 +24,6 @@ from multilayer.inference.multistart import costs_per_datum, discrepancies, is_f
 from multilayer.inference.problem import Minimum, Problem
 
 K = TypeVar("K")
-_STEP = 1e-3  # of a coordinate
 _WIDEST = 100.0  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open at most
 _TINY = 1e-300
 _TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
@@ -79,12 +78,12 @@ class Fitted:
         Laplace's approximation, and what the effect's law leaves open of the size (`BaseEffect.size_error`).
         """
         index = [p.name for p in self.hypothesis.parameters].index(name)
-        value = self.hypothesis.parameters[index].prior.value
-        z = float(self.minimum.z[index])
-        here, ahead, behind = (float(value(np.asarray(x))) for x in (z, z + _STEP, z - _STEP))
+        prior = self.hypothesis.parameters[index].prior
+        value, z = prior.value, float(self.minimum.z[index])
+        here, slope = float(value(z)), prior.slope(z)
+        relative = abs(slope) if prior.is_logarithmic else abs(slope) / max(abs(here), _TINY)
         # far beyond a bound of the prior the value does not move any more: its whole range is open
-        slope = max(abs(ahead - behind) / (2 * _STEP), abs(here) / _WIDEST, _TINY)
-        open_by_law = self._size_error(name) * abs(here) / slope
+        open_by_law = self._size_error(name) / max(relative, 1 / _WIDEST)
         spread = float(np.hypot(np.sqrt(self.minimum.covariance[index, index]), open_by_law))
         reach = spread * float(ndtri(0.5 + probability / 2))
         return here, float(value(np.asarray(z - reach))), float(value(np.asarray(z + reach)))

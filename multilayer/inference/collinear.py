@@ -16,8 +16,6 @@ _CORRELATED = 0.95
 _LINKED = 0.15  # of two parameters in the projector on the open directions
 _MEMBER = 0.15  # least weight of a member, in a combination of unit length
 _BETTER = 2.0  # a combination is worth telling when it is known so many times better than its members
-_STEP = 1e-4
-_LOGARITHMIC = ("lognormal", "loguniform")
 PREFIX = "ln "  # of the names of parameters whose value is a logarithm
 
 
@@ -79,7 +77,8 @@ def collinear_groups(
         for value, vector in zip(values, vectors.T, strict=True):
             kept = np.flatnonzero(np.abs(vector) > _MEMBER)
             if value < _BETTER**-2 and len(kept) > 1:
-                factors = vector / (spread * _slopes(own, z[members]))
+                slopes = [parameter.prior.slope(float(at)) for parameter, at in zip(own, z[members], strict=True)]
+                factors = vector / (spread * np.array(slopes))
                 found.append(
                     _group([own[k] for k in kept], factors[kept], float(value), correlation[np.ix_(kept, kept)])
                 )
@@ -113,15 +112,6 @@ def _components(edges: BoolArray) -> list[list[int]]:
     return found
 
 
-def _slopes(parameters: Sequence[Parameter], z: RealArray) -> RealArray:
-    """Return the change of each parameter, or of its logarithm, with its coordinate."""
-    found = []
-    for parameter, at in zip(parameters, z, strict=True):
-        ends = parameter.prior.value(np.array([at - _STEP, at + _STEP]))
-        found.append(np.diff(np.log(ends) if parameter.prior.kind in _LOGARITHMIC else ends)[0] / (2 * _STEP))
-    return np.array(found)
-
-
 def _group(chosen: Sequence[Parameter], factors: RealArray, eigenvalue: float, correlation: RealArray) -> Group:
     std, better = np.sqrt(max(eigenvalue, 0.0)) / abs(factors[0]), 1 / np.sqrt(max(eigenvalue, 1e-30))
     powers = factors / factors[0]
@@ -147,7 +137,7 @@ def shown_name(parameter: Parameter) -> str:
 
 
 def _is_logarithmic(parameter: Parameter) -> bool:
-    return parameter.prior.kind in _LOGARITHMIC or parameter.name.startswith(PREFIX)
+    return parameter.prior.is_logarithmic or parameter.name.startswith(PREFIX)
 
 
 def _product(names: Sequence[str], powers: RealArray) -> str:

@@ -17,6 +17,7 @@ from pydantic import Field, model_validator
 from scipy.special import ndtr, ndtri
 
 from multilayer.arrays import ArrayLike, IndexArray, RealArray
+from multilayer.inference.derivative import central
 from multilayer.models import Model
 
 _EDGE = 8.0  # beyond this z a uniform prior is at its bound to 15 digits
@@ -59,16 +60,26 @@ class Prior(Model):
         """Name of the kind."""
         return next(kind for kind in _KINDS if getattr(self, kind) is not None)
 
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether it is about the logarithm of the value."""
+        return self.kind in _LOGARITHMIC
+
     def value(self, z: ArrayLike) -> RealArray:
         """Return the parameter at standard normal coordinates, any shape."""
         return np.asarray(Priors((self,)).values(np.asarray(z, dtype=float)[..., None])[..., 0])
+
+    def slope(self, z: float) -> float:
+        """Return the derivative of the value by its coordinate; of its logarithm where the prior is about that."""
+        value, slope = central(lambda points: self.value(points[..., 0]), np.array([z]))
+        return float(slope[0] / value) if self.is_logarithmic else float(slope[0])
 
     def coordinate(self, value: ArrayLike) -> RealArray:
         """Return the coordinate of a value; the inverse of `value`, within bounds."""
         v = np.asarray(value, dtype=float)
         if self.fixed is not None:
             return np.zeros(v.shape)
-        x = np.log(np.maximum(v, np.finfo(float).tiny)) if self.kind in _LOGARITHMIC else v
+        x = np.log(np.maximum(v, np.finfo(float).tiny)) if self.is_logarithmic else v
         offset, slope = self.line
         inside = (x - offset) / slope
         if self.kind not in _FLAT:
@@ -88,16 +99,16 @@ class Prior(Model):
             return self.fixed, 0.0
         pair = getattr(self, self.kind)
         if self.kind in _FLAT:
-            low, high = np.log(pair) if self.kind in _LOGARITHMIC else pair
+            low, high = np.log(pair) if self.is_logarithmic else pair
             return float(low), float(high - low)
-        return float(np.log(pair[0]) if self.kind in _LOGARITHMIC else pair[0]), pair[1]
+        return float(np.log(pair[0]) if self.is_logarithmic else pair[0]), pair[1]
 
     @property
     def shares(self) -> tuple[float, float]:
         """Probabilities below the two bounds, uncut."""
         assert self.bounds is not None
         centre, spread = self.line
-        ends = np.log(np.maximum(self.bounds, 1e-300)) if self.kind in _LOGARITHMIC else np.array(self.bounds)
+        ends = np.log(np.maximum(self.bounds, 1e-300)) if self.is_logarithmic else np.array(self.bounds)
         low, high = ndtr((ends - centre) / spread)
         return float(low), float(high)
 
@@ -169,7 +180,7 @@ class Priors:
 
     @cached_property
     def _logarithmic(self) -> IndexArray:
-        return np.flatnonzero([prior.kind in _LOGARITHMIC for prior in self.priors])
+        return np.flatnonzero([prior.is_logarithmic for prior in self.priors])
 
     def values(self, z: ArrayLike) -> RealArray:
         """Return the parameters at standard normal coordinates, both of shape (..., n)."""

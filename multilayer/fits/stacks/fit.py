@@ -156,7 +156,7 @@ def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[
 def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -> float:
     """Return the standard deviation of a value whose coordinate is normal; of its logarithm if that is `natural`."""
     values = prior.value(np.clip(centre + spread * _NODES, -8, 8))
-    if natural and prior.kind in ("lognormal", "loguniform"):
+    if natural and prior.is_logarithmic:
         values = np.log(values)
     weights = _WEIGHTS / _WEIGHTS.sum()
     return float(np.sqrt(weights @ (values - weights @ values) ** 2))
