@@ -23,6 +23,7 @@ from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
+from multilayer.cli.plugin_commands import Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
 from multilayer.cli.preload import preload
@@ -34,6 +35,7 @@ from multilayer.cli.tube import tube
 
 app = typer.Typer(
     name="multilayer",
+    cls=Commands,
     help="Layered panels and samples in vibro-acoustics: simulate them, fit them to measurements, say why they differ.",
     no_args_is_help=True,
     add_completion=True,
@@ -44,14 +46,9 @@ app = typer.Typer(
 
 @app.callback(invoke_without_command=True)
 def _options(
-    context: typer.Context,
     version: bool = typer.Option(False, "--version", help="Print the version and stop."),
-    plugin: PluginFiles = None,
+    plugin: PluginFiles = None,  # read in Commands.invoke
 ) -> None:
-    if plugin:
-        from multilayer.plugins.files import plugin_files
-
-        context.with_resource(plugin_files(plugin))
     if version:
         from importlib.metadata import version as version_of
 
