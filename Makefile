@@ -57,8 +57,8 @@ docs: .venv/docs
 	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
-.venv/docs: .venv/core
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+.venv/docs: .venv/core plugins/multilayer-campaigns/pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[docs]' --editable ./plugins/multilayer-campaigns
 	touch $@
 
 # installed as a user does, not editable: what is missing in the package shows; build/ would keep files that are gone

@@ -13,7 +13,6 @@ from typing import Any
 
 import typer
 
-from multilayer.cli.anisotropy import anisotropy
 from multilayer.cli.blind_check import blind_check
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
@@ -26,7 +25,6 @@ from multilayer.cli.methods import methods
 from multilayer.cli.plugin_commands import Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
-from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.schema import schema
 from multilayer.cli.shape_factor import shape_factor
@@ -60,8 +58,6 @@ app.command()(takes_plugins(simulate))
 app.command()(takes_plugins(compare))
 app.command()(takes_plugins(fit))
 app.command()(takes_plugins(methods))
-app.command()(takes_plugins(preload))
-app.command()(takes_plugins(anisotropy))
 app.command()(takes_plugins(diagnose))
 app.command()(takes_plugins(effects))
 app.command("blind-check")(takes_plugins(blind_check))

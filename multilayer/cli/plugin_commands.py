@@ -10,8 +10,11 @@ from typer.core import TyperGroup
 
 from multilayer.cli.plugin_option import takes_plugins
 
-# commands of packages in this project's repository: the package, and its folder
-_OF_THIS_PROJECT: dict[str, tuple[str, str]] = {}
+OF_THIS_PROJECT = {
+    "preload": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
+    "anisotropy": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
+}
+"""Commands of other packages in this project's repository: the package, and its folder."""
 
 
 class Commands(TyperGroup):
@@ -55,15 +58,15 @@ class Commands(TyperGroup):
             if name in COMMANDS:
                 _ = COMMANDS[name]  # which says why it cannot be used
             else:
-                self._refuse_unknown(ctx, name, [*self.commands, *COMMANDS, *_OF_THIS_PROJECT])
+                self._refuse_unknown(ctx, name, [*self.commands, *COMMANDS, *OF_THIS_PROJECT])
         return super().resolve_command(ctx, args)
 
     @staticmethod
     def _refuse_unknown(ctx: Any, name: str, known: Iterable[str]) -> None:
-        if name in _OF_THIS_PROJECT:
+        if name in OF_THIS_PROJECT:
             from multilayer.errors import InputError
 
-            package, folder = _OF_THIS_PROJECT[name]
+            package, folder = OF_THIS_PROJECT[name]
             raise InputError(
                 f"'{name}' is a command of the package {package}, which is not installed; "
                 f"in a copy of multilayer's repository: python -m pip install ./{folder}"

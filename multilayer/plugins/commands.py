@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import typer
 
 BUILT_IN = frozenset({
-    "simulate", "compare", "fit", "methods", "preload", "anisotropy", "diagnose", "effects", "blind-check",
-    "shape-factor", "rig", "import", "tube", "layers", "check", "schema", "plugins",
+    "simulate", "compare", "fit", "methods", "diagnose", "effects", "blind-check", "shape-factor", "rig",
+    "import", "tube", "layers", "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands run without a look at any plugin."""
 

@@ -10,14 +10,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from multilayer_campaigns.modulus_points import points_of
+from multilayer_campaigns.preload import fit_preload
 
 from multilayer.experiments.two_plate.pores import Pores
 from multilayer.fits.burst.fit import fit_campaign
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import FitJob, read_fit
-from multilayer.inverse.modulus_points import points_of
-from multilayer.inverse.preload import fit_preload
 from tests.benchmarks.extensions_rig import cube_once, in_deviations, preload_once, rods, transversely_isotropic
 from tests.benchmarks.scoring import score, true_modulus
 

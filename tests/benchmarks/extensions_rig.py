@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from multilayer_campaigns.anisotropy import AnisotropyResult, compare_axes
+from multilayer_campaigns.modulus_points import points_of
+from multilayer_campaigns.multi_campaign import SAME_RIG
+from multilayer_campaigns.preload import fit_preload
+from multilayer_campaigns.preload_result import PreloadResult
 
 from multilayer.fits.burst.fit import fit_campaign
 from multilayer.fits.settings import FitSettings
-from multilayer.inverse.anisotropy import AnisotropyResult, compare_axes
-from multilayer.inverse.modulus_points import points_of
-from multilayer.inverse.multi_campaign import SAME_RIG
-from multilayer.inverse.preload import fit_preload
-from multilayer.inverse.preload_result import PreloadResult
 from multilayer.measurements.description import Campaign
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.file import RigFile

@@ -9,11 +9,11 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from multilayer_campaigns.master_curve import MasterCurve, master_curve
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import ValidityWarning
 from multilayer.fits.law_fit import LawFit, fit_law
-from multilayer.inverse.master_curve import MasterCurve, master_curve
 from multilayer.media.kramers_kronig import KramersKronigCheck, check_kramers_kronig
 from multilayer.media.superposition import ShiftFit
 

@@ -2,19 +2,23 @@
 
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
 from typer.main import get_command
 
 from multilayer.cli import app
+from multilayer.cli.plugin_commands import OF_THIS_PROJECT
 from multilayer.layers import LAYERS
 from multilayer.plugins.commands import BUILT_IN
 from multilayer.plugins.listing import KINDS, describe_plugins
+from multilayer.registry import Registry
 from tests.cli.command import run, run_elsewhere
 from tests.cli.test_bad_input import assert_refused
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 # what a short diagnosis of a tube leaves out
 SLOW = (
     "edge_constraint", "facing", "frame_motion", "lateral_air_gap", "microphone_gain", "rear_air_gap", "temperature",
@@ -290,6 +294,22 @@ class TestCommands:
 
     def test_names_of_ours(self):
         assert set(get_command(app).commands) == BUILT_IN
+
+    def test_packages_of_this_project(self):
+        """The table by which a missing command is told agrees with what the packages say of themselves."""
+        brought = {}
+        for file in (*ROOT.glob("plugins/*/pyproject.toml"), *ROOT.glob("*/pyproject.toml")):
+            project = tomllib.loads(file.read_text())["project"]
+            for name in project.get("entry-points", {}).get("multilayer.commands", {}):
+                brought[name] = (project["name"], str(file.parent.relative_to(ROOT)))
+        assert brought == OF_THIS_PROJECT
+
+    def test_a_package_that_is_not_installed(self, monkeypatch):
+        monkeypatch.setattr("multilayer.plugins.commands.COMMANDS", Registry("multilayer.no_commands", "command"))
+        done = run("preload", "campaign")
+        assert_refused(done, "'preload' is a command of the package multilayer-campaigns, which is not installed;",
+                       "python -m pip install ./plugins/multilayer-campaigns")  # fmt: skip
+        assert "No such command 'prelod'. Did you mean 'preload'?" in run("prelod").err
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from multilayer.errors import InputError
 from multilayer.fits.burst.fit import fit_campaign, number_of_steps
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import FitJob, read_fit
-from multilayer.inverse.modulus_points import ModulusPoint, points_of
 from multilayer.measurements.description import Uncertainty
+from multilayer_campaigns.modulus_points import ModulusPoint, points_of
 
 _OWN = {"campaign", "calibration", "bounds", "acceptance", "quasi_static"}  # what fits that are compared may differ in
 

@@ -48,11 +48,11 @@ def anisotropy(
     Example: multilayer anisotropy campaigns/along-x campaigns/along-y campaigns/along-z --out results/anisotropy
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.inverse.anisotropy import compare_axes, of_all_axes
-    from multilayer.inverse.multi_campaign import common_errors, fit_several, read_several, steps_of_several
     from multilayer.json_text import json_text
-    from multilayer.report.anisotropy import anisotropy_figure, anisotropy_table
     from multilayer.report.files import refuse_unusable, result_files, write_files
+    from multilayer_campaigns.anisotropy import compare_axes, of_all_axes
+    from multilayer_campaigns.anisotropy_report import anisotropy_figure, anisotropy_table
+    from multilayer_campaigns.multi_campaign import common_errors, fit_several, read_several, steps_of_several
 
     _refuse(sources, scatter)
     jobs = read_several(sources, model)

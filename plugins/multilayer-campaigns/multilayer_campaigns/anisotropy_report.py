@@ -8,11 +8,11 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.inverse.anisotropy import AnisotropyResult
-from multilayer.inverse.axis_ratios import AXES
 from multilayer.report.console import console
 from multilayer.report.numbers import pressure_unit, with_spread
 from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer_campaigns.anisotropy import AnisotropyResult
+from multilayer_campaigns.axis_ratios import AXES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,8 +11,8 @@ from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
 from multilayer.inference.correlated import ALIKE, Verdict, verdict_of
-from multilayer.inverse.modulus_points import ModulusPoint, Specimen
-from multilayer.inverse.stress_regression import Cell, Regression, Solution
+from multilayer_campaigns.modulus_points import ModulusPoint, Specimen
+from multilayer_campaigns.stress_regression import Cell, Regression, Solution
 
 COLUMNS = (
     "specimen", "frequency_hz", "values", "stress_low_pa", "stress_high_pa", "E1_0_pa", "E1_0_std_pa", "E2_0_pa",

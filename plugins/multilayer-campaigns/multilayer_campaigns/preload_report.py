@@ -9,11 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from multilayer.arrays import RealArray
-from multilayer.inverse.modulus_points import Specimen
-from multilayer.inverse.preload_result import PreloadResult, Slope, specimen_name
 from multilayer.report.console import console
 from multilayer.report.numbers import pressure_unit, with_spread
 from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer_campaigns.modulus_points import Specimen
+from multilayer_campaigns.preload_result import PreloadResult, Slope, specimen_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

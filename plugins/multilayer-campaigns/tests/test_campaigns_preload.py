@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from comparable import drawn, point
+from multilayer_campaigns.modulus_points import points_of, static_stress
+from multilayer_campaigns.preload import fit_preload, refuse_one_stress
 
 from multilayer.errors import InputError
 from multilayer.fits.burst.fit import fit_campaign
-from multilayer.inverse.modulus_points import points_of, static_stress
-from multilayer.inverse.preload import fit_preload, refuse_one_stress
 from multilayer.rig.effect_base import GRAVITY
 from multilayer.rig.synthesis import make_campaign
-from tests.fits.comparable import drawn, point
 from tests.rig.virtual import rig_file
 
 FREQUENCIES, STRESSES = (200.0, 400.0, 800.0), (80.0, 160.0, 240.0)

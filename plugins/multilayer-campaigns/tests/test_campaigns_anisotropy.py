@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from comparable import drawn, point
+from multilayer_campaigns.anisotropy import compare_axes
+from multilayer_campaigns.axis_ratios import AXES
+from multilayer_campaigns.modulus_points import points_of
+from multilayer_campaigns.multi_campaign import SAME_RIG
+from test_campaigns_preload import UNCERTAINTY
 
 from multilayer.errors import InputError
 from multilayer.fits.burst.fit import fit_campaign
-from multilayer.inverse.anisotropy import compare_axes
-from multilayer.inverse.axis_ratios import AXES
-from multilayer.inverse.modulus_points import points_of
-from multilayer.inverse.multi_campaign import SAME_RIG
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.statement import campaign_of
 from multilayer.rig.synthesis import Task, measure
 from multilayer.signals.recording import Recording
-from tests.fits.comparable import drawn, point
-from tests.fits.test_preload import UNCERTAINTY
 from tests.rig.virtual import LAW, rig_file
 
 NAMES, FREQUENCIES = ["one", "two", "three"], (200.0, 400.0)

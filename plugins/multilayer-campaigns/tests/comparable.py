@@ -1,9 +1,9 @@
 """Bursts of several campaigns as a fit would report them, with errors drawn from what they state."""
 
 import numpy as np
+from multilayer_campaigns.modulus_points import ModulusPoint, covariance_of, values_of
 
 from multilayer.fits.burst.uncertainty import ErrorParts
-from multilayer.inverse.modulus_points import ModulusPoint, covariance_of, values_of
 
 RADIUS = 0.0225
 STATED = {

@@ -14,10 +14,10 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.inference.correlated import ALIKE, combined, probability
-from multilayer.inverse.modulus_points import ModulusPoint, static_stress
-from multilayer.inverse.preload_result import PreloadResult, Slope
-from multilayer.inverse.stress_regression import Cell, Regression, Solution
 from multilayer.measurements.description import Campaign
+from multilayer_campaigns.modulus_points import ModulusPoint, static_stress
+from multilayer_campaigns.preload_result import PreloadResult, Slope
+from multilayer_campaigns.stress_regression import Cell, Regression, Solution
 
 _SAME = 0.01  # relative: stresses nearer than this are one
 

@@ -42,11 +42,11 @@ def preload(
     Example: multilayer preload campaigns/light campaigns/heavy --out results/preload
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.inverse.multi_campaign import fit_several, read_several, refuse_other_material, steps_of_several
-    from multilayer.inverse.preload import fit_preload, refuse_one_stress
     from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, result_files, write_files
-    from multilayer.report.preload import preload_figure, preload_table
+    from multilayer_campaigns.multi_campaign import fit_several, read_several, refuse_other_material, steps_of_several
+    from multilayer_campaigns.preload import fit_preload, refuse_one_stress
+    from multilayer_campaigns.preload_report import preload_figure, preload_table
 
     jobs = read_several(sources, model)
     refuse_other_material(jobs)

@@ -17,8 +17,8 @@ from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.inference.correlated import birge, combined, distance, verdict_of
-from multilayer.inverse.axis_ratios import AXES, LEVEL, AxisRatios
-from multilayer.inverse.modulus_points import ModulusPoint, covariance_of, values_of
+from multilayer_campaigns.axis_ratios import AXES, LEVEL, AxisRatios
+from multilayer_campaigns.modulus_points import ModulusPoint, covariance_of, values_of
 
 COLUMNS = (
     "axis", "campaign", "frequency_hz", "values", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "E1_ratio",
@@ -151,7 +151,7 @@ def compare_axes(
     points : sequence of ModulusPoint
         Their `campaign` says along which.
     common : set of str
-        Stated errors that are the same in all campaigns; see `several.common_errors`.
+        Stated errors that are the same in all campaigns; see `multi_campaign.common_errors`.
     scatter : float
         Relative standard deviation of moduli from piece to piece; 0 where one cube was turned.
     remarks : sequence of str

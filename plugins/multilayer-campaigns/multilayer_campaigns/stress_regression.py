@@ -11,7 +11,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.inference.correlated import birge
-from multilayer.inverse.modulus_points import ModulusPoint, Specimen, covariance_of, values_of
+from multilayer_campaigns.modulus_points import ModulusPoint, Specimen, covariance_of, values_of
 
 Cell: TypeAlias = tuple[Specimen, float]
 """A specimen at a frequency, Hz."""
