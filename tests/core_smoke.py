@@ -31,7 +31,7 @@ REFUSED = {
     "formats": ["import", "recording.tdms", "--out", "imported"],
 }
 # what is in another package of this repository, and in which folder
-ELSEWHERE = {"preload": "plugins/multilayer-campaigns"}
+ELSEWHERE = {"preload": "plugins/multilayer-campaigns", "blind-check": "validation"}
 WRITTEN = ("fit/report.html", "fit/moduli.png", "simulation/report.html", "diagnosis/report.html", "tube/tube.csv")
 
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import typer
 
-from multilayer.cli.blind_check import blind_check
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
@@ -60,7 +59,6 @@ app.command()(takes_plugins(fit))
 app.command()(takes_plugins(methods))
 app.command()(takes_plugins(diagnose))
 app.command()(takes_plugins(effects))
-app.command("blind-check")(takes_plugins(blind_check))
 app.command("shape-factor")(takes_plugins(shape_factor))
 app.command()(takes_plugins(rig))
 app.command("import")(takes_plugins(import_campaign))

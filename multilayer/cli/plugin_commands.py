@@ -13,6 +13,7 @@ from multilayer.cli.plugin_option import takes_plugins
 OF_THIS_PROJECT = {
     "preload": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
     "anisotropy": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
+    "blind-check": ("multilayer-validation", "validation"),
 }
 """Commands of other packages in this project's repository: the package, and its folder."""
 

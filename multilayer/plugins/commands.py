@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import typer
 
 BUILT_IN = frozenset({
-    "simulate", "compare", "fit", "methods", "diagnose", "effects", "blind-check", "shape-factor", "rig",
+    "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig",
     "import", "tube", "layers", "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands run without a look at any plugin."""

@@ -1,4 +1,4 @@
-"""The master curve of a measured foam; the whole study is ``python -m tests.benchmarks.master_curve``."""
+"""The master curve of a measured foam; the whole study is ``python -m validation.master_curve``."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from multilayer.media.kramers_kronig import check_kramers_kronig
 
 master_curve = pytest.importorskip("multilayer_campaigns.master_curve").master_curve
 
-from tests.benchmarks.master_curve import REFERENCE, ZERO, read_vn600  # noqa: E402
+from validation.master_curve import REFERENCE, ZERO, read_vn600  # noqa: E402
 
 
 @pytest.fixture(scope="module")
