@@ -5,7 +5,7 @@
 # `make machines` diagnoses the same data on other kernels, threads and processes, and compares (MACHINES=--short: some).
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
-PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml validation/pyproject.toml))
 
 # what `make oldest` runs: all that is about numbers, files and messages; not what takes long for other reasons
 # (processes, clusters, diagnoses, browsers)
@@ -28,7 +28,7 @@ oldest: .venv/oldest
 	OMP_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -n auto --dist worksteal $(OLDEST_TESTS)
 
 machines: .venv/dev
-	$(BIN)/python -m tests.benchmarks.machines $(MACHINES)
+	$(BIN)/python -m validation.machines $(MACHINES)
 
 lint: .venv/dev
 	$(BIN)/ruff check .
@@ -36,7 +36,7 @@ lint: .venv/dev
 	$(BIN)/mypy
 
 bench: .venv/dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.methods
+	OMP_NUM_THREADS=1 $(BIN)/python -m validation.methods
 
 docs: .venv/docs
 	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
@@ -57,8 +57,8 @@ docs: .venv/docs
 	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
-.venv/docs: .venv/core
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+.venv/docs: .venv/core plugins/multilayer-campaigns/pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[docs]' --editable ./plugins/multilayer-campaigns
 	touch $@
 
 # installed as a user does, not editable: what is missing in the package shows; build/ would keep files that are gone

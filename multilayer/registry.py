@@ -14,8 +14,6 @@ from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from pydantic import BaseModel
-
 from multilayer.errors import MultilayerError, PluginWarning, suggest
 
 T = TypeVar("T")
@@ -188,6 +186,8 @@ def subclass_fault(base: type, field: str) -> Callable[[str, Any], str]:
     """
 
     def fault(name: str, item: Any) -> str:
+        from pydantic import BaseModel  # heavy
+
         if not (isinstance(item, type) and issubclass(item, base)):
             return f"it is {item!r}, not a subclass of {base.__module__}.{base.__name__}"
         missing: frozenset[str] = getattr(item, "__abstractmethods__", frozenset())

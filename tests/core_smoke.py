@@ -30,6 +30,8 @@ REFUSED = {
     "cluster": ["simulate", WALL, "--cluster", "tcp://127.0.0.1:1", "--out", "cluster"],
     "formats": ["import", "recording.tdms", "--out", "imported"],
 }
+# what is in another package of this repository, and in which folder
+ELSEWHERE = {"preload": "plugins/multilayer-campaigns", "blind-check": "validation"}
 WRITTEN = ("fit/report.html", "fit/moduli.png", "simulation/report.html", "diagnosis/report.html", "tube/tube.csv")
 
 
@@ -51,6 +53,10 @@ def main() -> None:
             done = multilayer(*arguments, cwd=folder)
             helpful = done.returncode == 2 and f"pip install 'multilayer[{extra}]'" in " ".join(done.stderr.split())
             expect(helpful, f"multilayer {arguments[0]} without [{extra}]: {done.returncode}\n{done.stderr}")
+        for command, place in ELSEWHERE.items():
+            done = multilayer(command, "--help", cwd=folder)
+            helpful = done.returncode == 2 and f"pip install ./{place}" in done.stderr
+            expect(helpful, f"multilayer {command} where it is not installed: {done.returncode}\n{done.stderr}")
     print(f"{len(COMMANDS)} commands run without extras, {len(REFUSED)} name the extra they need")  # noqa: T201
 
 

@@ -13,8 +13,6 @@ from typing import Any
 
 import typer
 
-from multilayer.cli.anisotropy import anisotropy
-from multilayer.cli.blind_check import blind_check
 from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
@@ -23,9 +21,9 @@ from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
+from multilayer.cli.plugin_commands import Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
-from multilayer.cli.preload import preload
 from multilayer.cli.rig import rig
 from multilayer.cli.schema import schema
 from multilayer.cli.shape_factor import shape_factor
@@ -34,6 +32,7 @@ from multilayer.cli.tube import tube
 
 app = typer.Typer(
     name="multilayer",
+    cls=Commands,
     help="Layered panels and samples in vibro-acoustics: simulate them, fit them to measurements, say why they differ.",
     no_args_is_help=True,
     add_completion=True,
@@ -44,14 +43,9 @@ app = typer.Typer(
 
 @app.callback(invoke_without_command=True)
 def _options(
-    context: typer.Context,
     version: bool = typer.Option(False, "--version", help="Print the version and stop."),
-    plugin: PluginFiles = None,
+    plugin: PluginFiles = None,  # read in Commands.invoke
 ) -> None:
-    if plugin:
-        from multilayer.plugins.files import plugin_files
-
-        context.with_resource(plugin_files(plugin))
     if version:
         from importlib.metadata import version as version_of
 
@@ -63,11 +57,8 @@ app.command()(takes_plugins(simulate))
 app.command()(takes_plugins(compare))
 app.command()(takes_plugins(fit))
 app.command()(takes_plugins(methods))
-app.command()(takes_plugins(preload))
-app.command()(takes_plugins(anisotropy))
 app.command()(takes_plugins(diagnose))
 app.command()(takes_plugins(effects))
-app.command("blind-check")(takes_plugins(blind_check))
 app.command("shape-factor")(takes_plugins(shape_factor))
 app.command()(takes_plugins(rig))
 app.command("import")(takes_plugins(import_campaign))

@@ -21,6 +21,7 @@ class Kind(StrEnum):
     effect = "effect"
     law = "law"
     reader = "reader"
+    command = "command"
 
 
 @plugins.callback(invoke_without_command=True)
@@ -29,7 +30,7 @@ def list_plugins(
     context: typer.Context,
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
-    """List all layers, laws, effects and readers with the package they come from, and what is broken and why.
+    """List all layers, laws, effects, readers and plugins' commands with their package, and what is broken and why.
 
     Example: multilayer plugins
 

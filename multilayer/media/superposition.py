@@ -2,7 +2,7 @@
 
 A thermorheologically simple material has ``E(f, T) = b_T E(a_T f, T0)``: at another temperature all relaxation times
 are multiplied by `a_T`, the modulus by `b_T`. Here are the usual formulae for both, and their fits;
-`inverse.master_curve` finds the shifts themselves from moduli.
+`multilayer_campaigns.master_curve` (a plugin) finds the shifts themselves from moduli.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
 Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
-(`type`), laws (`law`), effects (`name`), and functions ``read_SUFFIX`` that return `Waveforms` or `Channels`.
+(`type`), laws (`law`), effects (`name`), functions ``read_SUFFIX`` that return `Waveforms` or `Channels`, and functions
+``command_NAME``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from multilayer.registry import Registry, RegistryError
 _STATED_IN = {"layer": "type", "law": "law", "effect": "name", "rig effect": "effect"}
 _REGISTERS_NOTHING = (
     "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name', no "
-    "function read_SUFFIX returning Waveforms or Channels; see docs/plugins.md, or begin with 'multilayer plugins new'"
+    "function read_SUFFIX returning Waveforms or Channels, no function command_NAME; see docs/plugins.md, or begin "
+    "with 'multilayer plugins new'"
 )
 
 
@@ -122,6 +124,8 @@ def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
             continue
         if isinstance(item, FunctionType) and name.startswith("read_") and _reads(item):
             yield registry("reader"), name.removeprefix("read_"), item
+        elif isinstance(item, FunctionType) and name.startswith("command_"):
+            yield registry("command"), name.removeprefix("command_").replace("_", "-"), item
         elif isinstance(item, type):
             yield from ((registry(kind), key, item) for kind in KINDS if (key := _stated(kind, item)))
 

@@ -15,6 +15,7 @@ _REGISTRIES = {
     "effect": ("multilayer.diagnosis.effects.base", "EFFECTS"),
     "reader": ("multilayer.measurements.readers", "READERS"),
     "rig effect": ("multilayer.rig.effects", "EFFECTS"),
+    "command": ("multilayer.plugins.commands", "COMMANDS"),
 }
 KINDS = tuple(_REGISTRIES)
 

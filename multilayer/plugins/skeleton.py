@@ -8,11 +8,13 @@ from importlib.util import find_spec
 from keyword import iskeyword
 
 from multilayer.errors import InputError
+from multilayer.plugins.commands import BUILT_IN
 from multilayer.plugins.listing import registry
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*")
 _LONGEST = 60
-_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers"}
+_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers", "command": "commands"}
+_PREFIXES = {"reader": "read_", "command": "command_"}  # of functions; others are classes
 
 
 class Skeleton:
@@ -23,7 +25,7 @@ class Skeleton:
     name : str
         Of the package, as ``my-foam``.
     kind : str
-        ``layer``, ``law``, ``effect`` or ``reader``.
+        ``layer``, ``law``, ``effect``, ``reader`` or ``command``.
 
     Raises
     ------
@@ -39,6 +41,7 @@ class Skeleton:
             )
         self.name, self.kind = name, kind
         self.module = re.sub("[-_]", "_", name).lower()
+        self.entry = self.module.replace("_", "-") if kind == "command" else self.module
         self.title = "".join(part.capitalize() for part in self.module.split("_"))
         reason = self._taken()
         if reason:
@@ -52,8 +55,10 @@ class Skeleton:
         found = find_spec(self.module)
         if found is not None and found.origin is not None:
             return f"a module '{self.module}' is installed already"
-        owners = registry(self.kind).origins(self.module)
-        return f"{self.kind} '{self.module}' is there already, by {owners[0]}" if owners else ""
+        if self.kind == "command" and self.entry in BUILT_IN:
+            return f"'{self.entry}' is a built-in command"
+        owners = registry(self.kind).origins(self.entry)
+        return f"{self.kind} '{self.entry}' is there already, by {owners[0]}" if owners else ""
 
     def files(self) -> dict[str, str]:
         """Return the texts of all files by their paths inside the package's folder."""
@@ -66,9 +71,10 @@ class Skeleton:
             "name": self.name,
             "kind": self.kind,
             "module": self.module,
+            "entry": self.entry,
             "title": self.title,
             "group": _GROUPS[self.kind],
-            "object": f"read_{self.module}" if self.kind == "reader" else self.title,
+            "object": f"{prefix}{self.module}" if (prefix := _PREFIXES.get(self.kind)) else self.title,
         }
         sources = {
             "pyproject.toml": "pyproject.toml.jinja",

@@ -8,6 +8,7 @@ import pytest
 from typer.main import get_command
 
 from multilayer.cli import app, completion
+from multilayer.cli.plugin_commands import OF_THIS_PROJECT
 from multilayer.kinds import KINDS
 from multilayer.media.laws import LAWS
 from multilayer.simulation.quantities import QUANTITIES
@@ -140,7 +141,7 @@ class TestJson:
         assert without == []
 
     def test_every_command_is_documented(self):
-        assert {name.split()[0] for name in KEYS} == set(COMMANDS)
+        assert {name.split()[0] for name in KEYS} == {*COMMANDS, *OF_THIS_PROJECT}
 
     @pytest.mark.parametrize("name", [name for name in KEYS if name not in TRIED_ELSEWHERE])
     def test_keys(self, name, sound_campaign, tmp_path):

@@ -2,16 +2,23 @@
 
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
+from multilayer.cli import app
+from multilayer.cli.plugin_commands import OF_THIS_PROJECT
 from multilayer.layers import LAYERS
+from multilayer.plugins.commands import BUILT_IN
 from multilayer.plugins.listing import KINDS, describe_plugins
+from multilayer.registry import Registry
 from tests.cli.command import run, run_elsewhere
 from tests.cli.test_bad_input import assert_refused
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 # what a short diagnosis of a tube leaves out
 SLOW = (
     "edge_constraint", "facing", "frame_motion", "lateral_air_gap", "microphone_gain", "rear_air_gap", "temperature",
@@ -55,6 +62,23 @@ class Unbounded(Fluid):
     type: Literal['unbounded'] = 'unbounded'
     extra: Annotated[int, Field(multiple_of='x')] = 1
 """
+COMMAND = """\
+from pathlib import Path
+import typer
+Path(__file__).with_suffix('.imported').touch()
+
+def command_greet(name: str, times: int = 1) -> None:
+    '''Greet.
+
+    Example: multilayer greet Anna
+    '''
+    from multilayer.layers import LAYERS
+    typer.echo(f"{'hello ' * times}{name}, {'brine' in LAYERS}")
+
+def unmade(what: int | str) -> None: ...
+def untyped(what: Nowhere) -> None: ...
+def grasping(plugin: str) -> None: ...
+"""
 STACK = "layers:\n  - {type: water, thickness: 10 mm}\nfrequency: [100, 200, 400]\n"
 
 
@@ -72,8 +96,12 @@ def broken(tmp_path):
         "[multilayer.effects]\ndamp = house_raising:Damp\nmute = house_good:Water\n"
         "[multilayer.modulus_laws]\nspring = house_good:Water\n"
         "[multilayer.readers]\nxyz = house_good:NUMBER\n"
+        "[multilayer.commands]\ngreet = house_commands:command_greet\nfit = house_commands:command_greet\n"
+        "unmade = house_commands:unmade\nungiven = house_commands:untyped\ngrasping = house_commands:grasping\n"
+        "five = house_good:NUMBER\ncrash = house_raising:crash\n"
     )
     (root / "house_good.py").write_text(f"{LAYER}\nNUMBER = 5\n")
+    (root / "house_commands.py").write_text(f"from __future__ import annotations\n{COMMAND}")
     (root / "house_fields.py").write_text(FIELDS)
     (root / "house_raising.py").write_text("raise RuntimeError('no\\nlicence')\n")
     (root / "house_leaving.py").write_text("raise SystemExit(3)\n")
@@ -92,6 +120,15 @@ BROKEN = {
     ("effect", "mute"): "not a subclass of multilayer.diagnosis.effects.base.BaseEffect",
     ("law", "spring"): "not a subclass of multilayer.media.laws.base.ModulusLaw",
     ("reader", "xyz"): "it is 5, not a function",
+    (
+        "command",
+        "fit",
+    ): "of house_commands:command_greet (package house-plugins 1.2) cannot be used: a built-in",
+    ("command", "unmade"): "its parameters make no command: ",
+    ("command", "ungiven"): "its parameters make no command: NameError: name 'Nowhere' is not defined",
+    ("command", "grasping"): "it has a parameter 'plugin', an option that every command has",
+    ("command", "five"): "it is 5, not a function",
+    ("command", "crash"): "does not load: RuntimeError",
 }
 
 
@@ -100,7 +137,7 @@ class TestList:
         done = run("plugins", "--json")
         assert (done.status, done.err) == (0, "")
         found = json.loads(done.out)
-        assert {entry["kind"] for entry in found} == set(KINDS)
+        assert {entry["kind"] for entry in found} | {"command"} == set(KINDS)  # commands: of plugins only
         assert [entry for entry in found if "error" in entry] == []
         assert all(entry["origin"][0]["package"] for entry in found)
         ours = [entry for entry in found if entry["name"] == "elastic_solid"]
@@ -190,6 +227,89 @@ class TestUseOfBroken:
         assert "effects.0: effect 'damp' of house_raising:Damp (package house-plugins 1.2) does not load" in done.err
         assert "Traceback" not in done.err
         assert not (tmp_path / "out").exists()
+
+
+class TestCommands:
+    def test_runs_with_its_options_and_with_plugin_files(self, broken, tmp_path):
+        (tmp_path / "brine.py").write_text(LAYER.replace("water", "brine"))
+        done = run_elsewhere("greet", "Anna", "--times", 2, "--plugin", tmp_path / "brine.py", PYTHONPATH=broken)
+        assert done == (0, "hello hello Anna, True\n", "")
+        assert run_elsewhere("greet", "Anna", PYTHONPATH=broken).out == "hello Anna, False\n"
+        assert "Example: multilayer greet Anna" in run_elsewhere("greet", "--help", PYTHONPATH=broken).out
+        assert "--times" in run_elsewhere("greet", "Anna", "--times", "two", PYTHONPATH=broken).err
+
+    def test_help_lists_those_that_work_and_tells_of_the_others(self, broken):
+        done = run_elsewhere("--help", PYTHONPATH=broken)
+        assert done.status == 0
+        assert "│ greet " in done.out.partition("Commands of plugins")[2]
+        assert done.out.count("│ fit ") == 1
+        names = sorted(name for kind, name in BROKEN if kind == "command")
+        told = [line.partition(" of ")[0] for line in done.err.splitlines()]
+        assert told == [f"warning: left out: command '{name}'" for name in names]
+
+    @pytest.mark.parametrize("name", ["crash", "five", "unmade"])
+    def test_by_name_it_is_an_error(self, broken, name):
+        done = run_elsewhere(name, "--help", PYTHONPATH=broken)
+        assert done.status == 2
+        assert "Traceback" not in done.err
+        assert f"command '{name}' of house_" in done.err
+        assert BROKEN["command", name] in done.err
+
+    @pytest.mark.parametrize("arguments", [("--version",), ("layers", "--json"), ("fit", "--help")])
+    def test_built_in_commands_know_nothing_of_it(self, broken, arguments):
+        done = run_elsewhere(*arguments, PYTHONPATH=broken)
+        assert done.status == 0
+        assert "Greet" not in done.out
+        assert not Path(broken, "house_commands.imported").exists()
+
+    def test_completion_imports_only_what_it_offers(self, broken):
+        def complete(line):
+            words = {"COMP_WORDS": f"multilayer {line}", "COMP_CWORD": str(len(line.split(" ")))}
+            return run_elsewhere(_MULTILAYER_COMPLETE="complete_bash", PYTHONPATH=broken, **words)
+
+        assert complete("laye") == (0, "layers\n", "")
+        assert not Path(broken, "house_commands.imported").exists()
+        assert complete("gree") == (0, "greet\n", "")
+        assert complete("fiv") == (0, "\n", "")  # broken: nothing is offered, nor told
+
+    def test_of_a_file(self, tmp_path):
+        file = tmp_path / "greeting.py"
+        file.write_text(COMMAND.partition("def unmade")[0])
+        (tmp_path / "brine.py").write_text(LAYER.replace("water", "brine"))
+        done = run("--plugin", file, "greet", "Anna", "--plugin", tmp_path / "brine.py")
+        assert (done.status, done.out) == (0, "hello Anna, True\n")
+        assert run("--plugin", file, "greet", "Anna").out == "hello Anna, False\n"
+        assert "No such command 'greet'." in run("greet", "Anna").err  # nothing of it stays
+
+    def test_a_name_of_ours_is_refused_in_a_file(self, tmp_path):
+        (tmp_path / "fitting.py").write_text("def command_shape_factor(): ...\n")
+        done = run("--plugin", tmp_path / "fitting.py", "layers")
+        assert_refused(
+            done, f"{tmp_path / 'fitting.py'}: command 'shape-factor' of", "a built-in command has this name"
+        )
+
+    def test_the_nearest_name(self, broken):
+        assert "No such command 'great'. Did you mean 'greet'?" in run_elsewhere("great", PYTHONPATH=broken).err
+        assert "No such command 'shapefactor'. Did you mean 'shape-factor'?" in run("shapefactor").err
+
+    def test_names_of_ours(self):
+        assert set(get_command(app).commands) == BUILT_IN
+
+    def test_packages_of_this_project(self):
+        """The table by which a missing command is told agrees with what the packages say of themselves."""
+        brought = {}
+        for file in (*ROOT.glob("plugins/*/pyproject.toml"), *ROOT.glob("*/pyproject.toml")):
+            project = tomllib.loads(file.read_text())["project"]
+            for name in project.get("entry-points", {}).get("multilayer.commands", {}):
+                brought[name] = (project["name"], str(file.parent.relative_to(ROOT)))
+        assert brought == OF_THIS_PROJECT
+
+    def test_a_package_that_is_not_installed(self, monkeypatch):
+        monkeypatch.setattr("multilayer.plugins.commands.COMMANDS", Registry("multilayer.no_commands", "command"))
+        done = run("preload", "campaign")
+        assert_refused(done, "'preload' is a command of the package multilayer-campaigns, which is not installed;",
+                       "python -m pip install ./plugins/multilayer-campaigns")  # fmt: skip
+        assert "No such command 'prelod'. Did you mean 'preload'?" in run("prelod").err
 
 
 @pytest.fixture

@@ -8,7 +8,8 @@ import pytest
 from tests.cli.command import python, run
 from tests.cli.test_bad_input import assert_refused
 
-KINDS = ("layer", "law", "effect", "reader")
+KINDS = ("layer", "law", "effect", "reader", "command")
+ENTRY = dict.fromkeys(KINDS, "our_new_thing") | {"command": "our-new-thing"}
 
 
 def made(folder, kind, name="our-New_thing"):
@@ -37,10 +38,10 @@ def test_its_metadata_lead_to_its_object(tmp_path, kind):
     package = made(tmp_path, kind)
     project = tomllib.loads((package / "pyproject.toml").read_text())
     assert project["project"]["name"] == "our-New_thing"
-    group = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers"}[kind]
+    group = "modulus_laws" if kind == "law" else f"{kind}s"
     (entries,) = project["project"]["entry-points"].values()
     assert list(project["project"]["entry-points"]) == [f"multilayer.{group}"]
-    module, name = entries["our_new_thing"].split(":")
+    module, name = entries[ENTRY[kind]].split(":")
     assert project["tool"]["setuptools"]["py-modules"] == [module]
     text = (package / f"{module}.py").read_text()
     assert f"class {name}(" in text or f"def {name}(" in text
@@ -53,7 +54,7 @@ def test_its_metadata_lead_to_its_object(tmp_path, kind):
 def test_its_module_is_a_plugin_file(tmp_path, kind):
     package = made(tmp_path, kind)
     found = json.loads(run("plugins", "--json", "--plugin", package / "our_new_thing.py").out)
-    assert [one["kind"] for one in found if one["name"] == "our_new_thing"] == [kind]
+    assert [one["kind"] for one in found if one["name"] == ENTRY[kind]] == [kind]
 
 
 def test_a_layer_with_three_lines_of_its_own(tmp_path):
@@ -104,6 +105,12 @@ def test_a_wrong_edit_is_caught(tmp_path):
 )
 def test_a_name_that_cannot_be(tmp_path, name, words):
     assert_refused(run("plugins", "new", name, "--kind", "layer", "--out", tmp_path), words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_command_of_ours(tmp_path):
+    done = run("plugins", "new", "shape-factor", "--kind", "command", "--out", tmp_path)
+    assert_refused(done, "'shape-factor' cannot be the package's name: 'shape-factor' is a built-in command")
     assert list(tmp_path.iterdir()) == []
 
 

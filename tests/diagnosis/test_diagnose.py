@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
-from multilayer.diagnosis.blind_draw import draw
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
 from multilayer.diagnosis.effects import EFFECTS, delamination
 from multilayer.diagnosis.effects.base import Chain
@@ -24,6 +23,7 @@ from multilayer.rig import TwoPlateRig
 from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
+from validation.blind_check.draw import draw
 
 KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
 FEW = ("channel_gain", "channel_delay", "crosstalk", "sensor_mass", "adhesive")

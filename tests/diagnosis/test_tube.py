@@ -138,7 +138,7 @@ def test_what_a_reference_says_is_known(tmp_path):
 
 @pytest.mark.reference
 def test_a_cavity_behind_plants_is_found(shared):
-    from tests.benchmarks.tube_gaps import WIDE, delft, sure_from
+    from validation.tube_gaps import WIDE, delft, sure_from
 
     name = "Grass 6 cm"
     sure = sure_from("plants", {name: 0.06}, WIDE)

@@ -8,7 +8,7 @@ import pytest
 from multilayer.fits.burst.fit import fit_campaign
 from multilayer.fits.burst.result import FitResult
 from multilayer.fits.sources import read_fit
-from tests.benchmarks.scoring import score
+from validation.scoring import score
 
 pytestmark = pytest.mark.reference
 

@@ -11,8 +11,8 @@ from multilayer.experiments.two_plate.motion import Neighbourhood
 from multilayer.fits.burst.fit import fit_campaign, number_of_steps
 from multilayer.fits.sources import read_fit
 from multilayer.measurements.description import Campaign
-from tests.benchmarks.scoring import score
 from tests.fits.synthetic import campaign_dict
+from validation.scoring import score
 
 FREQUENCY = np.array([400.0, 500.0, 600.0])
 

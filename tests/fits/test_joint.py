@@ -22,9 +22,9 @@ from multilayer.report.style import figure_style
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
-from tests.benchmarks.scoring import true_modulus
 from tests.cli.command import run
 from tests.fits.synthetic import FS, campaign_dict, rig
+from validation.scoring import true_modulus
 
 LAW = FractionalZener(relaxed_modulus=1.2e5, unrelaxed_modulus=1.5e6, relaxation_time=2e-5, order=0.45)
 BURSTS = (200.0, 400.0, 800.0, 1200.0)

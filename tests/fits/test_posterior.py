@@ -20,8 +20,8 @@ from multilayer.inference.priors import Prior
 from multilayer.inference.profile import profile_likelihood
 from multilayer.measurements.description import Uncertainty
 from multilayer.media.laws.parameters import LawSpace
-from tests.benchmarks.laboratories import laboratories, simulate
 from tests.fits.gaussian import Plain, linear, linear_evidence, parameters, quadrature, quantiles, standard
+from validation.laboratories import laboratories, simulate
 
 SEEN = np.array([[4.0, 1.0, 0.0], [0.0, 3.0, -2.0], [1.0, 0.0, 0.2], [2.0, 2.0, 0.0]])
 MEASURED = np.array([3.0, -4.0, 0.5, 1.0])

@@ -1,8 +1,8 @@
-"""Fits of impedance tubes that others measured; the whole study is ``python -m tests.benchmarks.tubes``."""
+"""Fits of impedance tubes that others measured; the whole study is ``python -m validation.tubes``."""
 
 import pytest
 
-from tests.benchmarks.tube_fits import PORES, SAMPLES, atalla_panneton, fit, mineral_wool, of_published, predict, rms
+from validation.tube_fits import PORES, SAMPLES, atalla_panneton, fit, mineral_wool, of_published, predict, rms
 
 pytestmark = pytest.mark.reference
 

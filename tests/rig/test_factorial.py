@@ -9,11 +9,11 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.executors import local_pool
 from multilayer.rig import TwoPlateRig, static_shape_factor
-from tests.benchmarks import factorial
-from tests.benchmarks.factorial import kept_in, run
-from tests.benchmarks.factorial_cases import Design, Points, Table
-from tests.benchmarks.factorial_page import write_page
-from tests.benchmarks.factorial_rig import respond
+from validation import factorial
+from validation.factorial import kept_in, run
+from validation.factorial_cases import Design, Points, Table
+from validation.factorial_page import write_page
+from validation.factorial_rig import respond
 
 SMALL = Design(
     frequencies=(100.0, 300.0),

@@ -1,1 +1,0 @@
-"""Several campaigns of one material compared, and moduli at several temperatures."""

@@ -1,0 +1,54 @@
+"""Commands that plugins bring to the command line."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
+
+from multilayer.registry import Registry
+
+if TYPE_CHECKING:
+    import typer
+
+BUILT_IN = frozenset({
+    "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig",
+    "import", "tube", "layers", "check", "schema", "plugins",
+})  # fmt: skip
+"""Names that no plugin may take; these commands run without a look at any plugin."""
+
+
+def application(name: str, function: Callable[..., None]) -> typer.Typer:
+    """Return an application of a single command.
+
+    Parameters
+    ----------
+    name : str
+    function : callable
+        Its annotated parameters are arguments and options, its docstring is the help.
+    """
+    import typer
+
+    made = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown")
+    made.command(name, rich_help_panel="Commands of plugins")(function)
+    return made
+
+
+def _fault(name: str, item: Any) -> str:
+    if name in BUILT_IN:
+        return "a built-in command has this name; choose another one"
+    if not isinstance(item, FunctionType):
+        return f"it is {item!r}, not a function"
+    if "plugin" in inspect.signature(item).parameters:
+        return "it has a parameter 'plugin', an option that every command has; choose another name"
+    from typer.main import get_command
+
+    try:
+        get_command(application(name, item))
+    except Exception as error:  # whatever its annotations make typer say
+        return f"its parameters make no command: {type(error).__name__}: {' '.join(str(error).split())}"
+    return ""
+
+
+COMMANDS: Registry[Callable[..., None]] = Registry("multilayer.commands", "command", _fault)

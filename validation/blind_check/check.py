@@ -1,0 +1,173 @@
+"""The blind check: campaigns are drawn, labels hidden, every campaign diagnosed, and only then unsealed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
+from multilayer.rig.synthesis import make_campaign
+from validation.blind_check.draw import Draw, draw
+
+FINAL_SEEDS = 1000  # seeds from here on are for final runs; thresholds are developed on those below
+_OBVIOUS = 10.0  # standard deviations of the nominal misfit above chance: an effect well above the noise
+
+
+@dataclass(frozen=True)
+class BlindTask:
+    """A campaign to draw and to diagnose."""
+
+    number: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the diagnosis said of a campaign; it has not seen the label.
+
+    Attributes
+    ----------
+    number : int
+    verdict : str
+        ``failed`` where there is no answer.
+    first : tuple of str
+        The cause that is named first; empty without a gap.
+    group : tuple of tuple of str
+    probability : float
+        Stated, of what the verdict says.
+    excess : float
+        How many standard deviations the nominal misfit, stated uncertainties included, lies above chance.
+    excess_alone : tuple of float
+        The same of each of two effects, had it acted by itself; empty for others.
+    shrinkage : float
+        Of the gap on held-out data.
+    intervals : dict
+        Low and high end of every parameter of the first cause.
+    evidence : dict
+        Log evidence over the nominal model's, of what was tried, names joined by ``+``.
+    seconds : float
+        Of processor time, for making and for diagnosing.
+    problem : str
+        Why there is no answer.
+    """
+
+    number: int
+    verdict: str
+    first: tuple[str, ...] = ()
+    group: tuple[tuple[str, ...], ...] = ()
+    probability: float = 1.0
+    excess: float = 0.0
+    excess_alone: tuple[float, ...] = ()
+    shrinkage: float = 0.0
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    evidence: Mapping[str, float] = field(default_factory=dict)
+    seconds: tuple[float, float] = (0.0, 0.0)
+    problem: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Answer:
+        """Return what `to_dict` gave, lists in place of tuples."""
+        lists = {
+            "first": tuple(data["first"]),
+            "group": tuple(tuple(names) for names in data["group"]),
+            "intervals": {name: (float(low), float(high)) for name, (low, high) in data["intervals"].items()},
+            "excess_alone": tuple(data.get("excess_alone", ())),
+            "seconds": tuple(data["seconds"]),
+        }
+        return cls(**{**data, **lists})
+
+
+def answer(task: BlindTask) -> Answer:
+    """Draw a campaign and diagnose it; what is deleted from the library is left out, the label is not looked at."""
+    from time import process_time
+
+    start = process_time()
+    sealed = draw(task.number, task.seed)
+    try:
+        made = make_campaign(sealed.settings, sealed.seed)
+        ready = process_time()
+        record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=sealed.deleted)).record
+        given = _answer(task.number, record, (ready - start, process_time() - ready))
+        return replace(given, excess_alone=_excess_alone(sealed)) if sealed.kind == "two" else given
+    except Exception as error:  # whatever goes wrong with one campaign: it counts, is told, and does not end the check
+        return Answer(task.number, "failed", problem=f"{type(error).__name__}: {error}")
+
+
+def _excess_alone(sealed: Draw) -> tuple[float, ...]:
+    """Return how far each of several effects is above the noise by itself: for the scores, once the answer is given."""
+    found = []
+    for effect in sealed.settings.effects:
+        made = make_campaign(sealed.settings.model_copy(update={"effects": (effect,)}), sealed.seed)
+        minimum = fit_nominal(made.campaign, made.recordings)[0].minimum
+        found.append(_excess(minimum.cost, len(minimum.residual)))
+    return tuple(found)
+
+
+def _excess(chi_square: float, n_data: int) -> float:
+    return float((chi_square - n_data) / np.sqrt(2 * n_data))
+
+
+def _answer(number: int, record: Mapping[str, Any], seconds: tuple[float, float]) -> Answer:
+    inputs = record["inputs"]
+    excess = _excess(inputs["chi_square"], inputs["n_data"])
+    if record["verdict"] == "no_gap":
+        return Answer(number, "no_gap", probability=record["probability"], excess=excess, seconds=seconds)
+    group = tuple(tuple(names) for names in record["group"])
+    chosen = group[0] if group else ("unknown",)
+    cause = next(cause for cause in record["causes"] if tuple(cause["effects"]) == chosen)
+    evidence = {"+".join(one["effects"]): one["log_evidence"] for one in record["causes"]}
+    return Answer(
+        number, record["verdict"], chosen, group, record["probability"], excess, (), record["gap"]["shrinkage"],
+        {name: (p["low"], p["high"]) for name, p in cause["parameters"].items()}, evidence, seconds,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A label beside its answer."""
+
+    draw: Draw
+    answer: Answer
+
+    @property
+    def gap_free(self) -> bool:
+        """Whether nothing was added."""
+        return self.draw.kind == "none"
+
+    @property
+    def visible(self) -> bool:
+        """Whether what was added is well above the noise, after the unknowns took what they can; of two, each."""
+        alone = self.answer.excess_alone or (self.answer.excess,)
+        return not self.gap_free and min(self.answer.excess, *alone) > _OBVIOUS
+
+    @property
+    def named(self) -> bool:
+        """Whether the verdict names effects."""
+        return self.answer.verdict == "effect"
+
+    @property
+    def right(self) -> bool:
+        """Whether the verdict is what the label calls for."""
+        kind = self.draw.kind
+        if kind == "none":
+            return self.answer.verdict == "no_gap"
+        if kind in ("outside", "deleted"):
+            return self.answer.verdict == "unknown"
+        return self.named and set(self.answer.first) == set(self.draw.effects)
+
+    @property
+    def grouped(self) -> bool:
+        """Whether the truth is in the group."""
+        return self.named and any(set(names) == set(self.draw.effects) for names in self.answer.group)
+
+
+def unseal(answers: Sequence[Answer], seed: int) -> list[Outcome]:
+    """Return every answer with its label, in the order of their numbers."""
+    return [Outcome(draw(one.number, seed), one) for one in sorted(answers, key=lambda one: one.number)]

@@ -1,0 +1,194 @@
+"""The report of a blind check: scores, confusion matrix, reliability, detection against size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multilayer.diagnosis.thresholds import in_force
+from multilayer.json_text import json_text
+from multilayer.report.style import COLOURS, blank, figure_style, png
+from validation.blind_check.check import FINAL_SEEDS, Outcome
+from validation.blind_check.draw import MIX
+from validation.blind_check.score import (
+    ONE,
+    SEVERAL,
+    Score,
+    confusion,
+    detection,
+    reliability,
+    scores,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
+_OTHERS = ("no_gap", "unknown", "failed")
+
+
+def blind_files(outcomes: Sequence[Outcome], seed: int, *, figures: bool = True) -> dict[str, bytes | str]:
+    """Return what ``multilayer blind-check`` writes besides the answers, by file name."""
+    files: dict[str, bytes | str] = {
+        "blind_check.json": json_text(_record(outcomes, seed)),
+        "blind_check.md": blind_page(outcomes, seed),
+    }
+    if figures:
+        files["blind_check.png"] = _figure(outcomes)
+    return files
+
+
+def score_table(outcomes: Sequence[Outcome]) -> list[tuple[str, list[Score]]]:
+    """Return the scores of each group of campaigns that has any, with its name."""
+    parts = [(name, [o for o in outcomes if o.draw.several == many], targets) for name, many, targets in _GROUPS]
+    return [(name, scores(part, targets)) for name, part, targets in parts if part]
+
+
+def blind_page(outcomes: Sequence[Outcome], seed: int) -> str:
+    """Return the report as Markdown."""
+    kind = "Final run" if seed >= FINAL_SEEDS else "Development run"
+    mix = ", ".join(f"{100 * share:.0f} % {_KINDS[name]}" for name, share in MIX.items())
+    made, diagnosed = (sum(o.answer.seconds[i] for o in outcomes) for i in range(2))
+    failed = [o for o in outcomes if o.answer.verdict == "failed"]
+    lines = [
+        "# Blind check of the diagnosis",
+        "",
+        f"{kind}: `multilayer blind-check --campaigns {len(outcomes)} --seed {seed}`. The virtual rig draws campaigns "
+        f"({mix}), finite elements make their signals, with the effects' laws perturbed by up to 30 %; every campaign "
+        "is diagnosed without its label, and only then unsealed. Half of them have one configuration and 8 bursts, "
+        "half two heights under two top plates. Scores of gaps are those of campaigns whose nominal misfit lies more "
+        "than 10 standard deviations above chance; of two effects, each one's own would. "
+        f"Processor time: {made:.0f} s to make, {diagnosed:.0f} s to diagnose.",
+        "",
+    ]
+    for name, found in score_table(outcomes):
+        lines += [f"## Scores: {name}", "", *_score_lines(found), ""]
+    lines += ["## Confusion matrix", "", "Rows: what was added. All campaigns, small effects included.", ""]
+    lines += [*_confusion_lines(confusion(outcomes)), ""]
+    lines += ["## Stated probability against share that is right", "", *_reliability_lines(outcomes), ""]
+    lines += ["## Detection against size", "", "From invisible (0) to obvious (1), in the logarithm of the size.", ""]
+    lines += [*_detection_lines(outcomes), "", "![reliability and detection](blind_check.png)", ""]
+    if failed:
+        lines += [
+            "## Without an answer",
+            "",
+            *(f"- {o.draw.number} ({o.draw.label}): {o.answer.problem}" for o in failed),
+        ]
+        lines += [""]
+    lines += ["## Thresholds", "", *_threshold_lines(), ""]
+    return "\n".join(lines)
+
+
+_KINDS = {
+    "none": "without effect",
+    "one": "with one known effect",
+    "two": "with two",
+    "outside": "with one that is not in the library",
+    "deleted": "with one that was deleted from it",
+}
+
+
+def _score_lines(found: Sequence[Score]) -> list[str]:
+    lines = [
+        '| score | value | cases | target | met | always "no gap" | a random name |',
+        "|---|---|---|---|---|---|---|",
+    ]
+    for score in found:
+        met = {True: "yes", False: "**no**", None: "-"}[score.met]
+        dummies = (number(score.no_gap), number(score.random))
+        cells = (score.name, number(score.value), str(score.n), target(score), met, *dummies)
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def number(value: float) -> str:
+    """Return a score in three digits, a dash where there is none."""
+    return "-" if np.isnan(value) else f"{value:.3f}"
+
+
+def target(score: Score) -> str:
+    """Return a target in words."""
+    if np.isnan(score.low):
+        return "-"
+    if score.low <= 0 or score.name.startswith("mean size"):
+        return f"at most {score.high:g}"
+    return f"at least {score.low:g}" if score.high >= 1 else f"{score.low:g} to {score.high:g}"
+
+
+def _confusion_lines(found: Mapping[str, Mapping[str, int]]) -> list[str]:
+    lines = ["| added | cases | right | no gap | unknown | others named |", "|---|---|---|---|---|---|"]
+    for label in sorted(found, key=lambda label: (label.endswith(")"), label)):
+        row = dict(found[label])
+        total, plain = sum(row.values()), {name: row.pop(name, 0) for name in _OTHERS}
+        right = row.pop("both right" if label == "two effects" else label, 0)
+        if label.endswith(")"):
+            right = plain["unknown"]
+        elif label == "no effect":
+            right = plain["no_gap"]
+        others = ", ".join(f"{name} {n}" for name, n in sorted(row.items(), key=lambda item: -item[1])) or "-"
+        if plain["failed"]:
+            others += f"; no answer {plain['failed']}"
+        lines.append(f"| {label} | {total} | {right} | {plain['no_gap']} | {plain['unknown']} | {others} |")
+    return lines
+
+
+def _reliability_lines(outcomes: Sequence[Outcome]) -> list[str]:
+    lines = ["| stated (mean) | right | cases |", "|---|---|---|"]
+    stated = [o for o in outcomes if (o.gap_free or o.visible) and o.answer.verdict != "failed"]
+    return lines + [f"| {p:.3f} | {right:.3f} | {n} |" for p, right, n in reliability(stated)]
+
+
+def _detection_lines(outcomes: Sequence[Outcome]) -> list[str]:
+    lines = [
+        "| size | seen as a gap: several configurations | cases | one configuration | cases |",
+        "|---|---|---|---|---|",
+    ]
+    parts = [detection([o for o in outcomes if o.draw.several == many]) for _, many, _ in _GROUPS]
+    found = [{(low, high): (seen, n) for low, high, seen, n in part} for part in parts]
+    for low, high in sorted({key for part in found for key in part}):
+        cells = [part.get((low, high), (float("nan"), 0)) for part in found]
+        lines.append(f"| {low:g} to {high:g} | " + " | ".join(f"{number(seen)} | {n}" for seen, n in cells) + " |")
+    return lines
+
+
+def _threshold_lines() -> list[str]:
+    values = in_force()
+    return ["| name | value |", "|---|---|", *(f"| {name} | {value:g} |" for name, value in values.items())]
+
+
+def _record(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:
+    return {
+        "version": 1,
+        "seed": seed,
+        "campaigns": len(outcomes),
+        "scores": {name: [score.to_dict() for score in found] for name, found in score_table(outcomes)},
+        "confusion": confusion(outcomes),
+        "thresholds": in_force(),
+    }
+
+
+def _figure(outcomes: Sequence[Outcome]) -> bytes:
+    with figure_style():
+        figure, ((left, right),) = blank(1, 2, (7.5, 3.2))
+        for (name, many, _), colour in zip(_GROUPS, COLOURS, strict=False):
+            part = [o for o in outcomes if o.draw.several == many and o.answer.verdict != "failed"]
+            _draw_reliability(left, [o for o in part if o.gap_free or o.visible], name, colour)
+            found = detection(part)
+            middles = [0.5 * (low + high) for low, high, _, _ in found]
+            right.plot(middles, [seen for _, _, seen, _ in found], "o-", color=colour, label=name)
+        left.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, zorder=0)
+        left.set(xlabel="stated probability", ylabel="share that is right", xlim=(0, 1.02), ylim=(0, 1.02))
+        right.set(xlabel="size, invisible (0) to obvious (1)", ylabel="seen as a gap", xlim=(0, 1), ylim=(0, 1.02))
+        left.legend(loc="upper left")
+        return png(figure)
+
+
+def _draw_reliability(axes: Axes, outcomes: Sequence[Outcome], name: str, colour: str) -> None:
+    bins = reliability(outcomes)
+    if not bins:
+        return
+    stated, right, n = (np.array(column, dtype=float) for column in zip(*bins, strict=True))
+    spread = np.sqrt(np.maximum(stated * (1 - stated), 1e-4) / n)
+    axes.errorbar(stated, right, yerr=spread, fmt="o", color=colour, label=name)
