@@ -56,7 +56,7 @@ class FiniteRig:
         return self.reduced.rig.porosity is None and not self.reduced.rig.sensor_mass
 
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
-        """Return top over base motion; see `inverse.rig.PlaneWaveRig.transmissibility`."""
+        """Return top over base motion; see `PlaneWaveRig.transmissibility`."""
         shift = (self.density, self.thickness, self.plate_mass)
         return self.reduced.transmissibility(frequency, modulus, *shift, extrapolate=self.extrapolate)
 
