@@ -23,7 +23,7 @@ extensions = [
     "myst_parser",
     "sphinx_gallery.gen_gallery",
     "mathml",
-    "rig_effects",
+    "registered",
 ]
 exclude_patterns = ["_build"]
 highlight_language = "none"

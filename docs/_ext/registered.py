@@ -1,10 +1,13 @@
-"""Tables of the virtual rig's effects, made of their classes when the pages are made: ``rig-effects`` and no list."""
+"""What registries hold, written when the pages are made: no list has to be kept.
+
+``rig-effects`` is the table of the virtual rig's effects, ``registered-classes`` the docstrings of a group's classes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from inspect import getdoc
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
@@ -13,20 +16,29 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import ExtensionMetadata
 
+from multilayer.media.laws import LAWS
+from multilayer.registry import Registry
 from multilayer.rig.effect_base import PERTURBED, Effect
 from multilayer.rig.effects import EFFECTS
 from multilayer.rig.specimen import SpecimenSettings
 from multilayer.units import field_unit
 
+CLASSES: dict[str, Registry[Any]] = {"modulus_laws": LAWS}
 HEADING = ["| effect | fields (defaults) | law | perturbed |", "|---|---|---|---|"]
 PLAIN = SpecimenSettings(density=80.0, young_modulus=1e5)
 
 
+def built_in(registry: Registry[Any]) -> Iterator[tuple[str, Any]]:
+    """Give name and object of what this package registers itself."""
+    for name in registry.names():
+        if [owner.package for owner in registry.owners(name)] == ["multilayer"]:
+            yield name, registry[name]
+
+
 def rows(known: bool) -> Iterator[str]:
     """Give a row for each built-in effect that a diagnosis knows, or does not."""
-    for name in EFFECTS.names():
-        kind = EFFECTS[name]
-        if kind.known == known and [owner.package for owner in EFFECTS.owners(name)] == ["multilayer"]:
+    for name, kind in built_in(EFFECTS):
+        if kind.known == known:
             law, _, perturbed = " ".join((getdoc(kind) or "").replace("``", "`").split()).partition(PERTURBED)
             yield f"| `{name}` | {', '.join(fields(kind))} | {law.strip()} | {perturbed.strip().rstrip('.')} |"
 
@@ -55,7 +67,20 @@ class RigEffects(SphinxDirective):
         return container.children
 
 
+class RegisteredClasses(SphinxDirective):
+    """The docstrings of all classes of a group, as ``modulus_laws``."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return them."""
+        classes = [kind for _, kind in built_in(CLASSES[self.arguments[0]])]
+        lines = [line for kind in classes for line in (f".. autoclass:: {kind.__module__}.{kind.__qualname__}", "")]
+        return self.parse_text_to_nodes("\n".join(lines))
+
+
 def setup(app: Sphinx) -> ExtensionMetadata:
-    """Register the directive."""
+    """Register the directives."""
     app.add_directive("rig-effects", RigEffects)
+    app.add_directive("registered-classes", RegisteredClasses)
     return {"version": "1", "parallel_read_safe": True}
