@@ -23,6 +23,7 @@ extensions = [
     "myst_parser",
     "sphinx_gallery.gen_gallery",
     "mathml",
+    "registered",
 ]
 exclude_patterns = ["_build"]
 highlight_language = "none"

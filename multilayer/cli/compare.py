@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 def compare(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A simulation file, or a stack file.")],
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED.csv", help="Measured spectra, units in the header.")],
+    measured: Annotated[
+        Path,
+        typer.Argument(metavar="MEASURED.csv", help="Measured spectra, units in the header; also .mat, .h5, .uff."),
+    ],
     quantity: Annotated[
         str | None,
         typer.Option(

@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, half_turn
-from multilayer.diagnosis.effects.base import Setting
+from multilayer.diagnosis.effects.base import CENTRED_SENSOR, VACUUM, Setting
 from multilayer.diagnosis.experiment_design import Alive, half_squared, rank_changes, unchanged
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.inference.derivative import WIDE, Stencil
 
-_CENTRED = ("rocking", "plate_flexure")  # effects that a centred sensor does not have
 _QUIET = 0.3  # of the level
-_AIRLESS = ("saturating_air",)
 
 
 @dataclass(frozen=True)
@@ -29,20 +27,18 @@ class Experiment:
     Attributes
     ----------
     change : str
+        Effects that it takes away name it as `absent_in`.
     cost : float
     setting : callable
         The new setting from that of an existing configuration.
     swapped : bool
         Whether the channels are exchanged.
-    without : tuple of str
-        Effects that the change takes away.
     """
 
     change: str
     cost: float
     setting: Callable[[Setting], Setting] = unchanged
     swapped: bool = False
-    without: tuple[str, ...] = ()
 
 
 def _resized(setting: Setting, **factors: float) -> Setting:
@@ -73,8 +69,8 @@ MENU = (
     Experiment("specimen_radius x 0.5", 2.0, partial(_resized, specimen_radius=0.5)),
     Experiment(f"level x {_QUIET:g}", 0.5, _level),
     Experiment("channels swapped", 0.5, swapped=True),
-    Experiment("sensor in the centre, or two opposite ones", 0.5, without=_CENTRED),
-    Experiment("in vacuum", 8.0, without=_AIRLESS),
+    Experiment(CENTRED_SENSOR, 0.5),
+    Experiment(VACUUM, 8.0),
     Experiment("remounted, measured in reversed order", 1.5, _reversed),
 )
 
@@ -87,7 +83,7 @@ def next_experiments(alive: Alive, executor: Executor | None = None) -> list[dic
 def _predict(fitted: Fitted, experiment: Experiment) -> tuple[ComplexArray, ComplexArray]:
     """Return ln(ratio), shape (n,), and its derivatives by the coordinates, shape (n, d)."""
     hypothesis = rig_hypothesis(fitted.hypothesis)
-    kept = tuple(effect for effect in hypothesis.effects if effect.name not in experiment.without)
+    kept = tuple(effect for effect in hypothesis.effects if effect.absent_in != experiment.change)
     names = {p.name for p in replace(hypothesis, effects=kept).parameters}
     own = [i for i, p in enumerate(hypothesis.parameters) if p.name in names]
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]

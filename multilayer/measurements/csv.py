@@ -1,4 +1,4 @@
-"""Recordings as tables of text: CSV of data recorders and of spreadsheets."""
+"""Tables of text: CSV of data recorders and of spreadsheets."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.readers import Reader
+from multilayer.measurements.tables import name_and_unit, read_text_table
 from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
 from multilayer.signals.channels import Channel, Channels, rate_of_step
 from multilayer.units import parse_quantity
 
-_HEADER = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
 _TIME = re.compile(r"(?:time|t|zeit)(?:_(?P<unit>s|ms|us))?", re.IGNORECASE)
 _EXAMPLE = "as 'time', 'base' and 'top'"
 # times are often printed with few digits; a missing sample makes a step of twice the others
@@ -69,11 +70,8 @@ def _names(lines: Sequence[Line], layout: Layout, file: Path) -> list[Named]:
     cells = layout.cells(header)
     if all(layout.is_number(cell) for cell in cells):
         raise _error(file, f"no line names the columns; write names above the numbers, {_EXAMPLE}", line)
-    matches = [_HEADER.fullmatch(cell) for cell in cells]
-    named: list[Named] = [
-        (match["name"], match["unit"] or None) if match else (cell, None)
-        for match, cell in zip(matches, cells, strict=True)
-    ]
+    split = [name_and_unit(cell) or (cell, None) for cell in cells]
+    named: list[Named] = [(name, unit or None) for name, unit in split]
     if layout.n_units:
         units = layout.cells(lines[layout.header + 1][1])
         named = [(cell, unit.strip("[]() ") or None) for cell, unit in zip(cells, units, strict=True)]
@@ -145,3 +143,6 @@ def _sampling_rate(time: RealArray, line_numbers: Sequence[int], file: Path) -> 
             line_numbers[first + 1],
         )
     return rate_of_step(float(step))
+
+
+CSV = Reader(read_csv, read_text_table)

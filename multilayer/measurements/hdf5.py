@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of
+from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of, spectra_of
+from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import library, reads
+from multilayer.measurements.spectra import Spectra
 from multilayer.signals.channels import Channels
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -31,7 +33,23 @@ def read_hdf5(path: Path | str) -> Channels:
     InputError
         When h5py is not installed, or the file is damaged, cut short, or holds no arrays of samples.
     """
-    file = Path(path)
+    return channels_of(Path(path), *hdf5_arrays(Path(path)))
+
+
+def read_hdf5_spectra(path: Path | str) -> Spectra:
+    """Read the datasets of an ``.h5`` file that have as many values as its dataset ``frequency``; see `read_hdf5`.
+
+    Raises
+    ------
+    InputError
+        When h5py is not installed, or the file is damaged, cut short, or holds no such datasets; see
+        `named_arrays.spectra_of`.
+    """
+    return spectra_of(Path(path), *hdf5_arrays(Path(path)))
+
+
+def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return all datasets, with what is said of them (see `named_arrays.channels_of`), and their units, by path."""
     h5py = library("h5py", file)
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
@@ -47,8 +65,11 @@ def read_hdf5(path: Path | str) -> Channels:
     with reads(file, _KIND), h5py.File(file, "r") as opened:
         visit("", opened)
         opened.visititems(visit)
-    return channels_of(file, arrays, units)
+    return arrays, units
 
 
 def _text(value: Any) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
+
+
+HDF5 = Reader(read_hdf5, read_hdf5_spectra)

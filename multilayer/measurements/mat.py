@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from multilayer.measurements.hdf5 import SIGNATURE, read_hdf5
-from multilayer.measurements.named_arrays import channels_of
+from multilayer.measurements.hdf5 import SIGNATURE, hdf5_arrays
+from multilayer.measurements.named_arrays import channels_of, spectra_of
+from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import reads
+from multilayer.measurements.spectra import Spectra
 from multilayer.signals.channels import Channels
 
 _KIND = "a MATLAB file"
@@ -30,17 +33,31 @@ def read_mat(path: Path | str) -> Channels:
     InputError
         When the file is damaged, cut short, or holds no arrays of samples; see `named_arrays.channels_of` for rates.
     """
-    file = Path(path)
+    return channels_of(Path(path), *_arrays(Path(path)))
+
+
+def read_mat_spectra(path: Path | str) -> Spectra:
+    """Read the arrays of a ``.mat`` file that have as many values as its array ``frequency``; see `read_mat`.
+
+    Raises
+    ------
+    InputError
+        When the file is damaged, cut short, or holds no such arrays; see `named_arrays.spectra_of`.
+    """
+    return spectra_of(Path(path), *_arrays(Path(path)))
+
+
+def _arrays(file: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
+    """Return all arrays, and the units of those that have them, by name."""
     if _is_version_73(file):
-        return read_hdf5(file)
+        return hdf5_arrays(file)
     from scipy.io import loadmat
 
     with reads(file, _KIND):
-        held = loadmat(file, simplify_cells=True)
-        flat = _flat({name: value for name, value in held.items() if not name.startswith("__")})
+        content = loadmat(file, simplify_cells=True)
+        flat = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     units = {name.removeprefix("units/"): str(text) for name, text in flat.items() if isinstance(text, str)}
-    arrays = {name: np.asarray(value) for name, value in flat.items() if not isinstance(value, str)}
-    return channels_of(file, arrays, units)
+    return {name: np.asarray(value) for name, value in flat.items() if not isinstance(value, str)}, units
 
 
 def _is_version_73(file: Path) -> bool:
@@ -54,3 +71,6 @@ def _flat(values: dict[str, Any], above: str = "") -> dict[str, Any]:
     for name, value in values.items():
         found |= _flat(value, f"{above}{name}/") if isinstance(value, dict) else {f"{above}{name}": value}
     return found
+
+
+MAT = Reader(read_mat, read_mat_spectra)

@@ -1,15 +1,19 @@
-"""Channels from arrays with names, as files of MATLAB and HDF5 files hold them."""
+"""Channels and spectra from arrays with names, as files of MATLAB, HDF5 and NumPy hold them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError, Problem
-from multilayer.signals.channels import Channel, Channels, as_samples, rate_of_step
+from multilayer.measurements.columns import FREQUENCY
+from multilayer.measurements.spectra import Spectra
+from multilayer.measurements.tables import Header
+from multilayer.signals.channels import Channel, Channels, as_samples, different, rate_of_step
 
 _RATES = ("sampling_rate", "sample_rate", "samplerate", "samplingrate", "sampling_frequency", "fs", "rate")
 _STEPS = ("dt", "time_step", "wf_increment")
@@ -50,6 +54,72 @@ def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Ma
     if not channels:
         raise InputError(Problem("holds no array of samples", file=file))
     return Channels(file, tuple(channels))
+
+
+def spectra_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Mapping[str, str]) -> Spectra:
+    """Return the spectra among arrays: every array of numbers with as many values as the array of frequencies.
+
+    That is called ``frequency``, ``freq`` or ``f``, in Hz unless it has another unit. Arrays with two axes are several
+    spectra, numbered. Of a path as a name the last part counts, where that is not there twice.
+
+    Parameters
+    ----------
+    file, arrays, units
+        See `channels_of`; numbers may be complex, or pairs of fields ``real`` and ``imag``.
+
+    Raises
+    ------
+    InputError
+        When there are no frequencies, several arrays of them, or nothing beside them.
+    """
+    numeric = {
+        name: array
+        for name, values in arrays.items()
+        if (array := _numbers(values)).dtype.kind in "fiuc" and ATTRIBUTE not in name
+    }
+    axes = [name for name, array in numeric.items() if array.size > 1 and _frequency(name) is not None]
+    if len(axes) != 1:
+        what = f"several arrays of frequencies: {', '.join(axes)}" if axes else "no array called 'frequency'"
+        raise InputError(Problem(f"holds {what}; values over frequency need one such array beside them", file=file))
+    frequency = numeric.pop(axes[0])
+    rows = {full: (name, row) for name, array in numeric.items() for full, row in _alike(name, array, frequency.size)}
+    if not rows:
+        raise InputError(Problem(f"holds no array of {frequency.size} values, as '{axes[0]}' has", file=file))
+    names = different([full.rpartition("/")[2] for full in rows], list(rows))
+    return Spectra(
+        frequency.ravel() * _hertz(file, axes[0], units),
+        {name: row for name, (_, row) in zip(names, rows.values(), strict=True)},
+        {name: units[path] for name, (path, _) in zip(names, rows.values(), strict=True) if path in units},
+    )
+
+
+def _numbers(values: NDArray[np.generic]) -> NDArray[Any]:
+    array = np.asarray(values)
+    if array.dtype.names == ("real", "imag"):  # complex numbers of MATLAB's version 7.3
+        return np.asarray(array["real"] + 1j * array["imag"])
+    return array
+
+
+def _frequency(name: str) -> Header | None:
+    header = Header.of(_last(name))
+    return header if header.name in FREQUENCY.names else None
+
+
+def _hertz(file: Path, name: str, units: Mapping[str, str]) -> float:
+    header = Header.of(_last(name))
+    try:
+        return Header(name, header.name, units.get(name, header.unit or "Hz")).factor("Hz")
+    except ValueError as error:
+        raise InputError(Problem(str(error), file=file)) from None
+
+
+def _alike(name: str, array: NDArray[Any], count: int) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Give the spectra of so many values in an array, numbered where it has two axes."""
+    if array.size == count:
+        yield name, array.ravel()
+    elif array.ndim == 2 and count in array.shape:
+        rows = array.T if array.shape[0] == count else array
+        yield from ((f"{name}_{i}", row) for i, row in enumerate(rows, start=1))
 
 
 def _last(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Recordings as NumPy archives."""
+"""NumPy archives."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.named_arrays import spectra_of
+from multilayer.measurements.readers import Reader
+from multilayer.measurements.spectra import Spectra
 from multilayer.signals.recording import Waveforms
 
 _CHANNELS = ("base", "top")
@@ -32,26 +35,39 @@ def read_npz(path: Path | str) -> Waveforms:
         empty, or the two differ in shape. Pickled objects are refused: they could run code.
     """
     file = Path(path)
-    arrays = _load(file)
+    arrays = _load(file, _WANTED)
     base, top = (_channel(arrays, name, file) for name in _CHANNELS)
     if base.shape != top.shape:
         raise _error(file, f"base has shape {base.shape} but top {top.shape}; they must be recorded together")
     return Waveforms(base, top, _sampling_rate(arrays, file))
 
 
+def read_npz_spectra(path: Path | str) -> Spectra:
+    """Read the arrays of a ``.npz`` file that have as many values as its array ``frequency``.
+
+    Raises
+    ------
+    InputError
+        When the file is no such archive, or holds no such arrays; see `named_arrays.spectra_of`.
+    """
+    return spectra_of(Path(path), _load(Path(path)), {})
+
+
 def _error(file: Path, message: str) -> InputError:
     return InputError(Problem(message, file=file))
 
 
-def _load(file: Path) -> dict[str, np.ndarray]:
-    """Return the arrays of the archive by name; those that are not wanted are listed but not read."""
+def _load(file: Path, wanted: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
+    """Return the arrays of the archive by name; of some that are wanted the others are listed but not read."""
     if not file.exists():
         raise _error(file, "there is no such file")
     if not zipfile.is_zipfile(file):
         raise _error(file, "is no .npz archive, or one that is cut short; copy or export it again")
     try:
         with np.load(file, allow_pickle=False) as archive:
-            return {name: np.asarray(archive[name]) if name in _WANTED else _NOT_READ for name in archive.files}
+            return {
+                name: np.asarray(archive[name]) if name in (wanted or [name]) else _NOT_READ for name in archive.files
+            }
     except Exception as error:  # a damaged archive fails in many ways
         raise _error(file, f"cannot be read as an .npz archive ({error}); copy or export it again") from None
 
@@ -77,3 +93,6 @@ def _sampling_rate(arrays: dict[str, np.ndarray], file: Path) -> float | None:
     if value.size != 1 or value.dtype.kind not in "fiu" or not float(value.reshape(())) > 0:
         raise _error(file, "sampling_rate must be one number above 0, in Hz")
     return float(value.reshape(()))
+
+
+NPZ = Reader(read_npz, read_npz_spectra)

@@ -1,40 +1,103 @@
-"""Readers of recordings, found by file suffix."""
+"""Readers of waveforms and of spectra, found by file suffix."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.accelerometers import acceleration_factor
+from multilayer.measurements.spectra import Spectra
+from multilayer.measurements.tables import Table, read_text_table
 from multilayer.registry import Registry
 from multilayer.signals.channels import Channel, Channels
-from multilayer.signals.recording import Reader, Waveforms
+from multilayer.signals.recording import Waveforms
 
 _BURST = re.compile(r"(base|top)(_\d+)?")
 _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', 'top_2', ..."
 
 
+@dataclass(frozen=True)
+class Reader:
+    """What reads files of a suffix that may hold signals over time as well as values over frequency.
+
+    A format whose files hold one of the two, or tell which, needs a function only.
+
+    Attributes
+    ----------
+    waveforms : callable
+        From a path to `Waveforms` (one burst) or `Channels` (whatever a recorder stored).
+    spectra : callable
+        From a path to `Spectra`, or to a `Table` where the file has lines.
+    """
+
+    waveforms: Callable[[Path], Waveforms | Channels]
+    spectra: Callable[[Path], Spectra | Table]
+
+
+ReadFunction: TypeAlias = Callable[[Path], Waveforms | Channels | Spectra | Table]
+"""Entry points of ``multilayer.readers`` are such functions, or a `Reader`, under the file suffix they read."""
+
+
 def _reader_fault(name: str, item: object) -> str:
     del name  # the suffix it reads; a function needs not know
-    return "" if callable(item) else f"it is {item!r}, not a function from a path to Waveforms"
+    if callable(item) or isinstance(item, Reader):
+        return ""
+    return f"it is {item!r}, not a function from a path to Waveforms, Channels or Spectra, nor a Reader"
 
 
-READERS: Registry[Reader] = Registry("multilayer.readers", "reader", _reader_fault)
+READERS: Registry[Reader | ReadFunction] = Registry("multilayer.readers", "reader", _reader_fault)
+
+
+def _suffix(file: Path) -> str:
+    return file.suffix.removeprefix(".").lower()
+
+
+def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction:
+    """Return what reads such values from a file that must be there."""
+    if not file.is_file():
+        raise InputError(Problem("there is no such file", file=file))
+    reader = READERS[_suffix(file)]
+    if not isinstance(reader, Reader):
+        return reader
+    return reader.waveforms if what == "waveforms" else reader.spectra
+
+
+def read_spectra(path: Path | str) -> Table:
+    """Return what a file holds over frequency as columns: through the reader of its suffix, else as a text table.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, is refused by its reader, or holds signals over time.
+    """
+    file = Path(path)
+    if _suffix(file) not in READERS:
+        return read_text_table(file)
+    content = _function(file, "spectra")(file)
+    if isinstance(content, Spectra):
+        return content.table(file)
+    if isinstance(content, Table):
+        return content
+    text = "is read as signals over time, and values over frequency are wanted; save those as a text table"
+    raise InputError(Problem(text, file=file))
 
 
 def _read(path: Path | str) -> Waveforms | Channels:
     file = Path(path)
-    suffix = file.suffix.removeprefix(".").lower()
-    if suffix not in READERS:
+    if _suffix(file) not in READERS:
         known = ", ".join(f".{name}" for name in READERS)
         raise InputError(Problem(f"nothing reads '{file.suffix}' files; save the signals as one of {known}", file=file))
-    if not file.is_file():
-        raise InputError(Problem("there is no such file", file=file))
-    return READERS[suffix](file)
+    content = _function(file, "waveforms")(file)
+    if isinstance(content, Waveforms | Channels):
+        return content
+    raise InputError(Problem("is read as values over frequency, and signals over time are wanted", file=file))
 
 
 def read_channels(path: Path | str) -> Channels:

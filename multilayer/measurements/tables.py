@@ -1,17 +1,19 @@
-"""Text tables of measured values: columns named in the first line, with their units; every mistake with its line."""
+"""Tables of measured values: columns named, with their units, in a header; every mistake with its line."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.text_layout import data_lines
 from multilayer.units import parse_quantity
 
 _HEADER = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
@@ -19,27 +21,95 @@ _SUFFIX_UNITS = {
     "hz": "Hz", "khz": "kHz", "db": "dB", "deg": "deg", "rad": "rad",
     "pa": "Pa", "kpa": "kPa", "mpa": "MPa", "gpa": "GPa",
 }  # fmt: skip
+Row: TypeAlias = tuple[int | None, tuple[str | float, ...]]
 
 
 @dataclass(frozen=True)
-class TextTable:
-    """A table of text as it stands in a file.
+class Header:
+    """What a table says of a column.
+
+    Attributes
+    ----------
+    text : str
+        As it is written.
+    name : str
+        What it calls the quantity, in small letters joined by underscores; empty for what is no header.
+    unit : str or None
+        In brackets or as a suffix; None where it says none.
+    """
+
+    text: str
+    name: str
+    unit: str | None
+
+    @classmethod
+    def of(cls, text: str) -> Header:
+        """Return what a header of a text table says."""
+        written = name_and_unit(text)
+        if written is None:
+            return cls(text, "", None)
+        name, unit = "_".join(written[0].lower().split()), written[1]
+        stem, _, suffix = name.rpartition("_")
+        if unit is None and suffix in _SUFFIX_UNITS:
+            return cls(text, stem, _SUFFIX_UNITS[suffix])
+        return cls(text, name, unit)
+
+    def factor(self, unit: str) -> float:
+        """Return what 1 in the unit of the column is in `unit`.
+
+        Parameters
+        ----------
+        unit : str
+            SI, ``dB``, or empty for a pure number.
+
+        Raises
+        ------
+        ValueError
+            When the header says none where one is needed, or another kind of unit.
+        """
+        if self.unit is None and unit:
+            name = self.text.strip().lower().replace(" ", "_")
+            raise ValueError(f"column '{self.text}' has no unit; write '{name}_{unit.lower()}' or '{name} [{unit}]'")
+        if unit == "dB" or self.unit in (None, "", "-", "1"):
+            if unit == "dB" and self.unit != "dB":
+                raise ValueError(f"column '{self.text}' must be in dB; write '[dB]'")
+            return 1.0
+        try:
+            return parse_quantity(f"1 {self.unit}", unit)
+        except ValueError as error:
+            raise ValueError(f"column '{self.text}': {error}") from None
+
+
+def name_and_unit(text: str) -> tuple[str, str | None] | None:
+    """Return the name that stands in a header, and the unit in brackets behind it; None for what is no header."""
+    match = _HEADER.fullmatch(text)
+    return (match["name"], match["unit"]) if match else None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as it stands in a file.
 
     Attributes
     ----------
     file : Path
-    line : int
+    headers : tuple of Header
+        One per column; empty for an empty file.
+    rows : tuple of (int or None, tuple)
+        Number of the line, where there are lines, and the cells of every row: text, or numbers.
+    line : int or None
         Of the header, from 1.
-    names : tuple of str
-        What the header calls the columns.
-    rows : tuple of (int, tuple of str)
-        Line number and cells of every row.
     """
 
     file: Path
-    line: int
-    names: tuple[str, ...]
-    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    headers: tuple[Header, ...]
+    rows: tuple[Row, ...]
+    line: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the header calls the columns."""
+        return tuple(header.text for header in self.headers)
 
     def error(self, message: str, line: int | None = None) -> InputError:
         """Return an error placed in this file."""
@@ -47,19 +117,18 @@ class TextTable:
 
     def text(self, index: int) -> list[str]:
         """Return the cells of a column; rows that end before it have an empty one."""
-        return [cells[index].strip().strip('"') if index < len(cells) else "" for _, cells in self.rows]
+        return [_text(cells[index]) if index < len(cells) else "" for _, cells in self.rows]
 
-    def numbers(self, columns: Mapping[int, float]) -> RealArray:
-        """Return some columns as numbers, each times its factor, shape (n_columns, n_rows).
+    def numbers(self, columns: Collection[int]) -> dict[int, RealArray]:
+        """Return some columns as numbers, shape (n_rows,), by index.
 
         Raises
         ------
         InputError
             With the line, for a row that lacks a column and a cell that is no finite number.
         """
-        items = columns.items()
-        rows = [[self._number(line, cells, i, columns) * factor for i, factor in items] for line, cells in self.rows]
-        return np.array(rows, dtype=float).reshape(len(rows), len(columns)).T
+        rows = [[self._number(line, cells, index, max(columns)) for index in columns] for line, cells in self.rows]
+        return dict(zip(columns, np.array(rows, dtype=float).reshape(len(rows), len(columns)).T, strict=True))
 
     def refuse_not_positive(self, frequency: RealArray) -> None:
         """Refuse frequencies (Hz, one per row) that are not above 0."""
@@ -70,102 +139,46 @@ class TextTable:
     @cached_property
     def _decimal_commas(self) -> bool:
         """Whether decimals have a comma, as many spreadsheets write them: some cell has one, and none a point."""
-        cells = [cell for _, row in self.rows for cell in row]
+        cells = [cell for _, row in self.rows for cell in row if isinstance(cell, str)]
         return any("," in cell for cell in cells) and not any(re.search(r"\d\.\d", cell) for cell in cells)
 
-    def _number(self, line: int, cells: tuple[str, ...], index: int, columns: Mapping[int, float]) -> float:
-        if len(cells) <= max(columns):
+    def _number(self, line: int | None, cells: tuple[str | float, ...], index: int, last: int) -> float:
+        if len(cells) <= last:
             raise self.error(f"has {len(cells)} cells and lacks some of the columns that the header names", line)
         cell = cells[index]
         try:
-            written = cell.strip().strip('"')
-            value = float(written.replace(",", ".") if self._decimal_commas else written)
+            value = cell if isinstance(cell, float) else float(self._pointed(cell))
         except ValueError:
-            comma = "; write decimals with a point" if "," in cell else ""
-            raise self.error(f"'{cell.strip()}' is no number{comma}", line) from None
+            comma = "; write decimals with a point" if "," in str(cell) else ""
+            raise self.error(f"'{str(cell).strip()}' is no number{comma}", line) from None
         if not np.isfinite(value):
-            raise self.error(f"'{cell.strip()}' is not finite; leave such rows out", line)
+            raise self.error(f"'{str(cell).strip()}' is not finite; leave such rows out", line)
         return value
 
+    def _pointed(self, cell: str) -> str:
+        written = _text(cell)
+        return written.replace(",", ".") if self._decimal_commas else written
 
-def read_table(path: Path | str, needed: str) -> TextTable:
+
+def _text(cell: str | float) -> str:
+    return f"{cell:g}" if isinstance(cell, float) else cell.strip().strip('"')
+
+
+def read_text_table(path: Path | str) -> Table:
     """Read a table whose columns are separated by commas, semicolons or tabs; what follows a ``#`` is no data.
 
     Where no comma separates columns, decimals may have one.
 
-    Parameters
-    ----------
-    path : Path or str
-    needed : str
-        Which columns there must be, for messages.
-
     Raises
     ------
     InputError
-        When the file is not there, is no text, or holds no row.
+        When the file is not there, or is no text.
     """
     file = Path(path)
-    lines = _lines(file, needed)
+    lines = data_lines(file)
+    if not lines:
+        return Table(file, (), ())
     number, header = lines[0]
     separator = next((mark for mark in (";", "\t", ",") if mark in header), ",")
-    names = tuple(name.strip().strip('"') for name in header.split(separator))
-    rows = tuple((at, tuple(line.split(separator))) for at, line in lines[1:])
-    return TextTable(file, number, names, rows)
-
-
-def _lines(file: Path, needed: str) -> list[tuple[int, str]]:
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(Problem("there is no such file", file=file)) from None
-    except (OSError, UnicodeDecodeError) as error:
-        message = f"is no text that can be read ({error}); export it again as UTF-8"
-        raise InputError(Problem(message, file=file)) from None
-    numbered = enumerate((line.partition("#")[0].strip(" ") for line in text.splitlines()), start=1)
-    lines = [(number, line) for number, line in numbered if line]
-    if not lines:
-        raise InputError(Problem(f"is empty; {needed}", file=file))
-    return lines
-
-
-def split_header(header: str) -> tuple[str, str | None] | None:
-    """Return what a header calls a quantity, in small letters joined by underscores, and its unit.
-
-    The unit stands in brackets or is a suffix; None where the header says none. None for what is no header.
-    """
-    match = _HEADER.fullmatch(header)
-    if match is None:
-        return None
-    name, unit = "_".join(match["name"].lower().split()), match["unit"]
-    stem, _, suffix = name.rpartition("_")
-    return (stem, _SUFFIX_UNITS[suffix]) if unit is None and suffix in _SUFFIX_UNITS else (name, unit)
-
-
-def unit_factor(header: str, written: str | None, unit: str) -> float:
-    """Return what 1 in the unit of a header is in `unit`.
-
-    Parameters
-    ----------
-    header : str
-        For messages.
-    written : str or None
-        What the header says.
-    unit : str
-        SI, ``dB``, or empty for a pure number.
-
-    Raises
-    ------
-    ValueError
-        When the header says none where one is needed, or another kind of unit.
-    """
-    if written is None and unit:
-        name = header.strip().lower().replace(" ", "_")
-        raise ValueError(f"column '{header}' has no unit; write '{name}_{unit.lower()}' or '{name} [{unit}]'")
-    if unit == "dB" or written in (None, "", "-", "1"):
-        if unit == "dB" and written != "dB":
-            raise ValueError(f"column '{header}' must be in dB; write '[dB]'")
-        return 1.0
-    try:
-        return parse_quantity(f"1 {written}", unit)
-    except ValueError as error:
-        raise ValueError(f"column '{header}': {error}") from None
+    headers = tuple(Header.of(name.strip().strip('"')) for name in header.split(separator))
+    return Table(file, headers, tuple((at, tuple(line.split(separator))) for at, line in lines[1:]), number)

@@ -1,19 +1,26 @@
-"""Universal files: time records of dataset 58, which analysers and modal programs write."""
+"""Universal files: dataset 58, time records and functions of frequency, of analysers and modal programs."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import damaged, library, reads
+from multilayer.measurements.spectra import Spectra
+from multilayer.measurements.tables import Header
 from multilayer.signals.channels import Channel, Channels, as_samples, different, rate_of_step
 
 _KIND = "a universal file"
 _TIME_RESPONSE = 1
+_UNKNOWN, _FREQUENCY = 0, 18  # types of an abscissa
+_OF_FREQUENCY = (2, 3, 4, 5, 6, 9, 10, 12, 21, 26)  # types of functions: spectra, transfer functions, coherences
 _MARK = b"    -1"  # opens and closes a dataset; behind binary data on no line of its own
 _START = 10_000  # bytes within which the first dataset opens
 _DIRECTIONS = {1: "+X", 2: "+Y", 3: "+Z", -1: "-X", -2: "-Y", -3: "-Z"}
@@ -35,19 +42,82 @@ def read_uff(path: Path | str) -> Channels:
         When pyuff is not installed, or the file is damaged, cut short, or holds no time record at even steps.
     """
     file = Path(path)
-    pyuff = library("pyuff", file)
     with reads(file, _KIND):
-        _refuse_cut_short(file)
-        uff = pyuff.UFF(str(file))
-        sets = [uff.read_sets(i) for i, kind in enumerate(uff.get_set_types()) if str(kind).startswith("58")]
-        records = [one for one in sets if one["func_type"] == _TIME_RESPONSE and not np.iscomplexobj(one["data"])]
-        longer = [_place(one) for one in records]
-        own = [str(one.get("id1", "")).strip() for one in records]
-        names = different([_said(name) or place for name, place in zip(own, longer, strict=True)], longer)
-        channels = tuple(_channel(file, name, one) for name, one in zip(names, records, strict=True))
+        records = [
+            record
+            for record in _records(file)
+            if record["func_type"] == _TIME_RESPONSE and not np.iscomplexobj(record["data"])
+        ]
+        channels = tuple(_channel(file, name, record) for name, record in zip(_names(records), records, strict=True))
     if not channels:
         raise InputError(Problem("holds no time record (dataset 58, function type 1)", file=file))
     return Channels(file, channels)
+
+
+def read_uff_spectra(path: Path | str) -> Spectra:
+    """Read the functions of frequency (dataset 58, text or binary) of a ``.uff`` or ``.unv`` file through pyuff.
+
+    Those are what has frequency as its abscissa, or does not say and is a spectrum by its type: transfer functions,
+    power spectra, coherences. They are called as `read_uff` calls channels; a unit is the label of the ordinate, over
+    that of its denominator.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Raises
+    ------
+    InputError
+        When pyuff is not installed, or the file is damaged, cut short, or holds no such function, or some at different
+        frequencies.
+    """
+    file = Path(path)
+    with reads(file, _KIND):
+        records = [record for record in _records(file) if _is_spectrum(record)]
+        spectra = [(name, _whole(file, name, record)) for name, record in zip(_names(records), records, strict=True)]
+    if not records:
+        raise InputError(Problem("holds no function of frequency (dataset 58, abscissa of type 18)", file=file))
+    frequency, label = np.asarray(records[0]["x"], dtype=float), _label(records[0], "abscissa") or "Hz"
+    for record in records[1:]:
+        if record["x"].shape != frequency.shape or not np.allclose(record["x"], frequency, rtol=1e-9):
+            text = "holds functions at different frequencies; export those of one measurement into a file of their own"
+            raise InputError(Problem(text, file=file))
+    try:
+        hertz = Header("frequency", "frequency", label).factor("Hz")
+    except ValueError as error:
+        raise InputError(Problem(str(error), file=file)) from None
+    units = {name: unit for (name, _), record in zip(spectra, records, strict=True) if (unit := _unit(record))}
+    return Spectra(frequency * hertz, dict(spectra), units)
+
+
+def _is_spectrum(record: Any) -> bool:
+    abscissa = int(record["abscissa_spec_data_type"])
+    return abscissa == _FREQUENCY or (abscissa == _UNKNOWN and record["func_type"] in _OF_FREQUENCY)
+
+
+def _label(record: Any, axis: str) -> str:
+    return _said(str(record.get(f"{axis}_axis_units_lab", "")).strip())
+
+
+def _unit(record: Any) -> str:
+    above, below = _label(record, "ordinate"), _label(record, "orddenom")
+    if not below:
+        return above
+    return "1" if above == below else f"{above or 1}/({below})"
+
+
+def _records(file: Path) -> list[Any]:
+    """Return all datasets 58."""
+    pyuff = library("pyuff", file)
+    _refuse_cut_short(file)
+    uff = pyuff.UFF(str(file))
+    return [uff.read_sets(i) for i, kind in enumerate(uff.get_set_types()) if str(kind).startswith("58")]
+
+
+def _names(records: Sequence[Any]) -> list[str]:
+    longer = [_place(record) for record in records]
+    ids = [_said(str(record.get("id1", "")).strip()) for record in records]
+    return different([name or place for name, place in zip(ids, longer, strict=True)], longer)
 
 
 def _refuse_cut_short(file: Path) -> None:
@@ -69,12 +139,19 @@ def _place(record: Any) -> str:
     return f"{name} {where}".strip()
 
 
+def _whole(file: Path, name: str, record: Any) -> NDArray[Any]:
+    values = np.asarray(record["data"]).ravel()
+    if values.size != int(record["num_pts"]):
+        raise damaged(file, _KIND, f"'{name}' has {values.size} of {record['num_pts']} samples")
+    return values
+
+
 def _channel(file: Path, name: str, record: Any) -> Channel:
-    samples = as_samples(record["data"])
-    if samples.size != int(record["num_pts"]):
-        raise damaged(file, _KIND, f"'{name}' has {samples.size} of {record['num_pts']} samples")
+    samples = as_samples(_whole(file, name, record))
     if not record["abscissa_spacing"]:
         raise InputError(Problem(f"'{name}' is sampled at uneven steps; export it at even ones", file=file))
     step = float(record["abscissa_inc"])
-    unit = _said(str(record.get("ordinate_axis_units_lab", "")).strip()) or None
-    return Channel(name, samples, unit, rate_of_step(step) if step > 0 else None)
+    return Channel(name, samples, _label(record, "ordinate") or None, rate_of_step(step) if step > 0 else None)
+
+
+UFF = Reader(read_uff, read_uff_spectra)

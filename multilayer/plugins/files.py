@@ -1,8 +1,8 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
 Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
-(`type`), laws (`law`), effects (`name`), functions ``read_SUFFIX`` that return `Waveforms` or `Channels`, and functions
-``command_NAME``.
+(`type`), laws (`law`), effects (`name`), functions ``read_SUFFIX`` returning `Waveforms`, `Channels` or `Spectra`, and
+functions ``command_NAME``.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from multilayer.registry import Registry, RegistryError
 _STATED_IN = {"layer": "type", "law": "law", "effect": "name", "rig effect": "effect"}
 _REGISTERS_NOTHING = (
     "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name', no "
-    "function read_SUFFIX returning Waveforms or Channels, no function command_NAME; see docs/plugins.md, or begin "
-    "with 'multilayer plugins new'"
+    "function read_SUFFIX returning Waveforms, Channels or Spectra, no function command_NAME; see docs/plugins.md, or "
+    "begin with 'multilayer plugins new'"
 )
 
 
@@ -134,7 +134,7 @@ def _reads(function: FunctionType) -> bool:
     """Tell whether a function is annotated to return what readers return, as text or not."""
     returned = str(getattr(function, "__annotations__", {}).get("return", ""))
     names = [name.rpartition(".")[2].strip("'> ") for name in returned.split("|")]
-    return set(names) <= {"Waveforms", "Channels"}
+    return set(names) <= {"Waveforms", "Channels", "Spectra"}
 
 
 def _stated(kind: str, item: type) -> str:

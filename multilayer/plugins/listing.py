@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
-from importlib.metadata import version
+from dataclasses import asdict
 from typing import Any
 
-from multilayer.registry import Origin, Registry, RegistryError
+from multilayer.registry import Registry, RegistryError
 
 # what a plugin is called on the command line, and where its registry lies; imported when it is asked for
 _REGISTRIES = {
@@ -36,17 +35,10 @@ def describe_plugins() -> list[dict[str, Any]]:
 
 def _described(kind: str, name: str) -> dict[str, Any]:
     known = registry(kind)
-    origin = [asdict(_of_ours(one)) for one in known.owners(name)]
+    origin = [asdict(owner) for owner in known.owners(name)]
     entry: dict[str, Any] = {"kind": kind, "name": name, "origin": origin}
     try:
         known[name]
     except RegistryError as error:
         entry["error"] = str(error)
     return entry
-
-
-def _of_ours(origin: Origin) -> Origin:
-    """Return an origin with its package where that is this one, which may register without an entry point."""
-    if origin.package or not origin.value.startswith("multilayer."):
-        return origin
-    return replace(origin, package="multilayer", version=version("multilayer"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeAlias
 
@@ -15,6 +15,7 @@ from multilayer.rig.specimen import SpecimenSettings
 from multilayer.units import DIMENSIONLESS, Unit
 
 GRAVITY = 9.80665  # m/s2, standard
+PERTURBED = "Perturbed:"  # in an effect's docstring, ahead of what a perturbation makes of its law
 REFERENCE_FREQUENCY = 500.0  # Hz: where perturbed laws agree with the unperturbed ones
 
 Perturbation = Annotated[float, Field(ge=-0.5, le=0.5), Unit(DIMENSIONLESS)]
@@ -93,19 +94,65 @@ class Surroundings:
         return min(mounting.radius for mounting in self.mountings)
 
 
+@dataclass(frozen=True)
+class Size:
+    """How large a blind check draws an effect: log-uniform from invisible to obvious, of a random sign where `signed`.
+
+    Attributes
+    ----------
+    field : str
+        Of the effect; empty where it has no size, or is as large as it is.
+    low, high : float
+        SI; the effect of `high` is the smaller one where that is below `low`.
+    signed : bool
+    parameter : str
+        Of the effect of this name in a diagnosis, where there is one that says the same.
+    of : callable
+        That parameter's value from the field's.
+    """
+
+    field: str = ""
+    low: float = 1.0
+    high: float = 1.0
+    signed: bool = False
+    parameter: str = ""
+    of: Callable[[float], float] = float
+
+    def place(self, value: float) -> float:
+        """Return where a size lies between the smallest that is drawn, 0, and the largest, 1."""
+        return float(np.log(abs(value) / self.low) / np.log(self.high / self.low))
+
+
 class Effect(Model):
     """One thing that the plane-wave model of the rig does not know.
 
-    A subclass gives `effect` a `Literal` name, adds fields, and overrides the hooks it needs; each hook here returns
-    what it gets. `perturbation` changes the *law* of the effect, not its size: a check in which data and explanation
-    share their formulae proves little. It is 0 for the law as stated.
+    A subclass gives `effect` a `Literal` name, adds fields with defaults, and overrides the hooks it needs; each hook
+    here returns what it gets. `perturbation` changes the *law* of the effect, not its size: a check in which data and
+    explanation share their formulae proves little. It is 0 for the law as stated. The docstring says the law, and
+    behind the word ``Perturbed:`` what becomes of it: the manual's table of effects is made of it.
+
+    Attributes
+    ----------
+    known : bool
+        Whether a diagnosis has an effect of this name; one that has not should say "unknown".
+    varies : bool
+        Whether the modulus differs from recording to recording.
+    takes : tuple of str
+        Fields of the specimen that act with this effect alone.
+    needs : tuple of str
+        Effects without which it does nothing; a file must list them (`mistakes`).
+    drawn : Size or None
+        How large blind checks draw it; None where they do not.
     """
 
     effect: str
     perturbation: Perturbation = 0.0
 
-    known: ClassVar[bool] = True  # whether GAP's table of effects lists it
-    varies: ClassVar[bool] = False  # whether the modulus differs from recording to recording
+    known: ClassVar[bool] = True
+    varies: ClassVar[bool] = False
+    takes: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
+    drawn: ClassVar[Size | None] = None
 
     def mistakes(self, around: Surroundings) -> Iterator[Mistake]:
         """Give what does not fit the rest of the file: path inside the effect, text, value."""
@@ -142,3 +189,8 @@ def above_zero(frequency: RealArray) -> RealArray:
 def power_law(frequency: RealArray, exponent: float) -> ComplexArray:
     """Return (i f / 500 Hz)^exponent, the causal power law; 1 for an exponent of 0."""
     return np.asarray((1j * above_zero(frequency) / REFERENCE_FREQUENCY) ** exponent)
+
+
+def resonance(frequency: RealArray, natural: float, loss_factor: float) -> ComplexArray:
+    """Return f^2 / (f0^2 - f^2 + i eta f0 f): motion of an oscillator relative to the base that carries it."""
+    return np.asarray(frequency**2 / (natural**2 - frequency**2 + 1j * loss_factor * natural * frequency))

@@ -16,7 +16,7 @@ from multilayer.errors import suggest
 from multilayer.measurements.description import BurstShape, Uncertainty
 from multilayer.models import Model, refuse
 from multilayer.rig.effect_base import Mistake, Mounting, Surroundings
-from multilayer.rig.effects import EffectField
+from multilayer.rig.effects import EFFECTS, EffectField
 from multilayer.rig.excitation import LONGEST_TAIL, Timing, ring_down
 from multilayer.rig.noise import NoiseSettings
 from multilayer.rig.specimen import BasePlateSettings, SpecimenSettings, TopPlateSettings
@@ -26,15 +26,6 @@ _MOST_BURSTS = 200
 _FEWEST_CYCLES = 3.0
 _LARGEST_DEVIATION = 0.1  # of a quantity: a draw of ten deviations does not happen
 _MARGIN = 1.5  # on the estimated ring-down: effects may lower the resonance and its loss
-# fields of the specimen and the effect that takes them
-_TAKEN_BY = {
-    **dict.fromkeys(
-        ("porosity", "flow_resistivity", "tortuosity", "viscous_length", "thermal_length", "pore_rim"), "saturating_air"
-    ),
-    "skin": "skin",
-    "grading": "grading",
-    "transverse_ratio": "anisotropy",
-}
 
 
 class FrequencySteps(Model, populate_by_name=True):
@@ -218,10 +209,11 @@ class RigFile(Model):
                 yield ("uncertainty", name), text, value
 
     def _idle_fields(self) -> Iterator[Mistake]:
-        for field, effect in _TAKEN_BY.items():
-            if getattr(self.specimen, field) is not None and not self.has(effect):
-                text = f"does nothing without the effect that takes it; list {{effect: {effect}}}, or remove the field"
-                yield ("specimen", field), text, None
+        for effect, kind in EFFECTS.working():
+            text = f"does nothing without the effect that takes it; list {{effect: {effect}}}, or remove the field"
+            for field in kind.takes:
+                if getattr(self.specimen, field) is not None and not self.has(effect):
+                    yield ("specimen", field), text, None
 
     def _effect_mistakes(self) -> Iterator[Mistake]:
         names = tuple(one.effect for one in self.effects)

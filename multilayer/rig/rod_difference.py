@@ -10,7 +10,8 @@ from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.bench import Bench
 from multilayer.rig.effect_base import GRAVITY
-from multilayer.rig.effects_sample import AmplitudeSoftening, static_stress
+from multilayer.rig.effects.amplitude_softening import AmplitudeSoftening
+from multilayer.rig.effects.preload import static_stress
 from multilayer.rig.excitation import Timing
 from multilayer.rig.softening import PronySeries, SofteningRod, fit_prony
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
-from multilayer.signals.channels import Channels
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +25,6 @@ class Waveforms:
     base: RealArray
     top: RealArray
     sampling_rate: float | None = None
-
-
-Reader: TypeAlias = Callable[[Path], Waveforms | Channels]
-"""Entry points of ``multilayer.readers`` are such functions, under the file suffix they read.
-
-What holds one burst of a campaign gives `Waveforms`, what holds any channels gives `Channels`.
-"""
 
 
 @dataclass(frozen=True, eq=False)

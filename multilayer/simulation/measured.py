@@ -1,9 +1,9 @@
-"""Measured spectra from text tables."""
+"""Measured spectra from tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, suggest
-from multilayer.measurements.tables import TextTable, read_table, split_header, unit_factor
+from multilayer.measurements.columns import (
+    FREQUENCY,
+    Column,
+    Places,
+    column_values,
+    complex_columns,
+    complex_values,
+    find_columns,
+)
+from multilayer.measurements.readers import read_spectra
+from multilayer.measurements.tables import Table
 from multilayer.response.bands import nearest_centres
 from multilayer.simulation.bands import Grid, band_grid
 from multilayer.simulation.quantities import QUANTITIES
@@ -23,14 +33,11 @@ _HELP = (
     "'transmission_loss_db', 'insertion_loss_db', 'normalised_impedance_re' and '..._im', 'reflection_re' and '..._im'"
 )
 _OTHER_NAMES = {
-    "f": "frequency",
-    "freq": "frequency",
     "alpha": "absorption",
     "tl": "transmission_loss",
     "stl": "transmission_loss",
     "il": "insertion_loss",
 }
-_FREQUENCY = "frequency"
 _OFF_CENTRE = 0.03  # nominal centres differ from the exact ones by less
 
 
@@ -73,20 +80,12 @@ class Measured:
         return band_grid(centres, wanted.width)
 
 
-@dataclass(frozen=True)
-class _Column:
-    """What a header says: a quantity, which part of it, and what one of its unit is in ours."""
-
-    quantity: str
-    part: str
-    factor: float
-
-
 def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     """Read a table of measured spectra.
 
-    Columns are separated by commas, semicolons or tabs and named, with their units, in the first line; what follows a
-    ``#`` is no data. Other columns than those below are left alone.
+    Columns of a text table are separated by commas, semicolons or tabs and named, with their units, in the first line;
+    what follows a ``#`` is no data. Other columns than those below are left alone. Other formats are read through the
+    reader of their suffix.
 
     Parameters
     ----------
@@ -100,76 +99,57 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
         With file and line, when the file is not text, a unit is missing, no known quantity is there, a cell is no
         number, or a frequency is not above 0.
     """
-    table = read_table(path, _HELP)
-    columns = _columns(table, quantity)
+    table = read_spectra(path)
+    _refuse_unclear_impedance(table)
+    wanted = {name: _columns(name, whole=name == quantity) for name in QUANTITIES if quantity in (None, name)}
+    places = find_columns(
+        table, [FREQUENCY, *(part for parts in wanted.values() for part in parts)], _HELP, single=True
+    )
+    names = _complete(table, places, wanted, quantity)
     if "case" in table.names and len(set(table.text(table.names.index("case")))) > 1:
         raise table.error("holds several cases of a simulation; keep the rows of one", table.line)
-    if not table.rows:
-        raise table.error("holds no values below its header")
-    values = table.numbers({i: column.factor for i, column in columns.items()})
-    return _collect(table, values, list(columns.values()))
+    values = column_values(table, places)
+    whole = {name: complex_values(values, name) if QUANTITIES[name].is_complex else values[name] for name in names}
+    return Measured(table.file.stem, values["frequency"], whole)
 
 
-def _columns(table: TextTable, wanted: str | None) -> dict[int, _Column]:
-    found = {i: column for i, name in enumerate(table.names) if (column := _column(name, wanted, table)) is not None}
-    kinds = [(column.quantity, column.part) for column in found.values()]
-    for kind in kinds:
-        if kinds.count(kind) > 1:
-            raise table.error(f"two columns hold {' '.join(kind).strip()}; keep one of them", table.line)
-    quantities = {name for name, _ in kinds}
-    if _FREQUENCY not in quantities:
+def _columns(name: str, *, whole: bool) -> tuple[Column, ...]:
+    """Return the columns of a quantity; ``re`` and ``im`` are among them where the whole table is about it."""
+    quantity = QUANTITIES[name]
+    names = [name, *(other for other, meant in _OTHER_NAMES.items() if meant == name)]
+    if not quantity.is_complex:
+        return (Column(name, tuple(names), quantity.unit),)
+    parts = complex_columns(name, names, quantity.unit)
+    if not whole:
+        return parts
+    return tuple(replace(part, names=(*part.names, part.role.rpartition("_")[2])) for part in parts)
+
+
+def _refuse_unclear_impedance(table: Table) -> None:
+    for header in table.headers:
+        if header.name.removesuffix("_re").removesuffix("_im") in ("impedance", "surface_impedance", "z"):
+            remedy = "divide it by rho c and write 'normalised_impedance_re' and '..._im'"
+            text = f"column '{header.text}' does not say whether it is divided by rho c of the air; {remedy}"
+            raise table.error(text, table.line)
+
+
+def _complete(table: Table, places: Places, wanted: Mapping[str, Sequence[Column]], quantity: str | None) -> list[str]:
+    """Return the quantities that a table holds, in the order of its columns, with all of their parts."""
+    if FREQUENCY.role not in places:
         raise table.error(f"no column holds the frequency; {_HELP}", table.line)
-    if wanted is not None and wanted not in quantities:
-        raise table.error(f"no column holds the {wanted}; {_HELP}", table.line)
-    if quantities == {_FREQUENCY}:
+    quantities = {part.role: name for name, parts in wanted.items() for part in parts}
+    in_order = sorted(places.items(), key=lambda place: place[1])
+    names = list(dict.fromkeys(quantities[role] for role, _ in in_order if role != FREQUENCY.role))
+    if quantity is not None and quantity not in names:
+        raise table.error(f"no column holds the {quantity}; {_HELP}", table.line)
+    if not names:
         near = f" ('re' and 'im' need --quantity {'|'.join(n for n, q in QUANTITIES.items() if q.is_complex)})"
-        said = near if "re" in table.names else ""
-        raise table.error(f"no column holds a quantity to compare{said}; {_HELP}", table.line)
-    for name in quantities - {_FREQUENCY}:
-        if QUANTITIES[name].is_complex and not {(name, "re"), (name, "im")} <= set(kinds):
-            raise table.error(f"{name} needs two columns, {name}_re and {name}_im", table.line)
-    return found
-
-
-def _column(header: str, wanted: str | None, table: TextTable) -> _Column | None:
-    split = split_header(header)
-    if split is None:
-        return None
-    name, unit = split
-    stem, _, suffix = name.rpartition("_")
-    part = suffix if suffix in ("re", "im") else ""
-    if part:
-        name = stem or (wanted or "")
-    name = _OTHER_NAMES.get(name, name)
-    if name in ("impedance", "surface_impedance", "z"):
-        remedy = "divide it by rho c and write 'normalised_impedance_re' and '..._im'"
-        text = f"column '{header}' does not say whether it is divided by rho c of the air; {remedy}"
-        raise table.error(text, table.line)
-    if name == _FREQUENCY:
-        return _Column(name, "", _factor(header, unit, "Hz", table))
-    if name not in QUANTITIES or (wanted is not None and name != wanted) or bool(part) != QUANTITIES[name].is_complex:
-        return None
-    return _Column(name, part, _factor(header, unit, QUANTITIES[name].unit, table))
-
-
-def _factor(header: str, written: str | None, unit: str, table: TextTable) -> float:
-    try:
-        return unit_factor(header, written, unit)
-    except ValueError as error:
-        raise table.error(str(error), table.line) from None
-
-
-def _collect(table: TextTable, numbers: RealArray, columns: Sequence[_Column]) -> Measured:
-    values = {(column.quantity, column.part): row for column, row in zip(columns, numbers, strict=True)}
-    frequency = values[_FREQUENCY, ""]
-    table.refuse_not_positive(frequency)
-    order = np.argsort(frequency, kind="stable")
-    names = dict.fromkeys(column.quantity for column in columns if column.quantity != _FREQUENCY)
-    quantities: dict[str, NDArray[Any]] = {}
+        hint = near if "re" in table.names else ""
+        raise table.error(f"no column holds a quantity to compare{hint}; {_HELP}", table.line)
     for name in names:
-        whole = values[name, "re"] + 1j * values[name, "im"] if QUANTITIES[name].is_complex else values[name, ""]
-        quantities[name] = whole[order]
-    return Measured(table.file.stem, frequency[order], quantities)
+        if any(part.role not in places for part in wanted[name]):
+            raise table.error(f"{name} needs two columns, {name}_re and {name}_im", table.line)
+    return names
 
 
 def known_quantity(name: str | None) -> str | None:

@@ -4,5 +4,6 @@ from multilayer.testing.effects import check_effect
 from multilayer.testing.laws import check_law
 from multilayer.testing.layers import check_layer
 from multilayer.testing.modules import use_module
+from multilayer.testing.rig_effects import check_rig_effect
 
-__all__ = ["check_effect", "check_law", "check_layer", "use_module"]
+__all__ = ["check_effect", "check_law", "check_layer", "check_rig_effect", "use_module"]

@@ -9,12 +9,10 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.readers import read_channels
-from multilayer.measurements.tables import TextTable, read_table, split_header, unit_factor
+from multilayer.measurements.columns import FREQUENCY, column_values, complex_columns, complex_values, find_columns
+from multilayer.measurements.readers import read_channels, read_spectra
 from multilayer.signals.impedance_tube import transfer_functions
 from multilayer.tube.file import Source
-
-_PARTS = ("re", "im")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,44 +67,19 @@ def refuse_other_frequencies(first: Transfer, other: Transfer) -> None:
 
 
 def _from_table(file: Path, names: tuple[str, ...]) -> Transfer:
-    needed = f"name the columns frequency_hz, {', '.join(f'{name}_{part}' for name in names for part in _PARTS)}"
-    table = read_table(file, needed)
-    columns = _columns(table)
-    optional = {f"h1_{part}" for part in _PARTS}
-    wanted = ["frequency", *(f"{name}_{part}" for name in names for part in _PARTS)]
-    missing = [
-        name for name in wanted if name not in columns and not (name in optional and not optional & set(columns))
-    ]
+    parts = [part for name in names for part in complex_columns(name, (name,), unit=None)]
+    needed = f"name the columns frequency_hz, {', '.join(part.role for part in parts)}"
+    table = read_spectra(file)
+    places = find_columns(table, (FREQUENCY, *parts), needed)
+    reference = {"h1_re", "h1_im"}  # 1 where the table leaves both out
+    needless = set() if reference & set(places) else reference
+    missing = [column.role for column in (FREQUENCY, *parts) if column.role not in {*places, *needless}]
     if missing:
         raise table.error(f"has no column {', '.join(missing)}; {needed}", table.line)
-    if not table.rows:
-        raise table.error("holds no values below its header")
-    used = [name for name in wanted if name in columns]
-    numbers = dict(zip(used, table.numbers({columns[name][0]: columns[name][1] for name in used}), strict=True))
-    frequency = numbers["frequency"]
-    table.refuse_not_positive(frequency)
-    order = np.argsort(frequency, kind="stable")
-    found = [
-        numbers[f"{name}_re"] + 1j * numbers[f"{name}_im"] if f"{name}_re" in numbers else np.ones(len(frequency))
-        for name in names
-    ]
-    functions = np.array([np.ones(len(frequency)), *found] if len(names) == 1 else found, dtype=complex)
-    return Transfer(file, frequency[order], functions[:, order])
-
-
-def _columns(table: TextTable) -> dict[str, tuple[int, float]]:
-    """Return index and factor of every column by name."""
-    found: dict[str, tuple[int, float]] = {}
-    for i, header in enumerate(table.names):
-        name, unit = split_header(header) or (header, None)
-        if name in ("frequency", "freq", "f"):
-            try:
-                found["frequency"] = i, unit_factor(header, unit, "Hz")
-            except ValueError as error:
-                raise table.error(str(error), table.line) from None
-        else:
-            found.setdefault(name, (i, 1.0))
-    return found
+    values = column_values(table, places)
+    ones = np.ones(len(values["frequency"]), dtype=complex)
+    functions = [complex_values(values, name) if f"{name}_re" in values else ones for name in names]
+    return Transfer(file, values["frequency"], np.array([ones, *functions] if len(names) == 1 else functions))
 
 
 def _from_recording(file: Path, source: Source, n_microphones: int) -> Transfer:

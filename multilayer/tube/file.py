@@ -25,9 +25,9 @@ class Source(Model):
     Attributes
     ----------
     file : Path, optional
-        A text table with `frequency_hz` and, for two microphones, `h12_re` and `h12_im` (pressure at the nearer over
-        that at the farther one); for four, `h1_re`, `h1_im` to `h4_im`, over any common reference (without `h1` that is
-        the first microphone).
+        A table, as text or in another format with a reader of `multilayer.readers`, with `frequency_hz` and, for two
+        microphones, `h12_re` and `h12_im` (pressure at the nearer over that at the farther one); for four, `h1_re`,
+        `h1_im` to `h4_im`, over any common reference (without `h1` that is the first microphone).
     recording : Path, optional
         A file that a reader of `multilayer.readers` takes.
     channels : tuple of str

@@ -11,6 +11,7 @@ from matplotlib.image import imread
 from multilayer.response.plane_wave import plane_wave
 from multilayer.stack import load_stack
 from tests.cli.command import run
+from tests.recorders import SPECTRA_WRITERS
 from tests.simulation.files import FOAM, PANEL
 
 F = np.array([200.0, 500.0, 1000.0, 2000.0])
@@ -106,6 +107,16 @@ class TestForms:
         text = table("frequency_hz, absorption", F, wave.absorption).replace(", ", ";").replace(".", ",")
         assert run("compare", foam, measured(text), "--out", tmp_path / "out", "--no-figures").status == 0
         assert misfits(tmp_path / "out")[0]["largest"] < 1e-12
+
+    @pytest.mark.parametrize("suffix", SPECTRA_WRITERS)
+    def test_formats(self, foam, tmp_path, suffix):
+        f = np.array([250.0, 500.0, 750.0])
+        spectra = {"reflection": plane_wave(load_stack(foam), f).reflection}
+        file = SPECTRA_WRITERS[suffix](tmp_path / f"tube.{suffix}", f, spectra, {})
+        done = run("compare", foam, file, "--out", tmp_path / "out", "--no-figures")
+        assert (done.status, done.err) == (0, "")
+        assert done.out.startswith("tube over foam: 3 frequencies, 250 to 750 Hz")
+        assert misfits(tmp_path / "out")[0]["largest"] < 1e-10
 
     def test_impedance(self, foam, measured, wave, tmp_path):
         z = wave.surface_impedance / load_stack(foam).ambient.gas.impedance + (0.3 + 0.4j)
@@ -203,7 +214,7 @@ class TestBadInput:
         assert not (tmp_path / "out").exists()
 
     def test_binary(self, foam, tmp_path):
-        (tmp_path / "tube.csv").write_bytes(b"\x89PNG\r\n")
+        (tmp_path / "tube.csv").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
         done = run("compare", foam, tmp_path / "tube.csv")
         assert done.status == 2
         assert "is no text that can be read" in done.err

@@ -1,30 +1,29 @@
 """Every registered effect, those of plugins included, keeps the laws of `multilayer.testing`."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from multilayer.diagnosis import effects
 from multilayer.diagnosis.effects import EFFECTS, Effect
 from multilayer.diagnosis.effects.base import positive
 from multilayer.diagnosis.effects.tube import TubeEffect
+from multilayer.rig.effects import EFFECTS as RIG_EFFECTS
 from multilayer.testing import check_effect
 
-# the effects of ../shared/GAP.md
-NAMES = {
-    "finite_size", "sensor_mass", "adhesive", "channel_gain", "channel_delay", "high_pass", "crosstalk", "preload",
-    "saturating_air", "dispersion", "plate_flexure", "sensor_mount", "rocking", "delamination", "skin",
-    "amplitude_softening", "temperature_drift", "flanking",
-}  # fmt: skip
+BUILT_IN = {name for name in EFFECTS if [owner.package for owner in EFFECTS.owners(name)] == ["multilayer"]}
 
 
-TUBE_NAMES = {
-    "rear_air_gap", "lateral_air_gap", "edge_constraint", "frame_motion", "facing", "sample_position",
-    "microphone_gain", "microphone_phase", "temperature", "thickness_error",
-}  # fmt: skip
+def test_every_file_holds_an_effect_of_its_name_and_is_registered():
+    files = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__", "base", "tube"}
+    assert files == BUILT_IN
+    for name in BUILT_IN:
+        assert EFFECTS[name].__module__ == f"{effects.__name__}.{name}"
 
 
-def test_all_effects_are_there():
-    assert set(EFFECTS.names()) >= NAMES | TUBE_NAMES
-    assert {name for name in EFFECTS if issubclass(EFFECTS[name], TubeEffect)} == TUBE_NAMES
+def test_every_effect_of_the_two_plate_rig_has_a_virtual_twin():
+    assert {name for name in BUILT_IN if issubclass(EFFECTS[name], Effect)} <= set(RIG_EFFECTS.names())
 
 
 @pytest.mark.parametrize("name", EFFECTS.names())

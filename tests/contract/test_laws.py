@@ -1,5 +1,8 @@
 """Every registered modulus law, those of plugins included: passive, causal, broadcasting, read back from a file."""
 
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -7,11 +10,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from multilayer.errors import InputError
+from multilayer.media import laws
 from multilayer.media.kramers_kronig import kramers_kronig_loss_modulus
 from multilayer.media.laws import LAWS, ModulusLaw, Table
 from multilayer.testing import check_law
 from tests.contract import samples
 
+BUILT_IN = [name for name in LAWS if [owner.package for owner in LAWS.owners(name)] == ["multilayer"]]
+MANUAL = Path(__file__).parents[2] / "docs" / "laws.md"
 # so far out that the broadest of the samples is on its plateaus
 ALL_TIME = np.geomspace(1e-45, 1e45, 90 * 30 + 1)
 
@@ -47,6 +53,24 @@ VARIANTS = [
 def test_every_registered_law_has_samples(name):
     assert LAWS[name]
     assert samples.law_samples(name, LAW_SAMPLES), f"'{name}' has none: add some here, a plugin to its `examples`"
+
+
+def test_every_law_in_a_file_is_registered():
+    modules = [import_module(f"{laws.__name__}.{module.name}") for module in iter_modules(laws.__path__)]
+    defined = {
+        item
+        for module in modules
+        for item in vars(module).values()
+        if isinstance(item, type) and issubclass(item, ModulusLaw) and item.__module__ == module.__name__
+    }
+    assert defined - {ModulusLaw} == {LAWS[name] for name in BUILT_IN}
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_every_built_in_law_has_a_row_in_the_manual(name):
+    rows = [line for line in MANUAL.read_text().splitlines() if line.startswith(f"| `{name}` | ")]
+    assert len(rows) == 1, "docs/laws.md: a table of all laws"
+    assert [field for field in LAWS[name].model_fields if field != "law" and f"`{field}`" not in rows[0]] == []
 
 
 @pytest.mark.parametrize("law", VARIANTS)

@@ -4,13 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from multilayer.diagnosis.effects import EFFECTS as KINDS
+from multilayer.diagnosis.effects import Effect
 from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 
-EFFECTS = (
-    "adhesive", "amplitude_softening", "channel_delay", "channel_gain", "crosstalk", "delamination", "dispersion",
-    "finite_size", "flanking", "high_pass", "plate_flexure", "preload", "rocking", "saturating_air", "sensor_mass",
-    "sensor_mount", "skin", "temperature_drift",
-)  # fmt: skip
+EFFECTS = tuple(name for name, kind in KINDS.working() if issubclass(kind, Effect))
 SIZES = {
     "adhesive": ("compliance", 2.1e-11, "m/Pa"),
     "amplitude_softening": ("softening", 3.4, ""),

@@ -1,26 +1,14 @@
 """Every effect does what its law says, to the signals or to what the finite elements are given."""
 
-import pickle
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from multilayer.media.rod import rod_transmissibility
-from multilayer.rig.bench import Bench
+from multilayer.rig.bench import Bench, rigid_modulus
 from multilayer.rig.effect_base import GRAVITY, REFERENCE_FREQUENCY
-from multilayer.rig.effects import EFFECTS
-from multilayer.rig.effects_rig import rigid_modulus
-from multilayer.rig.effects_unlisted import resampled
-from multilayer.rig.two_plate import TwoPlateRig
+from multilayer.rig.effects.clock_skew import resampled
 from tests.rig.virtual import DATA, bench, measured, rig_file, rod
 
-GAP = (
-    "finite_size", "sensor_mass", "adhesive", "channel_gain", "channel_delay", "high_pass", "crosstalk", "preload",
-    "saturating_air", "dispersion", "plate_flexure", "sensor_mount", "rocking", "delamination", "skin",
-    "amplitude_softening", "temperature_drift", "flanking",
-)  # fmt: skip
-UNLISTED = ("clock_skew", "cable_resonance", "base_tilt", "creep", "grading", "anisotropy")
 F = np.array(DATA["frequencies"])
 HEIGHTS = {"thicknesses": [0.0125, 0.025], "top_plates": [0.001]}
 
@@ -37,35 +25,7 @@ def plain(as_rod):
     return measured()
 
 
-class TestLibrary:
-    def test_names(self):
-        assert EFFECTS.names() == sorted((*GAP, *UNLISTED))
-        assert {name for name in EFFECTS if EFFECTS[name].known} == set(GAP)
-
-    def test_every_effect_and_field_is_documented(self):
-        page = (Path(__file__).parents[2] / "docs" / "rig.md").read_text()
-        for name in EFFECTS:
-            rows = [line for line in page.splitlines() if line.startswith(f"| `{name}` ")]
-            assert len(rows) == 1, name
-            fields = set(EFFECTS[name].model_fields) - {"effect", "perturbation"}
-            assert [field for field in fields if f"`{field}`" not in rows[0]] == []
-
-    @pytest.mark.parametrize("name", [*GAP, *UNLISTED])
-    def test_defaults_are_a_rig(self, name):
-        """With the usual size and with any perturbation; in another process too."""
-        for perturbation in (-0.5, 0.0, 0.3):
-            effect = {"effect": name, "perturbation": perturbation}
-            before = ["finite_size"] if name == "anisotropy" else []
-            one = pickle.loads(pickle.dumps(bench(*before, effect)))
-            arguments = {k: v for k, v in one.geometry.items() if k != "real_plate_modulus"}
-            assert TwoPlateRig(**arguments).thickness == 0.025
-            modulus = one.modulus(F, one.moment(200.0, 1))
-            assert np.all((modulus.real > 0) & (modulus.imag >= 0))
-            factor, offset = one.chain(0)
-            assert np.all(np.isfinite([factor, offset]))
-            size = one.settings.effects[-1].parameters(one.settings.specimen)
-            assert size or name in ("finite_size", "dispersion", "plate_flexure")
-
+class TestNoEffect:
     def test_nothing_stands_for_a_rigid_rod(self):
         geometry = bench().geometry
         assert geometry["poisson_ratio"] == 0

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
+from multilayer.rig.effect_base import Size
+from multilayer.rig.effects import EFFECTS
 from multilayer.rig.file import RigFile
 
 Kind = Literal["none", "one", "two", "outside", "deleted"]
@@ -16,63 +18,23 @@ MIX: dict[Kind, float] = {"none": 0.25, "one": 0.35, "two": 0.10, "outside": 0.1
 _PERTURBATION = 0.3  # of the effects' laws: data and explanation do not share their formulae
 
 
-@dataclass(frozen=True)
-class Size:
-    """How large an effect is drawn: log-uniform from invisible to obvious, with a random sign where `signed`.
-
-    Attributes
-    ----------
-    field : str
-        Of the rig's effect.
-    low, high : float
-        SI; the effect of `high` is the smaller one where that is below `low`.
-    signed : bool
-    parameter : str
-        Of the diagnosis, where there is one that says the same.
-    of : callable
-        That parameter's value from the field's.
-    """
-
-    field: str
-    low: float
-    high: float
-    signed: bool = False
-    parameter: str = ""
-    of: Callable[[float], float] = float
-
-    def place(self, value: float) -> float:
-        """Return where a size lies between the smallest that is drawn, 0, and the largest, 1."""
-        return float(np.log(abs(value) / self.low) / np.log(self.high / self.low))
+# the order in which the first effects were drawn: campaigns of a number stay what they were, later effects follow
+_FIRST = (
+    "finite_size", "sensor_mass", "adhesive", "channel_gain", "channel_delay", "high_pass", "crosstalk", "preload",
+    "saturating_air", "sensor_mount", "rocking", "delamination", "skin", "amplitude_softening", "temperature_drift",
+    "flanking", "clock_skew", "cable_resonance", "base_tilt", "creep", "grading",
+)  # fmt: skip
 
 
-_GLUE = 2e-4  # thickness of each layer of glue, m: the default of the rig's `adhesive`
+def _drawn(*, known: bool) -> dict[str, Size | None]:
+    """Return the effects that are drawn, of those that a diagnosis knows or of others; None for one without a size."""
+    drawn = {name: kind.drawn for name, kind in EFFECTS.working() if kind.known == known and kind.drawn is not None}
+    order = sorted(drawn, key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+    return {name: drawn[name] if drawn[name].field else None for name in order}
+
 
 # names of the rig's effects; the names in the diagnosis are the same
-KNOWN: dict[str, Size | None] = {
-    "finite_size": None,
-    "sensor_mass": Size("mass", 5e-5, 5e-3, parameter="mass"),
-    "adhesive": Size("young_modulus", 2e6, 2e4, parameter="compliance", of=lambda modulus: _GLUE / modulus),
-    "channel_gain": Size("gain", 2e-3, 0.1, signed=True, parameter="gain"),
-    "channel_delay": Size("delay", 1e-6, 6e-5, signed=True, parameter="delay"),
-    "high_pass": Size("cut_off", 0.3, 30.0, parameter="cut_off"),
-    "crosstalk": Size("share", 1e-3, 0.08, parameter="share"),
-    "preload": Size("stiffening", 3e-5, 3e-3, parameter="stiffening"),
-    "saturating_air": Size("flow_resistivity", 2e3, 2e5, parameter="flow_resistivity"),
-    "sensor_mount": Size("frequency", 1.2e4, 2e3, parameter="frequency"),
-    "rocking": Size("share", 2e-3, 0.1, parameter="share"),
-    "delamination": Size("bonded_fraction", 0.97, 0.5),
-    "skin": Size("ratio", 1.2, 10.0, parameter="ratio"),
-    "amplitude_softening": Size("softening", 5.0, 300.0, parameter="softening"),
-    "temperature_drift": Size("total", 5e-3, 0.3, signed=True, parameter="total"),
-    "flanking": Size("stiffness", 30.0, 5e3, parameter="stiffness"),
-}
-OUTSIDE: dict[str, Size | None] = {
-    "clock_skew": Size("skew", 2e-5, 2e-3, signed=True),
-    "cable_resonance": Size("depth", 0.01, 0.5),
-    "base_tilt": Size("share", 2e-3, 0.1),
-    "creep": Size("rate", 2e-3, 0.05),
-    "grading": None,
-}
+KNOWN, OUTSIDE = _drawn(known=True), _drawn(known=False)
 _SPECIMEN: dict[str, dict[str, Any]] = {
     "skin": {"skin": {"thickness": 1e-3, "ratio": 3.0}},
     "grading": {"grading": [0.6, 1.4]},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from multilayer.experiments.effects import BaseEffect, Values
-from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
+from multilayer.experiments.two_plate.effects import CENTRED_SENSOR, VACUUM, Chain, Effect, Setting
 from multilayer.inference.priors import Parameter, Prior
 from multilayer.registry import Registry, subclass_fault
 
@@ -37,4 +37,16 @@ def between(name: str, low: float, high: float, unit: str = "") -> Parameter:
     return Parameter(name=name, prior=Prior(uniform=(low, high)), unit=unit)
 
 
-__all__ = ["EFFECTS", "BaseEffect", "Chain", "Effect", "Setting", "Values", "between", "positive", "signed"]
+__all__ = [
+    "CENTRED_SENSOR",
+    "EFFECTS",
+    "VACUUM",
+    "BaseEffect",
+    "Chain",
+    "Effect",
+    "Setting",
+    "Values",
+    "between",
+    "positive",
+    "signed",
+]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
+from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, Values, signed
 
 
 class PlateFlexure(Effect):
@@ -15,6 +15,7 @@ class PlateFlexure(Effect):
     law = "T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
     separated_by = "another place of the sensor, another plate thickness"
     source = "first axisymmetric mode of a free disc; a is the mode's share where it is read, below 1"
+    absent_in = CENTRED_SENSOR
     parameters = (signed("share", 0.3),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:

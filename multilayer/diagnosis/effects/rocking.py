@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.effects.base import Effect, Setting, Values, positive, signed
+from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, Values, positive, signed
 
 
 class Rocking(Effect):
@@ -15,6 +15,7 @@ class Rocking(Effect):
     law = "T + s f^2/(fr^2 - f^2 + i eta fr f)"
     separated_by = "a centred sensor, or two opposite ones"
     source = "off-centre sensors: some per cent of the base's motion"
+    absent_in = CENTRED_SENSOR
     parameters = (
         signed("share", 0.04), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive
+from multilayer.diagnosis.effects.base import VACUUM, Chain, Effect, Setting, Values, positive
 
 
 class SaturatingAir(Effect):
@@ -12,6 +12,7 @@ class SaturatingAir(Effect):
     law = "Biot sample, pores sealed by the plates, Darcy flow to the rim; axial waves, a frame that gives way sideways"
     separated_by = "another radius; vacuum"
     source = "open-cell foams and fibres: 1e3 to 1e6 N s/m4; isothermal air, porosity near 1"
+    absent_in = VACUUM
     moves_resonances = True
     law_error = 0.1  # `media.pumped_disc` beside finite elements
     parameters = (positive("flow_resistivity", 3e4, 1.5, "N s/m4"),)

@@ -14,11 +14,11 @@ from multilayer.arrays import RealArray
 from multilayer.errors import suggest
 from multilayer.experiments.stacks.measurements import COMPLEX, POLAR, REAL, SPREADS, Measurement, Stiffness
 from multilayer.inference.whitening import ValueNoise
-from multilayer.measurements.tables import TextTable, read_table, split_header, unit_factor
+from multilayer.measurements.columns import FREQUENCY, Column, Places, called_column, column_values, find_columns
+from multilayer.measurements.readers import read_spectra
+from multilayer.measurements.tables import Table
 
-_FREQUENCY = ("frequency", "f", "freq")
 _NEEDED = "its first line must name the columns"
-Columns = dict[str, tuple[int, float]]  # by role: which one, and what 1 in its unit is in ours
 
 
 @dataclass(frozen=True)
@@ -48,92 +48,61 @@ def read_values(measurement: Measurement, folder: Path) -> MeasuredValues:
     if isinstance(measurement, Stiffness) and measurement.frequency is not None:
         return _with_noise(measurement, np.array([measurement.frequency]), np.array([measurement.stiffness]), {})
     assert measurement.file is not None
-    table = read_table(folder / measurement.file, _NEEDED)
-    columns = _columns(table, measurement)
+    table = read_spectra(folder / measurement.file)
+    places = find_columns(table, _wanted(measurement), _NEEDED, measurement.columns)
+    _refuse_missing(table, places, measurement)
     table = _wanted_rows(table, measurement)
-    factors = dict(columns.values())
-    by_index = dict(zip(factors, table.numbers(factors), strict=True))
-    found = {role: by_index[index] for role, (index, _) in columns.items()}
-    table.refuse_not_positive(found["frequency"])
-    return _chosen(table, measurement, found)
+    return _chosen(table, measurement, column_values(table, places))
 
 
-def _columns(table: TextTable, measurement: Measurement) -> Columns:
-    columns = {role: found for role in _roles(measurement) if (found := _column(table, measurement, role)) is not None}
-    if "frequency" not in columns:
+def _wanted(measurement: Measurement) -> list[Column]:
+    unit = measurement.unit
+    if not measurement.is_complex:
+        parts = [Column(role, measurement.roles[role], unit) for role in REAL]
+    else:  # real and imaginary part are not looked for by name where the file names amplitude or phase
+        names = {} if set(POLAR) & set(measurement.columns) else measurement.roles
+        parts = [Column(role, names.get(role, ()), unit) for role in COMPLEX]
+        parts += [Column("amplitude", (), unit), Column("phase", (), "radian")]
+    return [FREQUENCY, *parts, *(Column(role, measurement.roles.get(role, ()), unit) for role in SPREADS)]
+
+
+def _refuse_missing(table: Table, places: Places, measurement: Measurement) -> None:
+    if "frequency" not in places:
         raise table.error("no column holds the frequency; say under 'columns' what it is called", table.line)
     kinds = (COMPLEX, POLAR) if measurement.is_complex else (REAL,)
     if isinstance(measurement, Stiffness):
         kinds = (*kinds, COMPLEX[:1])
-    if not any(set(kind) <= set(columns) for kind in kinds):
+    if not any(set(kind) <= set(places) for kind in kinds):
         wanted = " or ".join(" and ".join(kind) for kind in kinds)
         called = ", ".join(table.names)
         text = f"say under 'columns' which of these hold {wanted}: {called}"
         raise table.error(f"no columns are known to hold the {measurement.kind}; {text}", table.line)
-    return columns
 
 
-def _roles(measurement: Measurement) -> list[str]:
-    parts = (*COMPLEX, *POLAR) if measurement.is_complex else REAL
-    return ["frequency", *parts, *SPREADS]
-
-
-def _column(table: TextTable, measurement: Measurement, role: str) -> tuple[int, float] | None:
-    if role in measurement.columns:
-        index, unit = _called(table, measurement.columns[role])
-    else:
-        called = _FREQUENCY if role == "frequency" else measurement.roles.get(role, ())
-        splits = [split_header(name) or ("", None) for name in table.names]
-        there = [i for i, (name, _) in enumerate(splits) if name in called]
-        if not there or (role in COMPLEX and set(POLAR) & set(measurement.columns)):
-            return None
-        index, unit = there[0], splits[there[0]][1]
-    wanted = {"frequency": "Hz", "phase": "radian"}.get(role, measurement.unit)
-    try:
-        return index, unit_factor(table.names[index], unit, wanted)
-    except ValueError as error:
-        hint = f", or add it under 'columns', as {{{role}: '{table.names[index]} [...]'}}" if unit is None else ""
-        raise table.error(f"{error}{hint}", table.line) from None
-
-
-def _called(table: TextTable, wanted: str) -> tuple[int, str | None]:
-    """Return the column of a name that `columns` gives, and its unit."""
-    text = wanted.strip()
-    if text in table.names:
-        return table.names.index(text), (split_header(text) or ("", None))[1]
-    bare, _, unit = text.partition("[")
-    if unit and bare.strip() in table.names:
-        return table.names.index(bare.strip()), unit.rstrip("] ")
-    raise table.error(f"no column is called '{text}'; {suggest(text, table.names)}", table.line)
-
-
-def _wanted_rows(table: TextTable, measurement: Measurement) -> TextTable:
+def _wanted_rows(table: Table, measurement: Measurement) -> Table:
     rows = table.rows
     for name, text in measurement.rows.items():
-        index, _ = _called(table, name)
+        index, _ = called_column(table, name)
         cells = dict(zip((line for line, _ in table.rows), table.text(index), strict=True))
         kept = tuple(row for row in rows if cells[row[0]] == text.strip())
         if not kept:
             raise table.error(f"no row has '{text}' as {name}; {suggest(text, set(cells.values()))}", table.line)
         rows = kept
-    if not rows:
-        raise table.error("holds no values below its header")
     return replace(table, rows=rows)
 
 
-def _chosen(table: TextTable, measurement: Measurement, found: dict[str, RealArray]) -> MeasuredValues:
-    f = found["frequency"]
+def _chosen(table: Table, measurement: Measurement, values: dict[str, RealArray]) -> MeasuredValues:
+    f = values["frequency"]
     low, high = measurement.start or 0.0, measurement.to or np.inf
-    order = np.argsort(f, kind="stable")
-    order = order[(f[order] >= low) & (f[order] <= high)]
-    if not order.size:
-        raise table.error(f"holds no frequency from {low:g} to {high:g} Hz, only from {f.min():g} to {f.max():g} Hz")
-    kept = {role: values[order] for role, values in found.items()}
+    inside = (f >= low) & (f <= high)
+    if not inside.any():
+        raise table.error(f"holds no frequency from {low:g} to {high:g} Hz, only from {f[0]:g} to {f[-1]:g} Hz")
+    kept = {role: column[inside] for role, column in values.items()}
     _refuse_twice(table, kept["frequency"])
     return _with_noise(measurement, kept["frequency"], _values(kept), kept)
 
 
-def _refuse_twice(table: TextTable, frequency: RealArray) -> None:
+def _refuse_twice(table: Table, frequency: RealArray) -> None:
     same = frequency[1:][np.diff(frequency) == 0]
     if same.size:
         raise table.error(f"holds {same[0]:g} Hz more than once; choose the rows of one series under 'rows'")

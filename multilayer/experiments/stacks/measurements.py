@@ -51,7 +51,7 @@ class Measurement(Model, populate_by_name=True):
     stack : str, optional
         Of which stack, where the file has several.
     file : Path, optional
-        A text table with named columns, relative to the fit file.
+        A table with named columns, as text or in another format with a reader, relative to the fit file.
     columns : mapping
         By role, what the header calls it, with a unit in brackets where the header has none.
     rows : mapping

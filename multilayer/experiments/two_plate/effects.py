@@ -15,6 +15,8 @@ from multilayer.measurements.description import Campaign, Configuration
 
 _CREST = (16 / 3) ** 0.5  # of a Hann burst over its rms
 GRAVITY = 9.80665  # m/s2
+CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
+VACUUM = "in vacuum"
 
 
 @dataclass(frozen=True)
@@ -136,11 +138,14 @@ class Effect(BaseEffect):
         Whether it acts as a change of the sample's modulus does, rather than on what is read.
     aside : tuple of str
         Parameters that do not say how large the effect is: its law's error does not follow them.
+    absent_in : str
+        The change of the rig that takes it away, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
     """
 
     kind = "two-plate rig"
     moves_resonances: ClassVar[bool] = False
     aside: ClassVar[tuple[str, ...]] = ()
+    absent_in: ClassVar[str] = ""
 
     def applies(self, campaign: Campaign) -> bool:
         """Tell whether the effect can act in a campaign at all."""

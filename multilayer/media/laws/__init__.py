@@ -2,7 +2,8 @@
 
 Wherever a modulus stands in an input, a number, a complex number (``"1.2e5+2e4j Pa"``) or a law (``{law:
 fractional_zener, ...}``) may stand. Laws come from the registry `LAWS`, fed by the entry points
-``multilayer.modulus_laws``; ``docs/laws.md`` says which law suits what.
+``multilayer.modulus_laws``; ``docs/laws.md`` says which law suits what. A new law needs its file and its entry point,
+and no line here: those below are imported by name elsewhere.
 """
 
 from multilayer.media.laws.base import LAWS, Limit, ModulusLaw

@@ -1,4 +1,4 @@
-"""The effects of the virtual rig by name, and the field type that takes one."""
+"""The effects of the virtual rig, one per file, by name; and the field type that takes one."""
 
 from __future__ import annotations
 
@@ -12,27 +12,8 @@ from multilayer.errors import show, suggest
 from multilayer.json_schema import Written, by_name
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.rig.effect_base import Effect
-from multilayer.rig.effects_reading import ChannelDelay, ChannelGain, Crosstalk, HighPass, Rocking, SensorMount
-from multilayer.rig.effects_rig import Adhesive, Delamination, Flanking, PlateFlexure, SensorMass
-from multilayer.rig.effects_sample import (
-    AmplitudeSoftening,
-    Dispersion,
-    FiniteSize,
-    Preload,
-    SaturatingAir,
-    Skin,
-    TemperatureDrift,
-)
-from multilayer.rig.effects_unlisted import Anisotropy, BaseTilt, CableResonance, ClockSkew, Creep, Grading
 
 EFFECTS: Registry[type[Effect]] = Registry("multilayer.rig_effects", "rig effect", subclass_fault(Effect, "effect"))
-
-for _kind in (
-    FiniteSize, SensorMass, Adhesive, ChannelGain, ChannelDelay, HighPass, Crosstalk, Preload, SaturatingAir,
-    Dispersion, PlateFlexure, SensorMount, Rocking, Delamination, Skin, AmplitudeSoftening, TemperatureDrift, Flanking,
-    ClockSkew, CableResonance, BaseTilt, Creep, Grading, Anisotropy,
-):  # fmt: skip
-    EFFECTS.register(_kind.model_fields["effect"].default, _kind)
 
 
 def _parse(value: Any, info: ValidationInfo) -> Effect:

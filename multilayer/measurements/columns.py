@@ -1,0 +1,145 @@
+"""Which columns of a table hold what is wanted: by role, found by name or as a user says, each in its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.errors import suggest
+from multilayer.measurements.tables import Header, Table
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is wanted.
+
+    Attributes
+    ----------
+    role : str
+        What it is to whoever wants it.
+    names : tuple of str
+        What headers may call it, see `tables.Header`; empty where only a user can name it.
+    unit : str or None
+        SI, ``dB``, or empty for a pure number; None where values are taken as they are written.
+    """
+
+    role: str
+    names: tuple[str, ...]
+    unit: str | None = ""
+
+
+FREQUENCY = Column("frequency", ("frequency", "f", "freq"), "Hz")
+Places: TypeAlias = Mapping[str, tuple[int, float]]
+"""By role: which column, and what 1 in its unit is in the unit wanted."""
+
+
+def complex_columns(role: str, names: Sequence[str], unit: str | None = "") -> tuple[Column, Column]:
+    """Return the real and imaginary part of a complex quantity, in columns ``NAME_re`` and ``NAME_im``."""
+    real, imaginary = (
+        Column(f"{role}_{part}", tuple(f"{name}_{part}" for name in names), unit) for part in ("re", "im")
+    )
+    return real, imaginary
+
+
+def complex_values(values: Mapping[str, RealArray], role: str) -> ComplexArray:
+    """Return what `complex_columns` found."""
+    return np.asarray(values[f"{role}_re"] + 1j * values[f"{role}_im"])
+
+
+def find_columns(
+    table: Table,
+    wanted: Sequence[Column],
+    needed: str,
+    called: Mapping[str, str] | None = None,
+    *,
+    single: bool = False,
+) -> dict[str, tuple[int, float]]:
+    """Return the columns that a table has of those wanted; which of them must be there is up to who asks.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : sequence of Column
+    needed : str
+        Which columns there must be, for messages.
+    called : mapping, optional
+        By role what the user says that the column is called, where files may say that (under 'columns').
+    single : bool
+        Whether a second column of a role is refused; else the first is taken.
+
+    Raises
+    ------
+    InputError
+        With the line of the header, for an empty file, a name in `called` that is not there, and a unit that is missing
+        or wrong.
+    """
+    if not table.headers:
+        raise table.error(f"is empty; {needed}")
+    places = {}
+    for column in wanted:
+        matches = [(index, header) for index, header in enumerate(table.headers) if header.name in column.names]
+        if called and column.role in called:
+            matches = [called_column(table, called[column.role])]
+        if single and len(matches) > 1:
+            raise table.error(f"two columns hold {column.role}; keep one of them", table.line)
+        if matches:
+            index, header = matches[0]
+            places[column.role] = index, _factor(table, header, column, called is not None)
+    return places
+
+
+def called_column(table: Table, name: str) -> tuple[int, Header]:
+    """Return the column of a name that a user gives, which may end in the unit, in brackets.
+
+    Raises
+    ------
+    InputError
+        When there is none of that name.
+    """
+    text = name.strip()
+    if text in table.names:
+        index = table.names.index(text)
+        return index, table.headers[index]
+    bare, _, unit = text.partition("[")
+    if unit and bare.strip() in table.names:
+        index = table.names.index(bare.strip())
+        return index, Header(table.names[index], "", unit.rstrip("] "))
+    raise table.error(f"no column is called '{text}'; {suggest(text, table.names)}", table.line)
+
+
+def _factor(table: Table, header: Header, column: Column, may_be_called: bool) -> float:
+    if column.unit is None:
+        return 1.0
+    try:
+        return header.factor(column.unit)
+    except ValueError as error:
+        hint = f", or add it under 'columns', as {{{column.role}: '{header.text} [...]'}}"
+        text = f"{error}{hint}" if may_be_called and header.unit is None else str(error)
+        raise table.error(text, table.line) from None
+
+
+def column_values(table: Table, places: Places) -> dict[str, RealArray]:
+    """Return the values of columns by role, in the units wanted, in the order of rising frequency.
+
+    Parameters
+    ----------
+    table : Table
+    places : mapping
+        See `find_columns`; the role ``frequency`` must be among them.
+
+    Raises
+    ------
+    InputError
+        With the line, when there is no row, a row is short, a cell is no number, or a frequency is not above 0.
+    """
+    if not table.rows:
+        raise table.error("holds no values below its header")
+    written = table.numbers({index for index, _ in places.values()})
+    numbers = {role: written[index] * factor for role, (index, factor) in places.items()}
+    table.refuse_not_positive(numbers["frequency"])
+    order = np.argsort(numbers["frequency"], kind="stable")
+    return {role: values[order] for role, values in numbers.items()}
