@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 from typer.core import TyperGroup
@@ -80,5 +81,5 @@ class Commands(TyperGroup):
         if files := ctx.params["plugin"]:
             from multilayer.plugins.files import plugin_files
 
-            ctx.with_resource(plugin_files(files))
+            ctx.with_resource(plugin_files([Path(file) for file in files]))  # old versions of typer have texts here
         return super().invoke(ctx)

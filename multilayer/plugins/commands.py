@@ -13,10 +13,13 @@ if TYPE_CHECKING:
     import typer
 
 BUILT_IN = frozenset({
-    "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig",
-    "import", "tube", "layers", "check", "schema", "plugins",
+    "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig", "import", "tube", "layers",
+    "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands run without a look at any plugin."""
+
+
+_NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
 def application(name: str, function: Callable[..., None]) -> typer.Typer:
@@ -40,8 +43,11 @@ def _fault(name: str, item: Any) -> str:
         return "a built-in command has this name; choose another one"
     if not isinstance(item, FunctionType):
         return f"it is {item!r}, not a function"
-    if "plugin" in inspect.signature(item).parameters:
+    parameters = inspect.signature(item).parameters
+    if "plugin" in parameters:
         return "it has a parameter 'plugin', an option that every command has; choose another name"
+    if any(parameter.kind not in _NAMED for parameter in parameters.values()):
+        return "it has parameters that cannot be given by name, as *args; name every one"
     from typer.main import get_command
 
     try:

@@ -78,6 +78,7 @@ def command_greet(name: str, times: int = 1) -> None:
 def unmade(what: int | str) -> None: ...
 def untyped(what: Nowhere) -> None: ...
 def grasping(plugin: str) -> None: ...
+def sloppy(**options: str) -> None: ...
 """
 STACK = "layers:\n  - {type: water, thickness: 10 mm}\nfrequency: [100, 200, 400]\n"
 
@@ -98,6 +99,7 @@ def broken(tmp_path):
         "[multilayer.readers]\nxyz = house_good:NUMBER\n"
         "[multilayer.commands]\ngreet = house_commands:command_greet\nfit = house_commands:command_greet\n"
         "unmade = house_commands:unmade\nungiven = house_commands:untyped\ngrasping = house_commands:grasping\n"
+        "sloppy = house_commands:sloppy\n"
         "five = house_good:NUMBER\ncrash = house_raising:crash\n"
     )
     (root / "house_good.py").write_text(f"{LAYER}\nNUMBER = 5\n")
@@ -127,6 +129,7 @@ BROKEN = {
     ("command", "unmade"): "its parameters make no command: ",
     ("command", "ungiven"): "its parameters make no command: NameError: name 'Nowhere' is not defined",
     ("command", "grasping"): "it has a parameter 'plugin', an option that every command has",
+    ("command", "sloppy"): "it has parameters that cannot be given by name",
     ("command", "five"): "it is 5, not a function",
     ("command", "crash"): "does not load: RuntimeError",
 }
