@@ -61,7 +61,9 @@ def is_there(page, target):
     return found is not None and (not anchor or anchor in anchors(found))
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md"], ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda page: str(page.relative_to(ROOT))
+)
 def test_links_lead_somewhere(page):
     assert [target for target in targets(page) if not is_there(page, target)] == []
 

@@ -1,8 +1,11 @@
 """Fits of modulus laws: parameters found again, their covariance, bounds, and what is refused."""
 
+from typing import Annotated
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pydantic import Field
 
 from multilayer.errors import InputError
 from multilayer.fits.law_fit import fit_law
@@ -20,6 +23,7 @@ from multilayer.media.laws import (
     Zener,
 )
 from multilayer.registry import RegistryError
+from multilayer.units import Unit
 
 FREQUENCIES = np.geomspace(1.0, 1e5, 40)
 PLATEAUS = {"relaxed_modulus": 1e5, "unrelaxed_modulus": 3e6, "relaxation_time": 2e-4}
@@ -57,6 +61,16 @@ def test_every_registered_law_can_be_fitted(name):
     assert isinstance(found.law, LAWS[name])
     assert_allclose(found.modelled, found.law(FREQUENCIES))
     assert found.mean_magnitude_error <= found.mean_relative_error < 2.0
+
+
+class Thick(KelvinVoigt):
+    viscosity: Annotated[float, Field(ge=2.0), Unit("Pa*s")]
+
+
+def test_the_least_that_a_field_may_be_is_a_bound():
+    found = fit_law(Thick, FREQUENCIES, KelvinVoigt(young_modulus=1e5, viscosity=1.0)(FREQUENCIES))
+    assert found.parameters["viscosity"] == pytest.approx(2.0)
+    assert found.on_bound == ("viscosity",)
 
 
 def test_maxwell_branches_are_found_again():

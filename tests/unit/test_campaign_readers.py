@@ -42,7 +42,7 @@ class TestRegistry:
         assert read_waveforms(write(tmp_path / "BURST.CSV", table())).base.shape == (2, 50)
 
     def test_an_unknown_suffix(self, tmp_path):
-        with pytest.raises(InputError, match=r"burst.doc: nothing reads '.doc' files; .* .csv, .h5, .*, .tdms"):
+        with pytest.raises(InputError, match=r"burst.doc: nothing reads '.doc' files; .* .csv, .*.h5, .*.tdms"):
             read_waveforms(tmp_path / "burst.doc")
 
     @pytest.mark.parametrize("name", ["none.npz", "none.csv"])

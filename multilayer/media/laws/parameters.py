@@ -211,7 +211,9 @@ def _unknowns(
     if bounds is None and unit not in ranges:
         raise InputError(f"{name} is in {unit}: say within which `bounds` to seek it, or fix it")
     low, high = ranges[unit] if bounds is None else bounds
-    most = min([high, *(part.le for part in _annotation(template, name) if hasattr(part, "le"))])
+    said = _annotation(template, name)
+    most = min([high, *(part.le for part in said if hasattr(part, "le"))])
+    low = max([low, *(part.ge * (1 + _ROUNDING) for part in said if hasattr(part, "ge"))])
     if not 0 < low < most:
         raise InputError(
             f"{name}: bounds {low:g} and {most:g} must be above 0 and in order; fix it where they are equal"
