@@ -15,7 +15,7 @@ PluginFiles = Annotated[
     typer.Option(
         "--plugin",
         metavar="FILE.py",
-        help="A Python file whose layers, laws, effects or readers the command shall know; may be repeated.",
+        help="A Python file whose layers, laws, effects, methods or readers the command shall know; may be repeated.",
     ),
 ]
 

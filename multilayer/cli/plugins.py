@@ -29,7 +29,7 @@ def list_plugins(
     context: typer.Context,
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
-    """List all layers, laws, effects and readers with the package they come from, and what is broken and why.
+    """List all layers, laws, effects, methods and readers with the package they come from, and what is broken and why.
 
     Example: multilayer plugins
 
