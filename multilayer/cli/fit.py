@@ -117,7 +117,7 @@ def _fit_one(
     from multilayer.errors import InputError
     from multilayer.fits.run import is_accepted
     from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import outcome, print_fit
+    from multilayer.report.fit_outcome import fit_files, print_fit
 
     fit = task.read()
     if fit.method.reads == "stack-fit" and (cluster or resume):
@@ -134,7 +134,7 @@ def _fit_one(
         result = fit.run(advance)
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
-    files = outcome(fit, result, figures=figures).files
+    files = fit_files(fit, result, fit.to_dict(result), figures=figures)
     written = write_files(folder, files)
     if as_json:
         typer.echo(files[result.record], nl=False)

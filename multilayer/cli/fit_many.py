@@ -14,6 +14,7 @@ import typer
 
 if TYPE_CHECKING:
     from multilayer.fits.run import FitTask
+    from multilayer.report.fit_outcome import Files
 
 
 def fit_many(
@@ -34,7 +35,6 @@ def fit_many(
     from multilayer.fits.run import is_accepted
     from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import fit_elsewhere
     from multilayer.report.fit_summary import fit_summary
 
     # every mistake before anything is computed
@@ -49,8 +49,9 @@ def fit_many(
     left = [fit for fit in fits if fit.name not in rows]
     try:
         with executor_for(jobs, cluster) as executor, progress_bar("fit", len(left)) as advance:
-            elsewhere = partial(fit_elsewhere, figures=figures)
-            for index, (files, row) in as_done(elsewhere, [fit.task for fit in left], executor):
+            for index, (files, row) in as_done(
+                partial(_fit_elsewhere, figures=figures), [fit.task for fit in left], executor
+            ):
                 name = left[index].name
                 write_files(out / name, files)
                 rows[name] = row
@@ -66,6 +67,17 @@ def fit_many(
         fit_summary(in_order)
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
     return all(map(is_accepted, in_order))
+
+
+def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[Files, dict[str, Any]]:
+    """Read and fit a task, and return its files and its row of the summary: what a worker does."""
+    from multilayer.fits.run import summary_row
+    from multilayer.report.fit_outcome import fit_files
+
+    fit = task.read()
+    result = fit.run()
+    record = fit.to_dict(result)
+    return fit_files(fit, result, record, figures=figures), summary_row(record)
 
 
 def _csv(rows: Sequence[dict[str, Any]]) -> str:

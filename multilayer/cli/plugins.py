@@ -20,6 +20,7 @@ class Kind(StrEnum):
     layer = "layer"
     effect = "effect"
     law = "law"
+    method = "method"
     reader = "reader"
 
 

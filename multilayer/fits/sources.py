@@ -200,7 +200,7 @@ def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> F
         if value not in choices[name]:
             raise InputError(f"--{name}: there is no {name} '{value}'; {suggest(value, choices[name])}")
     try:
-        return settings.changed(**given)
+        return settings.changed(**given) if given else settings
     except ValidationError as error:
         places = [".".join(map(str, e["loc"])) for e in error.errors()]
         told = [f"--{place}" if place in given else place for place in places]

@@ -12,7 +12,7 @@ from multilayer.plugins.listing import registry
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*")
 _LONGEST = 60
-_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers"}
+_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "method": "methods", "reader": "readers"}
 
 
 class Skeleton:
@@ -23,7 +23,7 @@ class Skeleton:
     name : str
         Of the package, as ``my-foam``.
     kind : str
-        ``layer``, ``law``, ``effect`` or ``reader``.
+        ``layer``, ``law``, ``effect``, ``method`` or ``reader``.
 
     Raises
     ------

@@ -1,51 +1,37 @@
-"""The files of a fit, and its table: what is drawn and printed of results of every kind."""
+"""The files of a fit, and its table: what is drawn and printed of results of every kind; nothing is fitted here."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from multilayer.fits.methods import JOINT, STACKS
 from multilayer.fits.result import FitResult
-from multilayer.fits.run import FitRun, FitTask, summary_row
+from multilayer.fits.run import FitRun
 from multilayer.json_text import json_text
 from multilayer.report.files import file_names
 
 Files = dict[str, bytes | str]
 
 
-@dataclass(frozen=True)
-class FitOutcome:
-    """A result ready to be written.
+def fit_files(fit: FitRun, result: FitResult, record: Mapping[str, Any], *, figures: bool = True) -> Files:
+    """Return the files of a result by name.
 
-    Attributes
+    Parameters
     ----------
-    files : dict
-        Contents by file name.
-    record : dict
-        All of the result as plain data.
+    fit : FitRun
+    result : FitResult
+        Of that fit.
+    record : mapping
+        All of it as plain data, `FitRun.to_dict`.
+    figures : bool
+        Whether to draw figures and the HTML report.
     """
-
-    files: Files
-    record: dict[str, Any]
-
-
-def outcome(fit: FitRun, result: FitResult, *, figures: bool = True) -> FitOutcome:
-    """Return a result with its files."""
-    record = fit.to_dict(result)
     files: Files = {**result.tables, result.record: json_text(record), **_stack_files(result)}
-    if figures:
-        files |= _DRAWN.get(result.kind, _draw_bursts)(fit, result)
-    return FitOutcome(files, record)
-
-
-def fit_elsewhere(task: FitTask, *, figures: bool = True) -> tuple[Files, dict[str, Any]]:
-    """Read and fit a task, and return its files and its row of a summary: what a worker does."""
-    fit = task.read()
-    done = outcome(fit, fit.run(), figures=figures)
-    return done.files, summary_row(done.record)
+    return files | (_DRAWN.get(result.kind, _draw_bursts)(fit, result) if figures else {})
 
 
 def print_fit(result: FitResult) -> None:

@@ -8,7 +8,7 @@ import pytest
 from tests.cli.command import python, run
 from tests.cli.test_bad_input import assert_refused
 
-KINDS = ("layer", "law", "effect", "reader")
+KINDS = ("layer", "law", "effect", "method", "reader")
 
 
 def made(folder, kind, name="our-New_thing"):
@@ -37,7 +37,7 @@ def test_its_metadata_lead_to_its_object(tmp_path, kind):
     package = made(tmp_path, kind)
     project = tomllib.loads((package / "pyproject.toml").read_text())
     assert project["project"]["name"] == "our-New_thing"
-    group = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers"}[kind]
+    group = {"law": "modulus_laws"}.get(kind, f"{kind}s")
     (entries,) = project["project"]["entry-points"].values()
     assert list(project["project"]["entry-points"]) == [f"multilayer.{group}"]
     module, name = entries["our_new_thing"].split(":")

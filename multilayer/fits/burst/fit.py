@@ -313,7 +313,8 @@ class LeastSquares(CampaignMethod):
 
     def run(self, job: FitJob, tell: Progress) -> FitResult:
         """Return the modulus at every burst."""
-        return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, tell)
+        settings = job.settings if job.settings.method == self.name else job.settings.changed(method=self.name)
+        return fit_campaign(job.campaign, job.recordings, settings, job.calibration, tell)
 
     def compared(self, job: FitJob) -> Mapping[str, Compared]:
         """Return the fits with both models, and that with the region of eq. (10)."""
