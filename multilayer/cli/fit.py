@@ -127,18 +127,19 @@ def _fit_one(
     refuse_unusable(folder)
     if resume and fit.done_in(folder):
         if as_json:
-            typer.echo((folder / fit.record).read_text(encoding="utf-8"), nl=False)
+            typer.echo((folder / fit.record_name).read_text(encoding="utf-8"), nl=False)
         typer.echo(f"{folder} holds the result of the same input: nothing to do", err=as_json)
         return is_accepted(fit.summary_in(folder))
     with progress_bar("fit", fit.number_of_steps) as advance:
         result = fit.run(advance)
+    record, accepted = fit.to_dict(result), result.all_accepted
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
-    files = fit_files(fit, result, fit.to_dict(result), figures=figures)
+    files = fit_files(fit, result, record, figures=figures)
     written = write_files(folder, files)
     if as_json:
-        typer.echo(files[result.record], nl=False)
+        typer.echo(files[result.record_name], nl=False)
     else:
         print_fit(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    return result.all_accepted
+    return accepted

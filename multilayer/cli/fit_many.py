@@ -30,6 +30,7 @@ def fit_many(
 ) -> bool:
     """Fit several campaigns, write each as soon as it is done, then a summary; tell whether all are accepted."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.config.kinds import fit_file
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
     from multilayer.fits.run import is_accepted
@@ -39,7 +40,7 @@ def fit_many(
 
     # every mistake before anything is computed
     fits = [replace(task, source=source).read() for source in sources]
-    if stacks := [fit.task.source for fit in fits if fit.method.reads == "stack-fit"]:
+    if stacks := [fit_file(fit.task.source) for fit in fits if fit.method.reads == "stack-fit"]:
         raise InputError(f"{stacks[0]}: this is a stack-fit file; fit it by itself, without campaigns beside it")
     names = [fit.name for fit in fits]
     if twice := sorted({name for name in names if names.count(name) > 1}):

@@ -156,7 +156,7 @@ class FitResult(Tabular):
     """
 
     kind: ClassVar[str] = "bursts"  # by which a report is chosen
-    record: ClassVar[str] = "fit.json"  # the file that holds everything
+    record_name: ClassVar[str] = "fit.json"  # the file that holds everything
     heading: ClassVar[tuple[str, ...]] = ("campaign", "method")  # with which that begins
 
     name: str

@@ -130,9 +130,9 @@ class FitRun:
         return self.method.run(self.job, tell or (lambda text: None))
 
     @property
-    def record(self) -> str:
+    def record_name(self) -> str:
         """Name of the file that holds everything of the result."""
-        return self.method.gives.record
+        return self.method.gives.record_name
 
     @cached_property
     def inputs(self) -> dict[str, Any]:
@@ -146,14 +146,14 @@ class FitRun:
     def done_in(self, folder: Path) -> bool:
         """Tell whether a folder holds the result of the same input, options and version."""
         try:
-            record = json.loads((folder / self.record).read_text(encoding="utf-8"))
+            record = json.loads((folder / self.record_name).read_text(encoding="utf-8"))
             return bool(record["inputs"]["sha256"] == self.inputs["sha256"])
         except (OSError, ValueError, KeyError, TypeError):
             return False
 
     def summary_in(self, folder: Path) -> dict[str, Any]:
         """Return the row of a result that was written before."""
-        return summary_row(json.loads((folder / self.record).read_text(encoding="utf-8")))
+        return summary_row(json.loads((folder / self.record_name).read_text(encoding="utf-8")))
 
     def _fingerprint(self, job: FitJob) -> str:
         task = self.task

@@ -30,7 +30,7 @@ def fit_files(fit: FitRun, result: FitResult, record: Mapping[str, Any], *, figu
     figures : bool
         Whether to draw figures and the HTML report.
     """
-    files: Files = {**result.tables, result.record: json_text(record), **_stack_files(result)}
+    files: Files = {**result.tables, result.record_name: json_text(record), **_stack_files(result)}
     return files | (_DRAWN.get(result.kind, _draw_bursts)(fit, result) if figures else {})
 
 

@@ -1,6 +1,8 @@
 """Every registered inverse method, those of plugins included, keeps what `check_method` asks; wrong ones are told."""
 
+import re
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 
@@ -128,3 +130,11 @@ def test_a_method_run_by_hand_is_that_method():
     result = METHODS["least-squares"]().run(job, lambda text: None)
     assert result.to_csv() == METHODS["least-squares"]().run(job, lambda text: None).to_csv()
     assert result.campaign == result.name == job.name
+
+
+def test_the_example_of_the_manual_works():
+    text = (Path(__file__).parents[2] / "docs" / "plugins.md").read_text()
+    (block,) = (block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "MassOnSpring" in block)
+    names = {}
+    exec(block, names)
+    check_method(names["MassOnSpring"], tolerance=0.25)  # it leaves out the mass of the sample

@@ -48,7 +48,7 @@ class JointFit(FitResult):
     """
 
     kind: ClassVar[str] = JOINT
-    record: ClassVar[str] = "joint.json"
+    record_name: ClassVar[str] = "joint.json"
     heading: ClassVar[tuple[str, ...]] = ("campaign",)
 
     law: ModulusLaw
