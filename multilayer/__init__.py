@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from multilayer.errors import InputError, MultilayerError
     from multilayer.fits.burst.fit import fit_campaign
-    from multilayer.fits.burst.result import FitResult
+    from multilayer.fits.result import FitResult
     from multilayer.fits.settings import FitSettings
     from multilayer.layers import LAYERS, Layer
     from multilayer.measurements import load_campaign, load_recordings
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "LAYERS": "multilayer.layers",
-    "FitResult": "multilayer.fits.burst.result",
+    "FitResult": "multilayer.fits.result",
     "FitSettings": "multilayer.fits.settings",
     "InputError": "multilayer.errors",
     "Layer": "multilayer.layers",

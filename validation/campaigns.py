@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from multilayer.fits.burst.fit import fit_campaign
-from multilayer.fits.burst.result import FitResult
+from multilayer.fits.result import FitResult
 from multilayer.fits.sources import read_fit
 from validation.scoring import Score, score
 

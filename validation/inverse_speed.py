@@ -26,8 +26,9 @@ from multilayer.experiments.two_plate.burst import BurstProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.fits.burst.branches import find_candidates, refine
 from multilayer.fits.burst.fit import burst_problems, fit_campaign, search_bounds
-from multilayer.fits.joint.fit import JointFit, fit_joint
+from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.joint.posterior import with_posterior
+from multilayer.fits.joint.result import JointFit
 from multilayer.fits.sources import FitJob, read_fit
 from multilayer.inference.least_squares import draw_prior, minimise
 from multilayer.measurements.description import Uncertainty

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from multilayer.fits.classical.compare import compare_methods
-from multilayer.fits.classical.comparison import METHODS, MethodComparison, MethodPoint
+from multilayer.fits.classical.comparison import MethodComparison, MethodPoint
 from multilayer.fits.classical.rod_limit import longest_rod, rim_inertia, rod_error
 from multilayer.fits.settings import FitSettings, QuasiStatic
 from multilayer.fits.sources import read_fit
@@ -72,7 +72,7 @@ def against_truth() -> str:
         given = QuasiStatic(storage_modulus=values[0], loss_modulus=values[1])
         job = read_fit(folder)
         settings = FitSettings(quasi_static=given)
-        found = compare_methods(job.campaign, job.recordings, settings, job.calibration, nelder_mead=True)
+        found = compare_methods(job.campaign, job.recordings, settings, job.calibration, slow=True)
         lines += _rows(name, found, folder)
         limits += [f"{limit:.0f}" for limit in found.limits.values()]
         held += [np.median(_errors(_reliable(found, method), folder)[:, 0]) for method in HELD]
@@ -95,7 +95,7 @@ def _errors(points: Sequence[MethodPoint], folder: Path) -> np.ndarray:
 def _rows(name: str, found: MethodComparison, folder: Path) -> list[str]:
     checks = {check.method: check for check in found.checks()}
     rows = []
-    for method in METHODS:
+    for method in found.names:
         points = [p for p in found.points if p.method == method]
         verdict = ["-", "-"]
         if (check := checks.get(method)) is not None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from multilayer.fits.burst.result import FitResult
+from multilayer.fits.result import FitResult
 from multilayer.media.laws import FractionalZener
 
 

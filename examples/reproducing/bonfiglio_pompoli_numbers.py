@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from multilayer import FitSettings, fit_campaign, load_stack
-from multilayer.fits.burst.result import FitResult, GrossCheck
 from multilayer.fits.classical.compare import compare_methods
 from multilayer.fits.classical.comparison import MethodComparison
+from multilayer.fits.result import FitResult, GrossCheck
 from multilayer.fits.settings import QuasiStatic
 from multilayer.fits.sources import FitJob, read_fit
 from multilayer.media.kramers_kronig import gross_loss_modulus

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 def _of_group(group: str) -> Callable[[str], list[str]]:
-    """Return the completion of names that entry points advertise: effects, laws, layer types, plugins included."""
+    """Return the completion of names that entry points advertise: effects, laws, layers, methods, plugins included."""
 
     def complete(incomplete: str) -> list[str]:
         from multilayer.registry import Registry
@@ -37,7 +37,7 @@ def kinds(incomplete: str) -> list[str]:
 effects = _of_group("multilayer.effects")
 laws = _of_group("multilayer.modulus_laws")
 layers = _of_group("multilayer.layers")
-methods = among("least-squares", "nelder-mead")
+methods = _of_group("multilayer.methods")
 models = among("plane_wave", "finite")
 posteriors = among("laplace", "profile", "nested")
 laterals = among("bonded", "slender", "held")

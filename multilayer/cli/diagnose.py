@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from multilayer.diagnosis.result import Diagnosis
+    from multilayer.fits.sources import Source
 
 _MODULES = ("multilayer.cli", "multilayer.diagnosis.diagnose")  # that workers need
 _DRAWING = ("multilayer.report.diagnosis_figures", "matplotlib.figure", "matplotlib.backends.backend_svg")
@@ -69,13 +70,14 @@ def diagnose(
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
-        from multilayer.fits.sources import is_stack_fit
+        from multilayer.fits.sources import open_source
         from multilayer.report.diagnosis_files import diagnosis_files
         from multilayer.report.diagnosis_table import diagnosis_table
         from multilayer.report.files import write_files
 
-        ask = _tube if is_stack_fit(source) else _campaign
-        result, folder = ask(source, out, without or [], law, seed, executor)
+        opened = open_source(source)
+        ask = _tube if opened.of_stacks else _campaign
+        result, folder = ask(opened, out, without or [], law, seed, executor)
         files = diagnosis_files(result, figures=figures, executor=executor)
     for text in result.record.get("warnings", ()):
         typer.echo(f"warning: {text}", err=True)
@@ -90,14 +92,13 @@ def diagnose(
 
 
 def _campaign(
-    source: Path, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
+    source: Source, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
     from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
     from multilayer.diagnosis.judgement import N_STEPS
     from multilayer.errors import InputError, suggest
-    from multilayer.fits.sources import read_fit
     from multilayer.media.laws import LAWS
     from multilayer.report.files import refuse_unusable
 
@@ -105,8 +106,8 @@ def _campaign(
     chosen = law or "fractional_zener"
     if chosen not in LAWS:
         raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
-    job = read_fit(source)
-    folder = out or Path("results") / f"{job.campaign.folder.resolve().name}-diagnosis"
+    job = source.campaign_job(source.settings())
+    folder = out or Path("results") / f"{job.name}-diagnosis"
     refuse_unusable(folder)
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_campaign(
@@ -117,7 +118,7 @@ def _campaign(
 
 
 def _tube(
-    source: Path, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
+    source: Source, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
@@ -129,8 +130,8 @@ def _tube(
     from multilayer.report.files import refuse_unusable
 
     if law is not None:
-        raise InputError(f"--law is of campaigns; {source} is of stacks, whose unknowns it names: leave it out")
-    file, name = load_diagnosis(source), name_of(source)
+        raise InputError(f"--law is of campaigns; {source.path} is of stacks, whose unknowns it names: leave it out")
+    file, name = load_diagnosis(source.document), name_of(source.path)
     effects = file.chosen(without)
     folder = out or Path("results") / f"{name}-diagnosis"
     refuse_unusable(folder)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from multilayer.cli import completion
 
 if TYPE_CHECKING:
-    from multilayer.report.fit_outcome import FitTask
+    from multilayer.fits.run import FitTask
 
 
 def fit(
@@ -26,7 +26,8 @@ def fit(
     method: Annotated[
         str | None,
         typer.Option(
-            help="least-squares (default) or nelder-mead (the 2015 paper to the letter).",
+            help="least-squares (default), nelder-mead (the 2015 paper to the letter), or any other that "
+            "`multilayer methods` lists.",
             autocompletion=completion.methods,
         ),
     ] = None,
@@ -39,12 +40,13 @@ def fit(
     ] = None,
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
     law: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="The law of a joint fit, or auto: the most probable of several, which are compared.",
+            help="The law of a joint fit, fractional_zener by default, or auto: the most probable of several, which "
+            "are compared.",
             autocompletion=completion.fitted_laws,
         ),
-    ] = "fractional_zener",
+    ] = None,
     elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
     posterior: Annotated[
         str | None,
@@ -52,6 +54,14 @@ def fit(
             metavar="METHOD",
             help="Of joint and stack fits: laplace (default), profile, or nested (slow, needs dynesty).",
             autocompletion=completion.posteriors,
+        ),
+    ] = None,
+    lateral: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND",
+            help="What the rod of the transfer-function method is: bonded (default), slender, or held.",
+            autocompletion=completion.laterals,
         ),
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
@@ -80,65 +90,56 @@ def fit(
 
     Example: multilayer fit examples/foam_b --joint --model finite --posterior profile
 
+    Example: multilayer fit examples/foam_b --method transfer-function
+
     Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
-    from multilayer.fits.sources import is_stack_fit
-    from multilayer.report.fit_outcome import FitTask
+    from multilayer.fits.run import FitTask
 
-    if len(sources) == 1 and is_stack_fit(sources[0]):
-        from multilayer.cli.stack_fit import fit_stack_file
-
-        others = {"--method": method, "--model": model, "--joint": joint, "--elements": elements}
-        others |= {"--cluster": cluster, "--resume": resume}
-        return fit_stack_file(sources[0], out, as_json, figures, others, posterior)
-    task = FitTask(sources[0], method, model, joint, law, elements, figures, posterior)
+    task = FitTask(sources[0], method, joint, model, law, elements, posterior, lateral)
     if len(sources) == 1:
-        accepted = _fit_one(task, out, as_json, resume)
+        accepted = _fit_one(task, out, cluster, as_json=as_json, resume=resume, figures=figures)
     else:
         from multilayer.cli.fit_many import fit_many
 
         accepted = fit_many(
-            task, sources, out or Path("results"), jobs=jobs, cluster=cluster, resume=resume, as_json=as_json
+            task, sources, out or Path("results"), jobs, cluster, as_json=as_json, resume=resume, figures=figures
         )
     if not accepted:
         raise typer.Exit(1)
-    return None
 
 
-def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bool:
-    """Fit one campaign, write and print; tell whether all is accepted."""
+def _fit_one(
+    task: FitTask, out: Path | None, cluster: str | None, *, as_json: bool, resume: bool, figures: bool
+) -> bool:
+    """Fit what one file or folder says, write and print; tell whether all is accepted."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.errors import InputError
+    from multilayer.fits.run import is_accepted
     from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import done_before, number_of_steps, outcome, run_fit, summary_of
+    from multilayer.report.fit_outcome import fit_files, print_fit
 
-    job = task.read()
-    refuse_unusable(out or Path("results"))
-    name = job.campaign.folder.resolve().name
-    folder = out or Path("results") / (f"{name}-joint" if task.joint else name)
-    if resume and done_before(task, job, folder):
-        row = summary_of(task, folder)
+    fit = task.read()
+    if fit.method.reads == "stack-fit" and (cluster or resume):
+        option = "--cluster" if cluster else "--resume"
+        raise InputError(f"{option} is of the fit of a campaign; {task.source} is a stack-fit file: leave it out")
+    folder = out or Path("results") / fit.folder_name
+    refuse_unusable(folder)
+    if resume and fit.done_in(folder):
         if as_json:
-            typer.echo((folder / task.record).read_text(encoding="utf-8"), nl=False)
+            typer.echo((folder / fit.record_name).read_text(encoding="utf-8"), nl=False)
         typer.echo(f"{folder} holds the result of the same input: nothing to do", err=as_json)
-        return bool(row["accepted"] == row["of"] and not row["remark"])
-    with progress_bar("fit", number_of_steps(task, job)) as advance:
-        result = run_fit(task, job, advance)
-    found = outcome(task, job, result)
-    written = write_files(folder, found.files)
+        return is_accepted(fit.summary_in(folder))
+    with progress_bar("fit", fit.number_of_steps) as advance:
+        result = fit.run(advance)
+    record, accepted = fit.to_dict(result), result.all_accepted
+    for text in result.warnings:
+        typer.echo(f"warning: {' '.join(text.split())}", err=True)
+    files = fit_files(fit, result, record, figures=figures)
+    written = write_files(folder, files)
     if as_json:
-        typer.echo(found.files[task.record], nl=False)
+        typer.echo(files[result.record_name], nl=False)
     else:
-        _table(task, result)
+        print_fit(result)
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    return found.accepted
-
-
-def _table(task: FitTask, result: Any) -> None:
-    if task.joint:
-        from multilayer.report.joint_fit import joint_table
-
-        joint_table(result)
-    else:
-        from multilayer.report.fit_table import fit_table
-
-        fit_table(result)
+    return accepted

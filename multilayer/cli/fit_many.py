@@ -6,53 +6,56 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from multilayer.report.fit_outcome import FitTask
+    from multilayer.fits.run import FitTask
+    from multilayer.report.fit_outcome import Files
 
 
 def fit_many(
     task: FitTask,
     sources: Sequence[Path],
     out: Path,
-    *,
     jobs: int,
     cluster: str | None,
+    *,
+    as_json: bool,
     resume: bool,
-    as_json: bool = False,
+    figures: bool,
 ) -> bool:
     """Fit several campaigns, write each as soon as it is done, then a summary; tell whether all are accepted."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.config.kinds import fit_file
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
+    from multilayer.fits.run import is_accepted
     from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import done_before, fit_elsewhere, summary_of
     from multilayer.report.fit_summary import fit_summary
 
-    tasks = [replace(task, source=source) for source in sources]
-    read = [one.read() for one in tasks]  # every mistake before anything is computed
-    names = [job.campaign.folder.resolve().name for job in read]
+    # every mistake before anything is computed
+    fits = [replace(task, source=source).read() for source in sources]
+    if stacks := [fit_file(fit.task.source) for fit in fits if fit.method.reads == "stack-fit"]:
+        raise InputError(f"{stacks[0]}: this is a stack-fit file; fit it by itself, without campaigns beside it")
+    names = [fit.name for fit in fits]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise InputError(f"{', '.join(twice)}: there twice; results would overwrite each other, so rename one folder")
     refuse_unusable(out)
-    rows: dict[str, dict[str, Any]] = {}
-    left: list[tuple[str, FitTask]] = []
-    for name, one, job in zip(names, tasks, read, strict=True):
-        if resume and done_before(one, job, out / name):
-            rows[name] = summary_of(one, out / name)
-        else:
-            left.append((name, one))
+    rows = {fit.name: fit.summary_in(out / fit.name) for fit in fits if resume and fit.done_in(out / fit.name)}
+    left = [fit for fit in fits if fit.name not in rows]
     try:
         with executor_for(jobs, cluster) as executor, progress_bar("fit", len(left)) as advance:
-            for index, found in as_done(fit_elsewhere, [one for _, one in left], executor):
-                name = left[index][0]
-                write_files(out / name, found.files)
-                rows[name] = found.summary
+            for index, (files, row) in as_done(
+                partial(_fit_elsewhere, figures=figures), [fit.task for fit in left], executor
+            ):
+                name = left[index].name
+                write_files(out / name, files)
+                rows[name] = row
                 advance(name)
     except KeyboardInterrupt:
         typer.echo(f"stopped: {len(rows)} of {len(names)} are in {out}; --resume goes on from there", err=True)
@@ -64,7 +67,18 @@ def fit_many(
     else:
         fit_summary(in_order)
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
-    return all(row["accepted"] == row["of"] and not row["remark"] for row in in_order)
+    return all(map(is_accepted, in_order))
+
+
+def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[Files, dict[str, Any]]:
+    """Read and fit a task, and return its files and its row of the summary: what a worker does."""
+    from multilayer.fits.run import summary_row
+    from multilayer.report.fit_outcome import fit_files
+
+    fit = task.read()
+    result = fit.run()
+    record = fit.to_dict(result)
+    return fit_files(fit, result, record, figures=figures), summary_row(record)
 
 
 def _csv(rows: Sequence[dict[str, Any]]) -> str:

@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from multilayer.cli import completion
 from multilayer.errors import InputError
 
-if TYPE_CHECKING:
-    from multilayer.fits.classical.transfer_function import Lateral
-
 
 def methods(
     source: Annotated[
-        Path,
-        typer.Argument(metavar="CAMPAIGN_OR_FIT_FILE", help="A campaign folder, its campaign.yaml, or a fit file."),
-    ],
+        Path | None,
+        typer.Argument(
+            metavar="[CAMPAIGN_OR_FIT_FILE]",
+            help="A campaign folder, its campaign.yaml, or a fit file; without one, the methods are listed.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
     everything: Annotated[
-        bool, typer.Option("--all", help="With the paper's Nelder-Mead to the letter: some seconds per burst.")
+        bool, typer.Option("--all", help="With slow methods, as the paper's Nelder-Mead: some seconds per burst.")
     ] = False,
     lateral: Annotated[
         str,
@@ -52,9 +52,11 @@ def methods(
     """Find the complex modulus of a sample by every method, and put them side by side.
 
     Burst-by-burst least squares (plane waves, and finite elements with the free rim), the acceptance region of eq.
-    (10), the transfer function of a rod, the quasi-static method, and with --all the paper's Nelder-Mead. Writes
-    methods.csv, methods.json and methods.png. Exit status: 0 done, whatever the methods say, 2 the input cannot be
-    used (nothing is written).
+    (10), the transfer function of a rod, the quasi-static method, with --all the paper's Nelder-Mead, and whatever
+    plugins bring. Writes methods.csv, methods.json and methods.png. Exit status: 0 done, whatever the methods say, 2
+    the input cannot be used (nothing is written).
+
+    Without a campaign, lists all inverse methods by the names that `multilayer fit --method` takes.
 
     With --adhesive, the paper's check of the glue: whether the transmissibility of two plates glued together without a
     sample is 1 within the noise, and up to which frequency (adhesive.csv, adhesive.json, adhesive.png).
@@ -63,6 +65,8 @@ def methods(
 
     Example: multilayer methods glued_plates --adhesive --calibration one_spot
     """
+    if source is None:
+        return _list(as_json)
     if adhesive:
         return _adhesive(source, calibration, out, as_json, figures)
     if calibration is not None:
@@ -75,13 +79,12 @@ def methods(
     from multilayer.report.methods_figure import methods_figure
     from multilayer.report.methods_table import methods_table
 
-    kind = _lateral(lateral)
     job = read_fit(source)
     refuse_unusable(out or Path("results"))
-    with progress_bar("methods", number_of_steps_of_all(job.campaign, job.settings, nelder_mead=everything)) as advance:
+    with progress_bar("methods", number_of_steps_of_all(job.campaign, job.settings, slow=everything)) as advance:
         comparison = compare_methods(
             job.campaign, job.recordings, job.settings, job.calibration,
-            nelder_mead=everything, lateral=kind, progress=advance,
+            slow=everything, lateral=lateral, progress=advance,
         )  # fmt: skip
     folder = out or Path("results") / comparison.campaign
     written = write_files(folder, result_files("methods", comparison, methods_figure if figures else None))
@@ -114,12 +117,24 @@ def _adhesive(source: Path, calibration: Path | None, out: Path | None, as_json:
         typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
 
 
-def _lateral(name: str) -> Lateral:
-    from typing import cast, get_args
+def _list(as_json: bool) -> None:
+    """List the registered methods."""
+    from multilayer.config.kinds import TITLES
+    from multilayer.fits.methods import METHODS
+    from multilayer.json_text import json_text
 
-    from multilayer.errors import suggest
-    from multilayer.fits.classical.transfer_function import Lateral
-
-    if name not in get_args(Lateral):
-        raise InputError(f"--lateral: there is no '{name}'; {suggest(name, get_args(Lateral))}")
-    return cast("Lateral", name)
+    found = [
+        {
+            "method": name,
+            "summary": kind.summary,
+            "reads": kind.reads,
+            "options": [f"--{option}" for option in kind.options()],
+        }
+        for name, kind in METHODS.working()
+    ]
+    if as_json:
+        typer.echo(json_text(found), nl=False)
+        return
+    for one in found:
+        typer.echo(f"{one['method']:20}{one['summary']}")
+        typer.echo(f"{'':20}of a {TITLES[str(one['reads'])]}; {', '.join(one['options']) or 'no options'}")

@@ -15,7 +15,7 @@ PluginFiles = Annotated[
     typer.Option(
         "--plugin",
         metavar="FILE.py",
-        help="A Python file whose layers, laws, effects, readers or commands shall be known; may be repeated.",
+        help="A Python file whose layers, laws, effects, methods, readers or commands shall be known; may be repeated.",
     ),
 ]
 

@@ -20,6 +20,7 @@ class Kind(StrEnum):
     layer = "layer"
     effect = "effect"
     law = "law"
+    method = "method"
     reader = "reader"
     command = "command"
 
@@ -30,7 +31,7 @@ def list_plugins(
     context: typer.Context,
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
 ) -> None:
-    """List all layers, laws, effects, readers and plugins' commands with their package, and what is broken and why.
+    """List all layers, laws, effects, methods, readers and plugins' commands: their package, what is broken and why.
 
     Example: multilayer plugins
 

@@ -3,18 +3,42 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
+from multilayer.errors import suggest
 from multilayer.experiments.two_plate.settings import RigSettings
+from multilayer.fits.methods import LEAST_SQUARES, METHODS, NELDER_MEAD
+from multilayer.json_schema import Written
 from multilayer.models import Model, refuse
+from multilayer.registry import RegistryError
 from multilayer.units import Duration, Frequency, Positive, Pressure, Ratio, Unit
 
-Method = Literal["least-squares", "nelder-mead"]
+DEFAULT_LAW = "fractional_zener"  # of joint fits
 RigModel = Literal["plane_wave", "finite"]
 Start = Literal["neighbour", "quasi_static"]
 Level = Annotated[float, Positive, Unit("")]
+
+
+def _method(name: str) -> str:
+    """Return the name of a method of campaigns."""
+    if name not in METHODS:
+        raise ValueError(f"there is no method '{name}'; {suggest(name, METHODS.names())}")
+    try:
+        reads = METHODS[name].reads
+    except RegistryError as error:
+        raise ValueError(str(error)) from None
+    if reads != "campaign":
+        raise ValueError(f"'{name}' fits no campaigns, but what a {reads} file says")
+    return name
+
+
+MethodName = Annotated[
+    str,
+    AfterValidator(_method),
+    Written(lambda _: {"enum": [name for name, method in METHODS.working() if method.reads == "campaign"]}),
+]
 
 
 class Bounds(Model):
@@ -57,18 +81,19 @@ class FitSettings(RigSettings):
     ----------
     campaign : path
         Campaign folder or file, relative to the fit file.
-    method : {'least-squares', 'nelder-mead'}
-        See ``docs/inverse.md``; ``nelder-mead`` is the method of the paper to the letter.
+    method : str
+        One of `multilayer.fits.methods.METHODS` that reads campaigns. See ``docs/inverse.md``; ``nelder-mead`` is the
+        method of the paper to the letter.
     model : {'plane_wave', 'finite'}
         Of the rig: layers of infinite extent, or finite elements of the disc with its free rim, which need
         ``method: least-squares``.
     termination : {'free', 'ambient'} or None
         What lies above the top plate: nothing, or the half-space of air of the paper, whose plane-wave radiation
-        resistance a plate of a few centimetres does not have. By default what the method is meant with: ``free`` for
-        least-squares, ``ambient`` for nelder-mead.
+        resistance a plate of a few centimetres does not have. By default what the method is meant with: ``ambient`` for
+        nelder-mead, ``free`` for all others.
     dispersion : {'local', 'none'} or None
         How the modulus varies within the band of one burst: as the causal power law of its own loss factor, or not at
-        all (as in the paper). By default ``local`` for least-squares, ``none`` for nelder-mead.
+        all (as in the paper). By default ``none`` for nelder-mead, ``local`` for all others.
     start : {'neighbour', 'quasi_static'}
         Where ``nelder-mead`` starts: at the last accepted solution of the same configuration, by rising frequency, or
         at `quasi_static` in every burst. Both start at `quasi_static` where nothing is accepted yet, and where that is
@@ -81,7 +106,7 @@ class FitSettings(RigSettings):
 
     version: Literal[1] = 1
     campaign: Path = Path()
-    method: Method = "least-squares"
+    method: MethodName = LEAST_SQUARES
     model: RigModel = "plane_wave"
     termination: Literal["free", "ambient"] | None = None
     dispersion: Literal["local", "none"] | None = None
@@ -98,7 +123,7 @@ class FitSettings(RigSettings):
             text = "plane waves have no rim for air to leave by; use model: finite, or rim: sealed"
             mistakes.append((("pores", "rim"), text, "open"))
         if self.model == "finite":
-            if self.method != "least-squares":
+            if self.method == NELDER_MEAD:
                 text = (
                     f"{self.method} is the paper's method with the paper's model; use least-squares with model: finite"
                 )
@@ -116,9 +141,19 @@ class FitSettings(RigSettings):
     @property
     def air_above(self) -> Literal["free", "ambient"]:
         """The termination in force."""
-        return self.termination or ("free" if self.method == "least-squares" else "ambient")
+        return self.termination or ("ambient" if self.method == NELDER_MEAD else "free")
 
     @property
     def dispersive(self) -> bool:
         """Whether the modulus varies within a burst's band."""
-        return (self.dispersion or ("local" if self.method == "least-squares" else "none")) == "local"
+        return (self.dispersion or ("none" if self.method == NELDER_MEAD else "local")) == "local"
+
+    def changed(self, **changes: Any) -> FitSettings:
+        """Return the settings with others in place of some.
+
+        Raises
+        ------
+        ValidationError
+            When they do not go together.
+        """
+        return FitSettings.model_validate({**self.model_dump(), **changes})

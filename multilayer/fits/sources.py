@@ -1,36 +1,176 @@
-"""From what a user names on the command line to a fit that can run: everything is read before anything is computed."""
+"""From what a user names to a job that can run: files are opened once, all is read before anything is computed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import ValidationError
 
-from multilayer.config.kinds import FIT_FILE, TITLES, fit_file, kind_of_data
-from multilayer.config.validate import read
-from multilayer.config.yaml12 import read_yaml
+from multilayer.config.kinds import FIT_FILE, TITLES, kind_of_data
+from multilayer.config.validate import validate
+from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.errors import InputError, Problem, suggest
-from multilayer.fits.settings import FitSettings, Method, RigModel
-from multilayer.measurements.campaign import load_calibration, load_campaign, load_recordings
+from multilayer.fits.methods import METHODS
+from multilayer.fits.settings import FitSettings, RigModel
+from multilayer.measurements.campaign import campaign_file, load_calibration, load_campaign, load_recordings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
+if TYPE_CHECKING:
+    from multilayer.experiments.stacks.file import StackFitFile
+    from multilayer.experiments.two_plate.burst import BurstData
+
 _OF_STACKS = ("stack-fit", "diagnose")
-_CHOICES = {"method": get_args(Method), "model": get_args(RigModel)}
 
 
 @dataclass(frozen=True)
 class FitJob:
-    """A fit with all its input."""
+    """A campaign to fit, with all input."""
 
     campaign: Campaign
     recordings: Mapping[tuple[str, float], Recording]
     settings: FitSettings
     calibration: Calibration | None
+
+    @property
+    def name(self) -> str:
+        """Name of the campaign: that of its folder."""
+        return self.campaign.folder.resolve().name
+
+    @cached_property
+    def bursts(self) -> list[BurstData]:
+        """The measured signals, averaged over repeats and calibrated, in the order of the campaign."""
+        from multilayer.fits.burst.fit import burst_data
+
+        return burst_data(self.campaign, self.recordings, self.calibration)
+
+    def plain_settings(self) -> dict[str, Any]:
+        """Return the settings as plain data, for results."""
+        return self.settings.model_dump(mode="json", exclude_none=True)
+
+
+@dataclass(frozen=True)
+class StackJob:
+    """Stacks, their measurements and unknowns, and what the fit is called."""
+
+    name: str
+    file: StackFitFile
+
+
+@dataclass(frozen=True)
+class Source:
+    """A folder or a file that a user names, opened.
+
+    Attributes
+    ----------
+    path : Path
+        As it is named.
+    document : Document
+        What the file holds; of a folder its ``fit.yaml``, or else its ``campaign.yaml``.
+    kind : str
+        Of that file, see `multilayer.config.kinds`; empty where nothing tells.
+    """
+
+    path: Path
+    document: Document
+    kind: str
+
+    @property
+    def of_stacks(self) -> bool:
+        """Whether it is about stacks, and not about a campaign."""
+        return self.kind in _OF_STACKS
+
+    def settings(self, options: Mapping[str, str | None] | None = None) -> FitSettings:
+        """Return the settings of a fit of a campaign.
+
+        Parameters
+        ----------
+        options : mapping, optional
+            `method` and `model` in place of those in the fit file, unless None.
+
+        Raises
+        ------
+        InputError
+            With every mistake found.
+        """
+        if self.kind in ("stack", "simulation"):
+            text = f"this is a {TITLES[self.kind]}; a fit needs a campaign folder or a fit file"
+            raise InputError(f"{self.document.file}: {text}")
+        if self.of_stacks:
+            text = "this is a stack-fit file; fit it by itself, without campaigns beside it"
+            raise InputError(f"{self.document.file}: {text}")
+        settings = FitSettings() if self._is_described else validate(self.document, FitSettings, "fit")
+        return _with_options(settings, options or {})
+
+    def campaign_job(self, settings: FitSettings) -> FitJob:
+        """Read a campaign with all its signals, and what else the settings name.
+
+        Raises
+        ------
+        InputError
+            With every mistake found.
+        """
+        described = self.document if self._is_described else self._beside("campaign", settings.campaign)
+        campaign = load_campaign(described)
+        calibration = None
+        if settings.calibration is not None:
+            calibration = load_calibration(self._beside("calibration", settings.calibration))
+        return FitJob(campaign, load_recordings(campaign), settings, calibration)
+
+    def stack_job(self) -> StackJob:
+        """Read stacks and their measurements.
+
+        Raises
+        ------
+        InputError
+            With every mistake found.
+        """
+        from multilayer.experiments.stacks.file import load_stack_fit, name_of
+
+        return StackJob(name_of(self.path), load_stack_fit(self.document))
+
+    @property
+    def _is_described(self) -> bool:
+        """Whether it describes the campaign itself, without settings of a fit."""
+        return self.kind in ("campaign", "calibration", "rig")
+
+    def _beside(self, field: str, named: Path) -> Path:
+        """Return a path that a fit file names; an error that points into the file when there is nothing."""
+        file = self.document.file
+        path = file.parent / named
+        if not path.exists():
+            text = f"there is no {path}; the path is relative to this file"
+            raise InputError(Problem(text, field, file, *self.document.position((field,))))
+        return path
+
+
+def open_source(path: Path) -> Source:
+    """Open a fit file, a campaign folder, a campaign file or a stack-fit file.
+
+    Parameters
+    ----------
+    path : Path
+        A folder is taken by its ``fit.yaml`` where it has one, otherwise by its ``campaign.yaml``.
+
+    Raises
+    ------
+    InputError
+        When there is nothing, or it cannot be read.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder; name a folder, or a stack, campaign or fit file")
+    if path.is_dir() and not (path / FIT_FILE).is_file():
+        return Source(path, read_yaml(campaign_file(path), keep_problems=True), "campaign")
+    file = path / FIT_FILE if path.is_dir() else path
+    if file.suffix not in (".yaml", ".yml"):
+        raise InputError(f"{file}: this is no YAML file; name a campaign folder, its campaign.yaml, or a fit file")
+    document = read_yaml(file, keep_problems=True)
+    return Source(path, document, kind_of_data(document.data))
 
 
 def read_fit(source: Path, method: str | None = None, model: str | None = None) -> FitJob:
@@ -39,7 +179,7 @@ def read_fit(source: Path, method: str | None = None, model: str | None = None) 
     Parameters
     ----------
     source : Path
-        A folder is taken by its ``fit.yaml`` where it has one, otherwise by its ``campaign.yaml``.
+        See `open_source`.
     method, model : str, optional
         In place of those in the fit file.
 
@@ -48,64 +188,20 @@ def read_fit(source: Path, method: str | None = None, model: str | None = None) 
     InputError
         With every mistake found.
     """
-    settings, campaign_path = _settings(source)
-    settings = _with_options(settings, {"method": method, "model": model})
-    campaign = load_campaign(campaign_path)
-    calibration = None
-    if settings.calibration is not None:
-        calibration = load_calibration(_beside(fit_file(source), "calibration", settings.calibration))
-    return FitJob(campaign, load_recordings(campaign), settings, calibration)
+    opened = open_source(source)
+    return opened.campaign_job(opened.settings({"method": method, "model": model}))
 
 
 def _with_options(settings: FitSettings, options: Mapping[str, str | None]) -> FitSettings:
     """Return the settings with those of the command line in their place."""
     given = {name: value for name, value in options.items() if value is not None}
+    choices = {"method": METHODS.names(), "model": get_args(RigModel)}
     for name, value in given.items():
-        if value not in _CHOICES[name]:
-            raise InputError(f"--{name}: there is no {name} '{value}'; {suggest(value, _CHOICES[name])}")
+        if value not in choices[name]:
+            raise InputError(f"--{name}: there is no {name} '{value}'; {suggest(value, choices[name])}")
     try:
-        return FitSettings.model_validate({**settings.model_dump(), **given})
+        return settings.changed(**given) if given else settings
     except ValidationError as error:
         places = [".".join(map(str, e["loc"])) for e in error.errors()]
         told = [f"--{place}" if place in given else place for place in places]
         raise InputError([f"{t}: {e['msg']}" for t, e in zip(told, error.errors(), strict=True)]) from None
-
-
-def is_stack_fit(source: Path) -> bool:
-    """Tell whether a file, or the ``fit.yaml`` of a folder, is about stacks and not about a campaign."""
-    file = fit_file(source)
-    if file.suffix not in (".yaml", ".yml") or not file.is_file():
-        return False
-    try:
-        return kind_of_data(read_yaml(file, keep_problems=True).data) in _OF_STACKS
-    except InputError:
-        return False  # told by whoever reads it next
-
-
-def _beside(file: Path, field: str, named: Path) -> Path:
-    """Return a path that a fit file names; an error that points into the file when there is nothing."""
-    path = file.parent / named
-    if not path.exists():
-        line, column = read_yaml(file).position((field,))
-        raise InputError(Problem(f"there is no {path}; the path is relative to this file", field, file, line, column))
-    return path
-
-
-def _settings(source: Path) -> tuple[FitSettings, Path]:
-    if not source.exists():
-        raise InputError(f"{source}: there is no such file or folder; name a folder, or a stack, campaign or fit file")
-    if source.is_dir():
-        if not (source / FIT_FILE).is_file():
-            return FitSettings(), source
-        source = source / FIT_FILE
-    if source.suffix not in (".yaml", ".yml"):
-        raise InputError(f"{source}: this is no YAML file; name a campaign folder, its campaign.yaml, or a fit file")
-    kind = kind_of_data(read_yaml(source, keep_problems=True).data)
-    if kind in ("campaign", "calibration", "rig"):
-        return FitSettings(), source
-    if kind in ("stack", "simulation"):
-        raise InputError(f"{source}: this is a {TITLES[kind]}; a fit needs a campaign folder or a fit file")
-    if kind in _OF_STACKS:
-        raise InputError(f"{source}: this is a stack-fit file; fit it by itself, without campaigns beside it")
-    settings = read(source, FitSettings, "fit")
-    return settings, _beside(source, "campaign", settings.campaign)

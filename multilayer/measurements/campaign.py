@@ -42,31 +42,43 @@ _KINDS: dict[type[Description], str] = {Campaign: "campaign", CalibrationCampaig
 D = TypeVar("D", bound=Description)
 
 
-def load_campaign(path: Path | str) -> Campaign:
+def load_campaign(source: Path | str | Document) -> Campaign:
     """Read the description of a campaign; its signals are not looked at yet.
 
     Parameters
     ----------
-    path : Path or str
-        The campaign's folder (with a ``campaign.yaml`` in it) or the YAML file itself.
+    source : Path, str or Document
+        The campaign's folder (with a ``campaign.yaml`` in it), the YAML file itself, or what it holds.
 
     Raises
     ------
     InputError
         With every mistake, each with file, line and column.
     """
-    return _load(path, Campaign)
+    return _load(source, Campaign)
 
 
-def _load(path: Path | str, model: type[D]) -> D:
-    file = Path(path)
-    if file.is_dir():
-        file = file / FILE_NAME
-        if not file.is_file():
-            raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=file.parent))
-    document = read_yaml(file, keep_problems=True)
+def campaign_file(path: Path) -> Path:
+    """Return the file that describes a campaign: the one in a folder, or the file itself.
+
+    Raises
+    ------
+    InputError
+        When the folder has none.
+    """
+    if not path.is_dir():
+        return path
+    if not (path / FILE_NAME).is_file():
+        raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=path))
+    return path / FILE_NAME
+
+
+def _load(source: Path | str | Document, model: type[D]) -> D:
+    document = source
+    if not isinstance(document, Document):
+        document = read_yaml(campaign_file(Path(document)), keep_problems=True)
     _refuse_unfilled(document)
-    return validate(document, model, _KINDS[model]).placed(file)
+    return validate(document, model, _KINDS[model]).placed(document.file)
 
 
 def _refuse_unfilled(document: Document) -> None:

@@ -1,8 +1,8 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
 Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
-(`type`), laws (`law`), effects (`name`), functions ``read_SUFFIX`` returning `Waveforms`, `Channels` or `Spectra`, and
-functions ``command_NAME``.
+(`type`), laws (`law`), effects and inverse methods (`name`), functions ``read_SUFFIX`` returning `Waveforms`,
+`Channels` or `Spectra`, and functions ``command_NAME``.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from multilayer.executors import prepared
 from multilayer.plugins.listing import KINDS, registry
 from multilayer.registry import Registry, RegistryError
 
-_STATED_IN = {"layer": "type", "law": "law", "effect": "name", "rig effect": "effect"}
+_STATED_IN = {"layer": "type", "law": "law", "effect": "name", "method": "name", "rig effect": "effect"}
 _REGISTERS_NOTHING = (
-    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect with a 'name', no "
+    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect or method with a 'name', no "
     "function read_SUFFIX returning Waveforms, Channels or Spectra, no function command_NAME; see docs/plugins.md, or "
     "begin with 'multilayer plugins new'"
 )
@@ -150,11 +150,12 @@ def _stated(kind: str, item: type) -> str:
 
 def _base(kind: str) -> type:
     from multilayer.diagnosis.effects.base import BaseEffect
+    from multilayer.fits.methods import Method
     from multilayer.layers.base import Layer
     from multilayer.media.laws.base import ModulusLaw
     from multilayer.rig.effect_base import Effect
 
-    return {"layer": Layer, "law": ModulusLaw, "effect": BaseEffect, "rig effect": Effect}[kind]
+    return {"layer": Layer, "law": ModulusLaw, "effect": BaseEffect, "method": Method, "rig effect": Effect}[kind]
 
 
 def _forget(file: str, text: str) -> None:

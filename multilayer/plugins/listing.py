@@ -12,6 +12,7 @@ _REGISTRIES = {
     "layer": ("multilayer.layers.base", "LAYERS"),
     "law": ("multilayer.media.laws.base", "LAWS"),
     "effect": ("multilayer.diagnosis.effects.base", "EFFECTS"),
+    "method": ("multilayer.fits.methods", "METHODS"),
     "reader": ("multilayer.measurements.readers", "READERS"),
     "rig effect": ("multilayer.rig.effects", "EFFECTS"),
     "command": ("multilayer.plugins.commands", "COMMANDS"),

@@ -13,7 +13,14 @@ from multilayer.plugins.listing import registry
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*([-_][A-Za-z0-9]+)*")
 _LONGEST = 60
-_GROUPS = {"layer": "layers", "law": "modulus_laws", "effect": "effects", "reader": "readers", "command": "commands"}
+_GROUPS = {
+    "layer": "layers",
+    "law": "modulus_laws",
+    "effect": "effects",
+    "method": "methods",
+    "reader": "readers",
+    "command": "commands",
+}
 _PREFIXES = {"reader": "read_", "command": "command_"}  # of functions; others are classes
 
 
@@ -25,7 +32,7 @@ class Skeleton:
     name : str
         Of the package, as ``my-foam``.
     kind : str
-        ``layer``, ``law``, ``effect``, ``reader`` or ``command``.
+        ``layer``, ``law``, ``effect``, ``method``, ``reader`` or ``command``.
 
     Raises
     ------

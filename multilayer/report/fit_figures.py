@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.result import BurstFit, FitResult
 from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus

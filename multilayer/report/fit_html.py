@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.result import BurstFit, FitResult
 from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.report.fit_figures import draw_gross_check, draw_moduli, draw_transmissibility

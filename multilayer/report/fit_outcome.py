@@ -1,213 +1,105 @@
-"""One fit from its source to the files it writes: a task that runs anywhere, and knows whether it was done before."""
+"""The files of a fit, and its table: what is drawn and printed of results of every kind; nothing is fitted here."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from importlib.metadata import version
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from multilayer.errors import InputError, suggest
+from multilayer.fits.methods import JOINT, STACKS
+from multilayer.fits.result import FitResult
+from multilayer.fits.run import FitRun
 from multilayer.json_text import json_text
+from multilayer.report.files import file_names
 
-if TYPE_CHECKING:
-    from multilayer.fits.burst.result import FitResult
-    from multilayer.fits.joint.fit import JointFit
-    from multilayer.fits.sources import FitJob
-
-Progress = Callable[[str], None]
-SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
+Files = dict[str, bytes | str]
 
 
-@dataclass(frozen=True)
-class FitTask:
-    """What to fit and how, as the command line says it.
+def fit_files(fit: FitRun, result: FitResult, record: Mapping[str, Any], *, figures: bool = True) -> Files:
+    """Return the files of a result by name.
 
-    Attributes
+    Parameters
     ----------
-    source : Path
-    method, model : str or None
-    joint : bool
-    law : str
-    elements : int or None
+    fit : FitRun
+    result : FitResult
+        Of that fit.
+    record : mapping
+        All of it as plain data, `FitRun.to_dict`.
     figures : bool
-    posterior : str or None
-        How a joint fit's intervals are found; one of `summary.METHODS`, of which the first where None.
+        Whether to draw figures and the HTML report.
     """
-
-    source: Path
-    method: str | None = None
-    model: str | None = None
-    joint: bool = False
-    law: str = "fractional_zener"
-    elements: int | None = None
-    figures: bool = True
-    posterior: str | None = None
-
-    @property
-    def record(self) -> str:
-        """Name of the file that holds everything of a result."""
-        return "joint.json" if self.joint else "fit.json"
-
-    def read(self) -> FitJob:
-        """Read all input.
-
-        Raises
-        ------
-        InputError
-            With every mistake found.
-        """
-        from multilayer.fits.sources import read_fit
-
-        if self.posterior is not None:
-            from multilayer.inference.summary import refuse_unusable
-
-            if not self.joint:
-                raise InputError("--posterior is of joint fits and of fits of stacks; add --joint, or leave it out")
-            refuse_unusable(self.posterior)
-        if self.joint:
-            from multilayer.fits.joint.laws import AUTO
-            from multilayer.media.laws import LAWS
-
-            if self.law != AUTO and self.law not in LAWS:
-                raise InputError(f"--law: there is no law '{self.law}'; {suggest(self.law, [AUTO, *LAWS.names()])}")
-        return read_fit(self.source, self.method, self.model)
+    files: Files = {**result.tables, result.record_name: json_text(record), **_stack_files(result)}
+    return files | (_DRAWN.get(result.kind, _draw_bursts)(fit, result) if figures else {})
 
 
-@dataclass(frozen=True)
-class FitOutcome:
-    """A result ready to be written.
-
-    Attributes
-    ----------
-    campaign : str
-    files : dict
-        Contents by file name.
-    accepted : bool
-        Whether all of it is.
-    summary : dict
-        One row of `SUMMARY_COLUMNS`.
-    """
-
-    campaign: str
-    files: dict[str, bytes | str]
-    accepted: bool
-    summary: dict[str, Any]
+def print_fit(result: FitResult) -> None:
+    """Print the table of a result."""
+    _PRINTED.get(result.kind, _print_bursts)(result)
 
 
-def number_of_steps(task: FitTask, job: FitJob) -> int:
-    """Return how often a fit reports progress."""
-    if task.joint:
-        from multilayer.fits.joint import fit as joint_fit
-
-        return joint_fit.number_of_steps(job.campaign, job.settings, task.law)
-    from multilayer.fits.burst import fit
-
-    return fit.number_of_steps(job.campaign, job.settings)
-
-
-def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> FitResult | JointFit:
-    """Return the result of a task whose input has been read."""
-    if task.joint:
-        from multilayer.fits.joint.fit import fit_joint
-        from multilayer.fits.joint.posterior import with_posterior
-        from multilayer.inference.summary import LAPLACE
-
-        found = fit_joint(
-            job.campaign, job.recordings, task.law, elements=task.elements, settings=job.settings,
-            calibration=job.calibration, progress=progress,
-        )  # fmt: skip
-        return with_posterior(found, task.posterior or LAPLACE, progress)
-    from multilayer.fits.burst.fit import fit_campaign
-
-    return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
-
-
-def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
-    """Return a result with its files."""
-    record = {**result.to_dict(), **_moduli(task, result), "inputs": {"sha256": fingerprint(task, job)}}
-    files: dict[str, bytes | str] = {
-        "moduli.csv": result.to_csv(),
-        task.record: json_text(record),
-    }
-    if task.figures:
-        files["report.html"] = _report(task, job, result, record["inputs"])
-        files.update(_figures(task, job, result))
-    return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, record))
-
-
-def _moduli(task: FitTask, result: Any) -> dict[str, Any]:
-    if not task.joint:
+def _stack_files(result: Any) -> Files:
+    if result.kind != STACKS:
         return {}
-    from multilayer.fits.joint.posterior import modulus_intervals
-
-    return {"modulus_intervals": modulus_intervals(result)}
-
-
-def fit_elsewhere(task: FitTask) -> FitOutcome:
-    """Read, fit and prepare the files of a task: what a worker does."""
-    job = task.read()
-    return outcome(task, job, run_fit(task, job))
+    texts = result.stack_files()
+    return {f"fitted-{name}.yaml": text for name, text in zip(file_names(list(texts)), texts.values(), strict=True)}
 
 
-def _report(task: FitTask, job: FitJob, result: Any, inputs: dict[str, Any]) -> str:
-    if task.joint:
-        from multilayer.report.joint_html import joint_html
-
-        return joint_html(result, inputs)
+def _draw_bursts(fit: FitRun, result: FitResult) -> Files:
+    from multilayer.report.fit_figures import draw_gross_check, draw_moduli, fit_figures
     from multilayer.report.fit_html import fit_html
+    from multilayer.report.style import figure_style, png
 
-    return fit_html(result, job.campaign, job.settings, inputs)
-
-
-def _figures(task: FitTask, job: FitJob, result: Any) -> dict[str, bytes]:
-    if task.joint:
-        from multilayer.report.joint_fit import joint_figures
-
-        return joint_figures(result)
-    from multilayer.report.fit_figures import fit_figures
-
-    return fit_figures(result, job.campaign, job.settings)
-
-
-def _summary(task: FitTask, record: dict[str, Any]) -> dict[str, Any]:
-    rows = record["moduli" if task.joint else "bursts"]
-    e1, e2 = (float(np.median([row[name] for row in rows])) for name in ("E1_pa", "E2_pa"))
-    kind = f"joint {task.law}" if task.joint else str(record["method"])
-    accepted = sum(bool(row["accepted"]) for row in rows)
-    remark = record.get("remark", "") or next((str(row["reason"]) for row in rows if row.get("reason")), "")
-    return dict(zip(SUMMARY_COLUMNS, (record["campaign"], kind, e1, e2, accepted, len(rows), remark), strict=True))
+    job: Any = fit.job
+    if any(burst.time.size for burst in result.bursts):
+        page = fit_html(result, job.campaign, job.settings, fit.inputs)
+        return {"report.html": page, **fit_figures(result, job.campaign, job.settings)}
+    found = replace(result, bursts=[burst for burst in result.bursts if np.isfinite(burst.storage_modulus)])
+    if not found.bursts:
+        return {}
+    with figure_style():
+        return {"moduli.png": png(draw_moduli(found, job.settings)), "gross_check.png": png(draw_gross_check(found))}
 
 
-def summary_of(task: FitTask, folder: Path) -> dict[str, Any]:
-    """Return the row of a result that was written before."""
-    return _summary(task, json.loads((folder / task.record).read_text(encoding="utf-8")))
+def _draw_joint(fit: FitRun, result: Any) -> Files:
+    from multilayer.report.joint_fit import joint_figures
+    from multilayer.report.joint_html import joint_html
+
+    return {"report.html": joint_html(result, fit.inputs), **joint_figures(result)}
 
 
-def done_before(task: FitTask, job: FitJob, folder: Path) -> bool:
-    """Tell whether a folder holds the result of the same input, options and version."""
-    try:
-        record = json.loads((folder / task.record).read_text(encoding="utf-8"))
-        return bool(record["inputs"]["sha256"] == fingerprint(task, job))
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+def _draw_stacks(fit: FitRun, result: Any) -> Files:
+    del fit
+    from multilayer.report.stack_fit import stack_fit_figures
+    from multilayer.report.stack_fit_html import stack_fit_html
+
+    return {"report.html": stack_fit_html(result), **stack_fit_figures(result)}
 
 
-def fingerprint(task: FitTask, job: FitJob) -> str:
-    """Return a hash of everything a result depends on."""
-    options = {name: value for name, value in asdict(task).items() if name not in ("source", "figures")}
-    settings = job.settings.model_dump(mode="json", exclude={"campaign", "calibration"})
-    found = hashlib.sha256(json.dumps([version("multilayer"), options, settings]).encode())
-    named = {"configurations": {"__all__": {"bursts": {"__all__": {"file"}}}}}
-    found.update(job.campaign.model_dump_json(exclude=named).encode())
-    for recording in job.recordings.values():
-        for channel in (recording.base, recording.top):
-            found.update(np.ascontiguousarray(channel).tobytes())
-    if job.calibration is not None:
-        found.update(json.dumps(job.calibration.to_dict()).encode())
-    return found.hexdigest()
+def _print_bursts(result: FitResult) -> None:
+    from rich.text import Text
+
+    from multilayer.report.console import console
+    from multilayer.report.fit_table import fit_table
+
+    fit_table(result)
+    for remark in result.remarks:
+        console().print(Text(remark))
+
+
+def _print_joint(result: Any) -> None:
+    from multilayer.report.joint_fit import joint_table
+
+    joint_table(result)
+
+
+def _print_stacks(result: Any) -> None:
+    from multilayer.report.stack_fit import stack_fit_table
+
+    stack_fit_table(result)
+
+
+# by the kind of result; moduli burst by burst otherwise
+_DRAWN = {JOINT: _draw_joint, STACKS: _draw_stacks}
+_PRINTED = {JOINT: _print_joint, STACKS: _print_stacks}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.result import BurstFit, FitResult
 from multilayer.report.console import console
 from multilayer.report.numbers import burst_numbers, pressure_unit
 

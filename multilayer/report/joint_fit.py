@@ -9,9 +9,9 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.fits.joint.fit import JointFit
 from multilayer.fits.joint.laws import LawRow
 from multilayer.fits.joint.posterior import modulus_band, motion_curves
+from multilayer.fits.joint.result import JointFit
 from multilayer.inference.posterior import Posterior
 from multilayer.report.console import console
 from multilayer.report.identifiability_table import identifiability_table

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from multilayer.fits.joint.fit import JointFit
+from multilayer.fits.joint.result import JointFit
 from multilayer.inference.identifiability import Identifiability
 from multilayer.report.fit_html import moduli_span
 from multilayer.report.html import Page, Picture, Section, page_html, picture

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.fits.classical.comparison import METHODS, MethodComparison, MethodPoint
+from multilayer.fits.classical.comparison import MethodComparison, MethodPoint
 from multilayer.report.style import colour, figure_style, plain, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MARKERS = dict(zip(METHODS, "os^Dv*", strict=True))
-_TINTS = {name: colour(i) for i, name in enumerate(METHODS)}
+_MARKERS = "os^Dv*PXhd<>"
 _LEAST_DIGITS = 1e-4  # of an axis' largest value: below it nothing is drawn on a logarithmic axis
 _QUANTITIES = ("storage_modulus", "loss_modulus", "loss_factor")
 _SHOWN = 60.0  # %, the largest difference that is drawn
@@ -41,7 +40,7 @@ def draw_methods(comparison: MethodComparison) -> Figure:
     for axes, name in zip(grid, comparison.configurations, strict=True):
         for method in comparison.methods:
             for axis, quantity in zip(axes, _QUANTITIES, strict=False):
-                _points(axis, comparison.of(name, method), quantity)
+                _points(axis, comparison.of(name, method), quantity, *_style(comparison, method))
         _finish(axes, name, comparison.limits.get(name, np.inf))
         _draw_check(axes[3], comparison, name)
         _draw_agreement(axes[4], comparison, name)
@@ -50,7 +49,13 @@ def draw_methods(comparison: MethodComparison) -> Figure:
     return figure
 
 
-def _points(axis: Axes, points: list[MethodPoint], quantity: str) -> None:
+def _style(comparison: MethodComparison, method: str) -> tuple[str, str]:
+    """Return the colour and the marker of a method: the same whichever others are left out."""
+    index = comparison.names.index(method)
+    return colour(index), _MARKERS[index % len(_MARKERS)]
+
+
+def _points(axis: Axes, points: list[MethodPoint], quantity: str, tint: str, marker: str) -> None:
     known = [point for point in points if np.isfinite(getattr(point, quantity))]
     if not known:
         return
@@ -60,7 +65,6 @@ def _points(axis: Axes, points: list[MethodPoint], quantity: str) -> None:
     spread = np.nan_to_num(spread)
     # a bar that would pass zero is cut: the axis may be logarithmic
     bars = np.stack([np.minimum(spread, 0.95 * np.abs(value)), spread])
-    tint, marker = _TINTS[method], _MARKERS[method]
     axis.errorbar(f[good], value[good], bars[:, good], fmt=f"{marker}-", color=tint, capsize=2, label=method)
     axis.errorbar(f[~good], value[~good], bars[:, ~good], fmt=marker, color=tint, alpha=0.45, markerfacecolor="white")
 
@@ -95,9 +99,9 @@ def _draw_check(axis: Axes, comparison: MethodComparison, name: str) -> None:
     for check in comparison.checks():
         if check.configuration != name:
             continue
-        tint = _TINTS[check.method]
+        tint, marker = _style(comparison, check.method)
         found = [p for p in comparison.of(name, check.method) if p.frequency in check.frequency]
-        axis.plot(check.frequency, [p.loss_modulus for p in found], _MARKERS[check.method], color=tint)
+        axis.plot(check.frequency, [p.loss_modulus for p in found], marker, color=tint)
         shown = f"{check.method}: {100 * check.gross_error:.0f} %, {check.verdict}"
         axis.plot(check.frequency, np.where(check.gross > 0, check.gross, np.nan), "--", color=tint, label=shown)
     axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")
@@ -117,11 +121,12 @@ def _draw_agreement(axis: Axes, comparison: MethodComparison, name: str) -> None
         points = [p for p in comparison.of(name, method) if p.reliable and p.frequency in reference]
         if method == comparison.reference or not points:
             continue
+        tint, marker = _style(comparison, method)
         for quantity, style in (("storage_modulus", "-"), ("loss_modulus", "--")):
             f, value = _columns(points, "frequency", quantity)
             (there,) = _columns([reference[p.frequency] for p in points], quantity)
             label = method if style == "-" else None
-            axis.plot(f, 100 * (value / there - 1), _MARKERS[method] + style, color=_TINTS[method], label=label)
+            axis.plot(f, 100 * (value / there - 1), marker + style, color=tint, label=label)
     axis.axhline(0, color="0.4", linewidth=0.8)
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -_SHOWN), min(high, _SHOWN))

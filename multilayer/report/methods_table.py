@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.fits.classical.comparison import METHODS, CausalityCheck, MethodComparison, MethodPoint
+from multilayer.fits.classical.comparison import CausalityCheck, MethodComparison, MethodPoint
 from multilayer.report.console import console
 from multilayer.report.numbers import pressure_unit, with_spread
 
@@ -86,7 +86,7 @@ def _why(check: CausalityCheck | None) -> str:
 
 def _methods(out: Console, comparison: MethodComparison) -> None:
     for name in comparison.methods:
-        out.print(Text(f"{name}: {METHODS[name]}"))
+        out.print(Text(f"{name}: {comparison.titles[name]}"))
     for name, reason in comparison.left_out.items():
         out.print(Text(f"{name}: left out, {reason}"))
     for remark in comparison.remarks:

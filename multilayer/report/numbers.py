@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from multilayer.fits.burst.result import BurstFit
+    from multilayer.fits.result import BurstFit
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _WITH_PREFIX = re.compile(r"(?P<symbol>kg|s|m|Pa|N|Hz|V)(?P<rest>$|[ /].*)")
@@ -27,7 +27,7 @@ def pressure_unit(largest: float) -> tuple[str, float]:
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread`` with two digits of the spread; the value alone when that is 0 or not finite."""
     if not 0 < spread < float("inf"):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if math.isfinite(value) else "–"
     digits = max(0, 1 - int(f"{spread:e}".split("e")[1]))
     return f"{value:.{digits}f} ± {spread:.{digits}f}"
 
@@ -39,8 +39,10 @@ def burst_numbers(burst: BurstFit, factor: float) -> tuple[str, ...]:
         with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
         with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
         with_spread(burst.loss_factor, burst.loss_factor_std),
-        f"{1e6 * burst.delta_tof:.2f}",
-        f"{burst.delta_level_db:.3f}",
+        *(
+            f"{x:.{n}f}" if math.isfinite(x) else "–"
+            for x, n in ((1e6 * burst.delta_tof, 2), (burst.delta_level_db, 3))
+        ),
     )
 
 

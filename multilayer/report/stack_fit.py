@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-POOR = 2.0  # chi-square per datum: the model misses more than noise
-_STRONG = 0.9  # correlation that is told
 _MOST_MINIMA = 10
 _MOST_MARKERS = 150
 KINDS = {
@@ -42,34 +40,12 @@ def stack_fit_table(result: StackFitResult) -> None:
         out.print(Text(f"{len(result.minima)} minima", style="italic"))
         out.print(_minima(result))
     identifiability_table(result.summary.identifiability)
-    for remark in remarks(result):
+    for remark in result.remarks:
         out.print(Text(f"- {remark}"))
 
 
 def _short(name: str) -> str:
     return name.removeprefix("layers.")
-
-
-def remarks(result: StackFitResult) -> list[str]:
-    """Return what a reader of the values must know."""
-    said = []
-    if not result.converged:
-        said.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
-    if result.misfit_per_datum > POOR:
-        said.append(
-            f"chi-square is {result.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
-            f"intervals are {result.scale:.3g} times wider for it, and need not hold what a better model would give"
-        )
-    undetermined = [_short(quantity.name) for quantity in result.quantities if not quantity.determined]
-    if undetermined:
-        said.append(f"hardly determined by these data, what is known of them is their prior: {', '.join(undetermined)}")
-    rows, columns = np.nonzero(np.triu(np.abs(result.correlation) > _STRONG, k=1))
-    for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
-        names = [_short(result.quantities[k].name) for k in (i, j)]
-        said.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
-    if result.summary.remark:
-        said.append(result.summary.remark)
-    return said
 
 
 def _quantities(quantities: list[FoundQuantity]) -> Table:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from multilayer.fits.stacks.result import FoundQuantity, StackFitResult
+from multilayer.fits.stacks.result import POOR, FoundQuantity, StackFitResult
 from multilayer.report.html import Page, Picture, Section, page_html, picture
 from multilayer.report.joint_html import determined_section
 from multilayer.report.listing import Listing
 from multilayer.report.numbers import percent, significant, with_interval, with_unit
-from multilayer.report.stack_fit import KINDS, POOR, draw_curve, remarks
+from multilayer.report.stack_fit import KINDS, draw_curve
 from multilayer.report.style import figure_style
 
 _MOST_CURVES, _MOST_MINIMA = 4, 6
@@ -26,7 +26,7 @@ def stack_fit_html(result: StackFitResult) -> str:
         sentence=_sentence(result),
         facts=_facts(result),
         sections=(
-            Section("What was found", listings=((_found(result.quantities), ""),), remarks=tuple(remarks(result))),
+            Section("What was found", listings=((_found(result.quantities), ""),), remarks=tuple(result.remarks)),
             Section("Measured beside fitted", pictures[:_MOST_CURVES], ((_curves(result), ""),), folded=folded),
             determined_section(result.summary.identifiability, result.summary.remark),
             *([_minima(result)] if len(result.minima) > 1 else []),

@@ -1,9 +1,10 @@
-"""The laws that layers, modulus laws and effects keep, to be run by whoever writes one; no test framework is needed."""
+"""What layers, modulus laws, effects and inverse methods keep, for whoever writes one; no test framework is needed."""
 
 from multilayer.testing.effects import check_effect
 from multilayer.testing.laws import check_law
 from multilayer.testing.layers import check_layer
+from multilayer.testing.methods import check_method
 from multilayer.testing.modules import use_module
 from multilayer.testing.rig_effects import check_rig_effect
 
-__all__ = ["check_effect", "check_law", "check_layer", "check_rig_effect", "use_module"]
+__all__ = ["check_effect", "check_law", "check_layer", "check_method", "check_rig_effect", "use_module"]

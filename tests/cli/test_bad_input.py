@@ -209,7 +209,11 @@ FIT_FILES = {
         "bounds: storage_modulus: the lower bound 1e+06 must lie below the upper bound 1000",
     ),
     "one bound": ("bounds: {loss_factor: [1]}", "[1]", "bounds.loss_factor.1: is missing; it is required"),
-    "method": ("method: simplex", "simplex", "method: 'simplex' is not allowed; allowed: 'least-squares' or"),
+    "method": (
+        "method: simplex",
+        "simplex",
+        "method: there is no method 'simplex'; allowed: joint, least-squares, nelder-mead,",
+    ),
     "field": ("metod: nelder-mead", "metod", "metod: there is no such field; did you mean 'method'?"),
     "unit": (
         "acceptance: {time_of_flight: 40 Hz}",
@@ -306,7 +310,7 @@ class TestFit:
 
     @pytest.mark.parametrize(
         ("method", "hint"),
-        [("nelder-meed", "did you mean 'nelder-mead'?"), ("genetic", "allowed: least-squares, nelder-mead")],
+        [("nelder-meed", "did you mean 'nelder-mead'?"), ("genetic", "allowed: joint, least-squares, nelder-mead,")],
     )
     def test_unknown_method(self, campaign, out, method, hint):
         words = f"--method: there is no method '{method}'; {hint}"
@@ -333,7 +337,7 @@ class TestResultsFolder:
         def fail(*arguments):
             raise AssertionError("a fit was started")
 
-        monkeypatch.setattr("multilayer.fits.burst.fit.fit_campaign", fail)
+        monkeypatch.setattr("multilayer.fits.run.FitRun.run", fail)
 
     def test_is_a_file(self, campaign, tmp_path):
         out = tmp_path / "out"

@@ -8,7 +8,7 @@ import pytest
 from tests.cli.command import python, run
 from tests.cli.test_bad_input import assert_refused
 
-KINDS = ("layer", "law", "effect", "reader", "command")
+KINDS = ("layer", "law", "effect", "method", "reader", "command")
 ENTRY = dict.fromkeys(KINDS, "our_new_thing") | {"command": "our-new-thing"}
 
 

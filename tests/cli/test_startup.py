@@ -76,7 +76,7 @@ class TestUnexpectedError:
         def fail(*arguments):
             raise RuntimeError("the roof fell in")
 
-        monkeypatch.setattr("multilayer.fits.sources.read_fit", fail)
+        monkeypatch.setattr("multilayer.fits.run.open_source", fail)
 
     def test_is_told_without_a_traceback(self, tmp_path):
         done = run("fit", "anything", "--out", tmp_path / "out")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.fits.burst.fit import fit_campaign
-from multilayer.fits.burst.result import FitResult
+from multilayer.fits.result import FitResult
 from multilayer.fits.sources import read_fit
 from validation.scoring import score
 

@@ -7,14 +7,15 @@ import json
 import numpy as np
 import pytest
 
-from multilayer.fits.burst.result import CSV_COLUMNS, BurstFit, FitResult, Solution
+from multilayer.fits.result import MODULUS_COLUMNS, BurstFit, FitResult, Solution
 
 
 def _burst(frequency: float, modulus: complex, accepted: bool = True) -> BurstFit:
     e1, e2 = modulus.real, modulus.imag
+    solution, history = Solution(e1, e2, 0.001), np.array([[e1, e2, 0.1], [e1, e2, 0.001]])
     return BurstFit(
-        "one", frequency, e1, 0.01 * e1, e2, 0.02 * e2, e2 / e1, 0.03, Solution(e1, e2, 0.001), 1e-6, -0.01, accepted,
-        reason="" if accepted else "no solution", history=np.array([[e1, e2, 0.1], [e1, e2, 0.001]]),
+        "one", frequency, e1, 0.01 * e1, e2, 0.02 * e2, e2 / e1, 0.03, 1e-6, -0.01, accepted,
+        reason="" if accepted else "no solution", solution=solution, history=history,
     )  # fmt: skip
 
 
@@ -41,7 +42,7 @@ def test_no_slope_without_accepted_bursts() -> None:
 def test_csv_has_the_promised_columns_and_digits() -> None:
     result = _result()
     rows = list(csv.DictReader(io.StringIO(result.to_csv())))
-    assert tuple(rows[0]) == CSV_COLUMNS
+    assert tuple(rows[0]) == MODULUS_COLUMNS
     assert [float(row["E1_pa"]) for row in rows] == pytest.approx([b.storage_modulus for b in result.bursts], rel=1e-8)
     assert {row["accepted"] for row in rows} == {"true"}
 

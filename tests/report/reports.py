@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from multilayer.experiments.stacks.file import load_stack_fit
-from multilayer.fits.burst.result import BurstFit, FitResult, Solution
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.joint.posterior import with_posterior
+from multilayer.fits.result import BurstFit, FitResult, Solution
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.fits.stacks.fit import fit_stacks
@@ -35,10 +35,10 @@ WHY_NOT = "level and time of flight cannot be met at once: 0.71 dB, 21 us at the
 def burst(configuration, frequency, *, accepted=True):
     e1 = 1.7e5 * (frequency / 100) ** 0.22
     t = np.linspace(0, 0.1, 50)
-    modulus = Solution(e1, 0.4 * e1, 0.012)
     return BurstFit(
-        configuration, frequency, e1, 0.01 * e1, 0.4 * e1, 0.02 * e1, 0.4, 0.009, modulus, 1e-7, -0.002, accepted,
-        reason="" if accepted else WHY_NOT, alternatives=[Solution(2 * e1, 0.1 * e1, 0.03)] if frequency == 300 else [],
+        configuration, frequency, e1, 0.01 * e1, 0.4 * e1, 0.02 * e1, 0.4, 0.009, 1e-7, -0.002, accepted,
+        reason="" if accepted else WHY_NOT, solution=Solution(e1, 0.4 * e1, 0.012),
+        alternatives=[Solution(2 * e1, 0.1 * e1, 0.03)] if frequency == 300 else [],
         history=np.array([[1e5, 4e4, 1.0], [e1, 0.4 * e1, 0.1]]),
         measured_transmissibility=200 / frequency * np.exp(-2j), time=t,
         measured_envelope=np.sin(40 * t) ** 2, modelled_envelope=np.sin(40 * t) ** 2,

@@ -7,7 +7,7 @@ import pytest
 from multilayer.config.kinds import OF_A_FIT, TITLES, kind_of_data
 from multilayer.errors import InputError
 from multilayer.fits.settings import FitSettings
-from multilayer.fits.sources import is_stack_fit
+from multilayer.fits.sources import open_source
 from multilayer.kinds import KINDS
 from multilayer.stack import load_stack
 
@@ -59,7 +59,7 @@ def test_what_a_file_says_goes_before_its_keys(written):
     assert kind_of_data({"kind": "fit", "layers": []}) == "fit"
     assert kind_of_data({"layers": [], "seed": 1}) == "simulation"
     assert kind_of_data([1]) == kind_of_data({"version": 1}) == ""
-    assert is_stack_fit(written("kind: diagnose\nversion: 1\n"))
+    assert open_source(written("kind: diagnose\nversion: 1\n")).of_stacks
 
 
 def test_keys_of_a_fit_are_those_of_its_model():

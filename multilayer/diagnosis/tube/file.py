@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
-from multilayer.config.kinds import fit_file, kind_of_data
-from multilayer.config.validate import read
-from multilayer.config.yaml12 import read_yaml
+from multilayer.config.kinds import fit_file
+from multilayer.config.validate import validate
+from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.tube.data import tube_data
@@ -150,26 +150,22 @@ def tube_names() -> list[str]:
     return [name for name, kind in EFFECTS.working() if issubclass(kind, TubeEffect)]
 
 
-def is_diagnosis(source: Path) -> bool:
-    """Tell whether a file is about a diagnosis, or holds what only that takes, and not a fit of stacks."""
-    return kind_of_data(read_yaml(fit_file(source), keep_problems=True).data) == "diagnose"
-
-
-def load_diagnosis(path: str | Path) -> DiagnosisFile:
+def load_diagnosis(source: str | Path | Document) -> DiagnosisFile:
     """Read a diagnosis file, its stacks and its measurements.
 
     Parameters
     ----------
-    path : path
-        A YAML file, or a folder that holds one as ``fit.yaml``.
+    source : path or Document
+        A YAML file, or a folder that holds one as ``fit.yaml``, or what it holds.
 
     Raises
     ------
     InputError
         With every mistake found, each with its line and column.
     """
-    file = fit_file(Path(path))
-    return read(file, DiagnosisFile, "diagnose", context={"folder": file.parent, NOISE_ESTIMATED: True})
+    document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
+    context = {"folder": document.file.parent, NOISE_ESTIMATED: True}
+    return validate(document, DiagnosisFile, "diagnose", context=context)
 
 
 def diagnosis_file(folder: Path, **data: Any) -> DiagnosisFile:

@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
 
 from multilayer.arrays import RealArray
-from multilayer.config.kinds import FIT_FILE
-from multilayer.config.validate import read
+from multilayer.config.kinds import FIT_FILE, fit_file
+from multilayer.config.validate import validate
+from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.errors import MultilayerError, suggest
 from multilayer.experiments.stacks.field_priors import MistakeError
 from multilayer.experiments.stacks.measurements import Measurement, MeasurementField
@@ -171,22 +172,21 @@ class StackFitFile(Model):
         return self._resolved
 
 
-def load_stack_fit(path: str | Path) -> StackFitFile:
+def load_stack_fit(source: str | Path | Document) -> StackFitFile:
     """Read a stack-fit file, its stacks and its measurements.
 
     Parameters
     ----------
-    path : path
-        A YAML file, or a folder that holds one as ``fit.yaml``.
+    source : path or Document
+        A YAML file, or a folder that holds one as ``fit.yaml``, or what it holds.
 
     Raises
     ------
     InputError
         With every mistake found, each with its line and column.
     """
-    source = Path(path)
-    file = source / FIT_FILE if source.is_dir() else source
-    return read(file, StackFitFile, "stack-fit", context={"folder": file.parent})
+    document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
+    return validate(document, StackFitFile, "stack-fit", context={"folder": document.file.parent})
 
 
 def name_of(source: Path) -> str:

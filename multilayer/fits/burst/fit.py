@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.errors import InputError
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.burst.acceptance import Criteria, discrepancies_in_band, excess_in_band
@@ -15,8 +17,9 @@ from multilayer.fits.burst.branches import Candidates, Choice
 from multilayer.fits.burst.free_rim import Progress, search, search_bounds, with_free_rim
 from multilayer.fits.burst.nelder_mead import minimise_envelope_cost
 from multilayer.fits.burst.region import Region, explore
-from multilayer.fits.burst.result import BurstFit, FitResult, Solution
 from multilayer.fits.burst.uncertainty import ErrorParts, error_parts, pseudo_inverse
+from multilayer.fits.methods import BURST_BY_BURST, LEAST_SQUARES, NELDER_MEAD, CampaignMethod, Compared
+from multilayer.fits.result import BurstFit, FitResult, Solution
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Campaign, Uncertainty
@@ -24,6 +27,9 @@ from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
 from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import noise_level
+
+if TYPE_CHECKING:
+    from multilayer.fits.sources import FitJob
 
 _DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
@@ -58,11 +64,19 @@ def fit_campaign(
     -------
     FitResult
 
+    Raises
+    ------
+    InputError
+        When the settings name a method that is none of these.
+
     Notes
     -----
     Bonfiglio & Pompoli 2015 with ``method: nelder-mead``; ``docs/inverse.md`` says what the default does otherwise.
     """
     settings = settings or FitSettings()
+    if settings.method not in BURST_BY_BURST:
+        text = f"method: '{settings.method}' does not fit every burst by itself; take {' or '.join(BURST_BY_BURST)}"
+        raise InputError(text)
     tell = progress or (lambda text: None)
     problems = burst_problems(campaign, recordings, settings, calibration)
     bounds = [search_bounds(settings)] * len(problems)
@@ -101,18 +115,29 @@ def burst_problems(
     calibration: Calibration | None,
 ) -> list[BurstProblem]:
     """Return the inverse problem of every burst, in the order of the campaign."""
-    problems = []
-    for configuration in campaign.configurations:
-        rig = PlaneWaveRig.of(
+    rigs = {
+        configuration.name: PlaneWaveRig.of(
             campaign, configuration, settings.air_above, settings.ambient, settings.pores,
             open_rim=settings.open_rim, sensor_mass=settings.sensor_mass,
-        )  # fmt: skip
-        for burst in configuration.bursts:
-            recording = recordings[configuration.name, burst.frequency]
-            cycles = campaign.burst.cycles
-            data = _burst_data(configuration.name, burst.frequency, recording, calibration, cycles)
-            problems.append(BurstProblem(data, rig, settings.dispersive))
-    return problems
+        )
+        for configuration in campaign.configurations
+    }  # fmt: skip
+    measured = burst_data(campaign, recordings, calibration)
+    return [BurstProblem(data, rigs[data.configuration], settings.dispersive) for data in measured]
+
+
+def burst_data(
+    campaign: Campaign, recordings: Mapping[tuple[str, float], Recording], calibration: Calibration | None
+) -> list[BurstData]:
+    """Return the signals of every burst, averaged over repeats and calibrated, in the order of the campaign."""
+    return [
+        _burst_data(
+            configuration.name, burst.frequency, recordings[configuration.name, burst.frequency], calibration,
+            campaign.burst.cycles,
+        )
+        for configuration in campaign.configurations
+        for burst in configuration.bursts
+    ]  # fmt: skip
 
 
 def _burst_data(
@@ -146,7 +171,7 @@ class _Finish:
 
     @property
     def literal(self) -> bool:
-        return self.settings.method == "nelder-mead"
+        return self.settings.method == NELDER_MEAD
 
     def fit(self) -> tuple[RealArray, BurstFit]:
         """Return the solution, (ln E1, E2/E1), and what is told of it."""
@@ -165,7 +190,7 @@ class _Finish:
             storage_modulus=float(mean[0]), storage_modulus_std=float(std[0]),
             loss_modulus=float(mean[1]), loss_modulus_std=float(std[1]),
             loss_factor=float(mean[2]), loss_factor_std=float(std[2]),
-            optimum=_solution(best.z, float(problem.misfit(best.z))),
+            solution=_solution(best.z, float(problem.misfit(best.z))),
             delta_tof=delta_tof, delta_level_db=delta_level,
             accepted=not reason, reason=reason, notes=self._notes(best, mean, std),
             alternatives=self._alternatives(best), errors=errors,
@@ -272,3 +297,51 @@ def _solution(x: RealArray, misfit: float) -> Solution:
 def _history(minimum: Minimum) -> RealArray:
     rows = [(*_moduli(x)[:2], cost) for x, cost in minimum.history]
     return np.array(rows, dtype=float).reshape(-1, 3)
+
+
+class LeastSquares(CampaignMethod):
+    """Every burst by itself: the spectrum in the band of the burst, all minima, the region that is left open."""
+
+    name = LEAST_SQUARES
+    title = "least squares, burst by burst"
+    summary = "E1 and E2 at every burst, from the spectrum of the top plate in the band of the burst"
+    of_settings: ClassVar[tuple[str, ...]] = ("model",)
+
+    def number_of_steps(self, job: FitJob) -> int:
+        """Return how often `run` reports progress."""
+        return number_of_steps(job.campaign, job.settings)
+
+    def run(self, job: FitJob, tell: Progress) -> FitResult:
+        """Return the modulus at every burst."""
+        settings = job.settings if job.settings.method == self.name else job.settings.changed(method=self.name)
+        return fit_campaign(job.campaign, job.recordings, settings, job.calibration, tell)
+
+    def compared(self, job: FitJob) -> Mapping[str, Compared]:
+        """Return the fits with both models, and that with the region of eq. (10)."""
+        plane = replace(job, settings=job.settings.changed(method=self.name, model="plane_wave"))
+        # the finite model has no air above
+        finite = replace(job, settings=job.settings.changed(method=self.name, model="finite", termination=None))
+        known, title = "", "the same, mean and deviation over the solutions that eq. (10) accepts"
+        if job.campaign.uncertainty == Uncertainty():
+            known = "the campaign states no uncertainties, so that plane-wave has the region of eq. (10) itself"
+        # without stated uncertainties a fit takes the region that eq. (10) accepts
+        unstated = replace(plane, campaign=job.campaign.model_copy(update={"uncertainty": Uncertainty()}))
+        return {
+            "plane-wave": Compared("least squares, plane-wave model", plane),
+            "eq-10": Compared(title, None if known else unstated, known),
+            "finite": Compared("least squares, finite elements with the free rim", finite),
+        }
+
+
+class NelderMead(LeastSquares):
+    """The method of Bonfiglio & Pompoli 2015 to the letter."""
+
+    name = NELDER_MEAD
+    title = "the 2015 paper to the letter"
+    summary = "E1 and E2 at every burst, from the envelope of the top plate, eq. (9) of the 2015 paper"
+    slow = True
+
+    def compared(self, job: FitJob) -> Mapping[str, Compared]:
+        """Return the fit with the paper's model."""
+        settings = job.settings.changed(method=self.name, model="plane_wave")
+        return {self.name: Compared(self.title, replace(job, settings=settings))}

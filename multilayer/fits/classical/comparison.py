@@ -11,17 +11,10 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
+from multilayer.fits.result import BurstFit, number_or_none
 from multilayer.media.kramers_kronig import Verdict, check_kramers_kronig, gross_loss_modulus
 
 CSV_COLUMNS = ("configuration", "frequency_hz", "method", "E1_pa", "E1_std_pa", "E2_pa", "E2_std_pa", "remark")
-METHODS = {
-    "plane-wave": "least squares, plane-wave model",
-    "eq-10": "the same, mean and deviation over the solutions that eq. (10) accepts",
-    "finite": "least squares, finite elements with the free rim",
-    "nelder-mead": "the 2015 paper to the letter",
-    "transfer-function": "a rod under a mass, eq. (11) inverted",
-    "quasi-static": "slow compression",
-}
 _FEWEST = 3  # points for a slope
 
 
@@ -35,7 +28,7 @@ class MethodPoint:
     frequency : float
         Hz.
     method : str
-        A key of `METHODS`.
+        Under which it stands in the comparison.
     storage_modulus, storage_modulus_std, loss_modulus, loss_modulus_std : float
         Pa; NaN where the method has no answer, or no standard deviation.
     loss_factor_std : float
@@ -54,6 +47,14 @@ class MethodPoint:
     loss_factor_std: float = float("nan")
     reliable: bool = True
     remark: str = ""
+
+    @classmethod
+    def of(cls, method: str, burst: BurstFit) -> MethodPoint:
+        """Return what a method says of a burst."""
+        return cls(
+            burst.configuration, burst.frequency, method, burst.storage_modulus, burst.storage_modulus_std,
+            burst.loss_modulus, burst.loss_modulus_std, burst.loss_factor_std, burst.accepted, burst.remark,
+        )  # fmt: skip
 
     @property
     def loss_factor(self) -> float:
@@ -135,6 +136,8 @@ class MethodComparison:
         Methods that could not be used, and why.
     remarks : list of str
         On the campaign as a whole.
+    titles : dict
+        What each method is, in a few words, in the order in which they are listed.
     """
 
     campaign: str
@@ -142,6 +145,7 @@ class MethodComparison:
     limits: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
+    titles: dict[str, str] = field(default_factory=dict)
 
     @property
     def configurations(self) -> list[str]:
@@ -149,10 +153,15 @@ class MethodComparison:
         return list(dict.fromkeys(point.configuration for point in self.points))
 
     @property
+    def names(self) -> list[str]:
+        """Names of all methods, in the order of `titles`."""
+        return list(dict.fromkeys([*self.titles, *(point.method for point in self.points)]))
+
+    @property
     def methods(self) -> list[str]:
-        """Methods that said something, in the order of `METHODS`."""
+        """Methods that said something, in that order."""
         used = {point.method for point in self.points}
-        return [name for name in METHODS if name in used]
+        return [name for name in self.names if name in used]
 
     @property
     def reference(self) -> str:
@@ -161,8 +170,8 @@ class MethodComparison:
 
     def of(self, configuration: str, method: str | None = None) -> list[MethodPoint]:
         """Return the points of a configuration, of one method or of all."""
-        own = [p for p in self.points if p.configuration == configuration]
-        return [p for p in own if method is None or p.method == method]
+        points = [p for p in self.points if p.configuration == configuration]
+        return [p for p in points if method is None or p.method == method]
 
     def checks(self) -> list[CausalityCheck]:
         """Return the checks of every configuration and method with at least three reliable points."""
@@ -179,19 +188,18 @@ class MethodComparison:
 
     def to_csv(self) -> str:
         """Return all points; numbers with nine significant digits, an empty cell where there is none."""
-        known = ([_number(v) if isinstance(v, float) else v for v in point.row()] for point in self.points)
-        return csv_table(CSV_COLUMNS, known)
+        return csv_table(CSV_COLUMNS, [[number_or_none(value) for value in point.row()] for point in self.points])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         return {
             "version": 1,
             "campaign": self.campaign,
-            "methods": {name: METHODS[name] for name in self.methods},
+            "methods": {name: self.titles.get(name, "") for name in self.methods},
             "left_out": self.left_out,
             "remarks": self.remarks,
             "points": [_point_dict(point) for point in self.points],
-            "transfer_function_limit_hz": {name: _number(f) for name, f in self.limits.items()},
+            "transfer_function_limit_hz": {name: number_or_none(f) for name, f in self.limits.items()},
             "kramers_kronig": [_check_dict(check) for check in self.checks()],
             "agreement": [_agreement_dict(agreement) for agreement in self.agreements()],
         }
@@ -237,16 +245,10 @@ def _agreement(own: Sequence[MethodPoint], reference: Sequence[MethodPoint]) -> 
     )
 
 
-def _number(value: float) -> float | None:
-    """Return what JSON has for a number: nothing for NaN and infinity."""
-    return float(value) if np.isfinite(value) else None
-
-
 def _point_dict(point: MethodPoint) -> dict[str, Any]:
-    plain = dict(zip(CSV_COLUMNS, point.row(), strict=True))
-    numbers = {name: _number(value) if isinstance(value, float) else value for name, value in plain.items()}
-    loss = {"loss_factor": _number(point.loss_factor), "loss_factor_std": _number(point.loss_factor_std)}
-    return {**numbers, **loss, "reliable": point.reliable}
+    loss = {"loss_factor": point.loss_factor, "loss_factor_std": point.loss_factor_std}
+    plain = {**dict(zip(CSV_COLUMNS, point.row(), strict=True)), **loss, "reliable": point.reliable}
+    return {name: number_or_none(value) for name, value in plain.items()}
 
 
 def _check_dict(check: CausalityCheck) -> dict[str, Any]:
@@ -255,7 +257,7 @@ def _check_dict(check: CausalityCheck) -> dict[str, Any]:
         "method": check.method,
         "verdict": check.verdict,
         "reasons": list(check.reasons),
-        "gross_mean_relative_error": _number(check.gross_error),
+        "gross_mean_relative_error": number_or_none(check.gross_error),
         "frequency_hz": check.frequency.tolist(),
         "gross_E2_pa": check.gross.tolist(),
     }
@@ -267,7 +269,7 @@ def _agreement_dict(agreement: Agreement) -> dict[str, Any]:
         "method": agreement.method,
         "reference": agreement.reference,
         "points": agreement.n_points,
-        "E1_median_difference": _number(agreement.storage_difference),
-        "E2_median_difference": _number(agreement.loss_difference),
-        "within_two_std": _number(agreement.within),
+        "E1_median_difference": number_or_none(agreement.storage_difference),
+        "E2_median_difference": number_or_none(agreement.loss_difference),
+        "within_two_std": number_or_none(agreement.within),
     }

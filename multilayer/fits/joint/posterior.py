@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from multilayer.arrays import ArrayLike, RealArray
 from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperiment
-from multilayer.fits.joint.fit import JointFit
 from multilayer.inference.identifiability import Derived
 from multilayer.inference.posterior import Band, Posterior
 from multilayer.inference.summary import LAPLACE, Tell, summarise
+
+if TYPE_CHECKING:
+    from multilayer.fits.joint.result import JointFit
 
 MODULI = ("E1_pa", "E2_pa", "loss_factor")
 _LEVELS = (0.68, 0.90)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from multilayer.errors import InputError
 from multilayer.experiments.stacks.file import StackFitFile, load_stack_fit, name_of
 from multilayer.experiments.stacks.problem import StackProblem, at_values
 from multilayer.experiments.stacks.unknowns import Unknown
+from multilayer.fits.methods import STACKS, Method
 from multilayer.fits.stacks.posterior import curve_bands, summary_of
 from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
 from multilayer.inference.derivative import central
@@ -21,7 +22,10 @@ from multilayer.inference.least_squares import search
 from multilayer.inference.posterior import Posterior
 from multilayer.inference.priors import Prior
 from multilayer.inference.problem import Minimum
-from multilayer.inference.summary import LAPLACE, PosteriorSummary
+from multilayer.inference.summary import LAPLACE, PosteriorSummary, refuse_unusable
+
+if TYPE_CHECKING:
+    from multilayer.fits.sources import StackJob
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _DRAWS = 2048
@@ -54,6 +58,36 @@ def fit_stacks(
     problem = StackProblem.of_file(file)
     settings = file.model_dump(mode="json", by_alias=True)
     return describe(problem, find_minima(problem, file, tell), called, settings, posterior, tell)
+
+
+@dataclass(frozen=True)
+class Stacks(Method["StackJob"]):
+    """Fields of stacks from measurements of them.
+
+    Attributes
+    ----------
+    posterior : {'laplace', 'profile', 'nested'}
+        Where intervals and bands come from.
+    """
+
+    name = STACKS
+    title = "fields of stacks"
+    summary = "any fields of stacks from tubes, walls, shakers, presses and analysers, with a posterior"
+    reads = "stack-fit"
+    gives = StackFitResult
+
+    posterior: str = LAPLACE
+
+    def __post_init__(self) -> None:
+        refuse_unusable(self.posterior)
+
+    def number_of_steps(self, job: StackJob) -> int:
+        """Return how often `run` reports progress."""
+        return job.file.search.starts + 1
+
+    def run(self, job: StackJob, tell: Tell) -> StackFitResult:
+        """Return the unknowns of a stack-fit file."""
+        return fit_stacks(job.file, job.name, tell, self.posterior)
 
 
 def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = None) -> list[Minimum]:
@@ -92,6 +126,7 @@ def describe(
     known = summary_of(problem, scaled, scale, posterior, tell)
     return StackFitResult(
         name=name,
+        method=STACKS,
         settings=settings or {},
         quantities=_quantities(problem, best, covariance, known),
         correlation=covariance / np.outer(spread, spread),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from multilayer.arrays import RealArray
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.csv_table import csv_table
+from multilayer.fits.methods import STACKS
+from multilayer.fits.result import FitResult
 from multilayer.frames import Column, Frame, Tabular, over
 from multilayer.inference.posterior import Band
 from multilayer.inference.summary import PosteriorSummary
 from multilayer.simulation.result import plain_list
 from multilayer.stack import Stack
 
+POOR = 2.0  # chi-square per datum: the model misses more than noise
+_STRONG = 0.9  # correlation that is told
 UNDETERMINED = 0.5  # of the prior's spread: what is left of it, from where on the data say little
 
 
@@ -153,15 +158,12 @@ class FoundMinimum:
     converged: bool
 
 
-@dataclass(frozen=True, repr=False)
-class StackFitResult(Tabular):
-    """Result of a stack fit.
+@dataclass(frozen=True, repr=False, kw_only=True)
+class StackFitResult(FitResult):
+    """Result of a fit of stacks.
 
     Attributes
     ----------
-    name : str
-    settings : dict
-        The file, as plain data.
     quantities : list of FoundQuantity
     correlation : array, shape (n, n)
         Of the coordinates that were sought, one per quantity.
@@ -173,22 +175,20 @@ class StackFitResult(Tabular):
         By how much the standard deviations were widened because the model misses the data by more than their noise.
     stacks : dict
         The fitted stacks by name.
-    warnings : list of str
-        Where formulae do not hold.
     summary : PosteriorSummary
         Posterior, and what the data determine.
     """
 
-    name: str
-    settings: dict[str, Any]
+    kind: ClassVar[str] = STACKS
+    heading: ClassVar[tuple[str, ...]] = ("name",)
+
     quantities: list[FoundQuantity]
     correlation: RealArray
-    minima: list[FoundMinimum]
+    minima: Sequence[FoundMinimum]
     curves: list[FittedCurve]
     scale: float
     stacks: dict[str, Stack] = field(repr=False)
     summary: PosteriorSummary = field(repr=False)
-    warnings: list[str] = field(default_factory=list)
 
     @property
     def frame(self) -> Frame:
@@ -197,8 +197,17 @@ class StackFitResult(Tabular):
         columns: dict[str, Column] = {
             name: (("name",), np.array(values)) for name, values in zip(PARAMETER_COLUMNS, rows, strict=True)
         }
-        facts = {"fit": self.name, "misfit_per_datum": self.misfit_per_datum, "converged": self.converged}
-        return Frame({"name": columns.pop("name")}, columns, {}, facts)
+        return Frame({"name": columns.pop("name")}, columns, {}, self.facts)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Single values that hold for all of it."""
+        return {"fit": self.name, "misfit_per_datum": self.misfit_per_datum, "converged": self.converged}
+
+    @property
+    def all_accepted(self) -> bool:
+        """The same as `converged`."""
+        return self.converged
 
     @property
     def converged(self) -> bool:
@@ -211,13 +220,34 @@ class StackFitResult(Tabular):
         n = sum(len(curve.residual) for curve in self.curves)
         return sum(curve.misfit for curve in self.curves) / n
 
+    @property
+    def remarks(self) -> list[str]:
+        """What a reader of the values must know."""
+        told = []
+        if not self.converged:
+            told.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
+        if self.misfit_per_datum > POOR:
+            told.append(
+                f"chi-square is {self.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
+                f"intervals are {self.scale:.3g} times wider for it, and need not hold what a better model would give"
+            )
+        names = [quantity.name.removeprefix("layers.") for quantity in self.quantities]
+        open_ones = [name for name, quantity in zip(names, self.quantities, strict=True) if not quantity.determined]
+        if open_ones:
+            text = "hardly determined by these data, what is known of them is their prior"
+            told.append(f"{text}: {', '.join(open_ones)}")
+        rows, columns = np.nonzero(np.triu(np.abs(self.correlation) > _STRONG, k=1))
+        for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
+            told.append(f"{names[i]} and {names[j]} go together (correlation {self.correlation[i, j]:.2f})")
+        return [*told, *super().remarks]
+
     def quantity(self, name: str) -> FoundQuantity:
         """Return a quantity by its name."""
         return next(quantity for quantity in self.quantities if quantity.name == name)
 
-    def parameters_csv(self) -> str:
+    def to_csv(self) -> str:
         """Return the quantities as a table, SI."""
-        return csv_table(PARAMETER_COLUMNS, (quantity.row() for quantity in self.quantities))
+        return csv_table(PARAMETER_COLUMNS, [quantity.row() for quantity in self.quantities])
 
     def curves_csv(self) -> str:
         """Return the measurements beside the fit: one row per measurement and frequency."""
@@ -228,16 +258,18 @@ class StackFitResult(Tabular):
                 rows.append([curve.name, curve.unit, f, *map(float, values)])
         return csv_table(header, rows)
 
+    @property
+    def tables(self) -> dict[str, str]:
+        """CSV tables by the name of their file."""
+        return {"parameters.csv": self.to_csv(), "curves.csv": self.curves_csv()}
+
     def stack_files(self) -> dict[str, str]:
         """Return the text of a stack file for each fitted stack, by its name."""
         return {name: dump_yaml({"kind": "stack"} | stack.to_dict()) for name, stack in self.stacks.items()}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON: everything but the curves' values, which the CSV file has."""
+    def contents(self) -> dict[str, Any]:
+        """Return what `to_dict` has of this kind of fit; the curves' values are in their CSV table."""
         return {
-            "version": 1,
-            "name": self.name,
-            "settings": self.settings,
             "converged": self.converged,
             "misfit_per_datum": self.misfit_per_datum,
             "widened_by": self.scale,
@@ -246,7 +278,6 @@ class StackFitResult(Tabular):
             "minima": [self._minimum(minimum) for minimum in self.minima],
             "measurements": [_curve(curve) for curve in self.curves],
             "warnings": self.warnings,
-            **self.summary.to_dict(),
         }
 
     def _minimum(self, minimum: FoundMinimum) -> dict[str, Any]:

@@ -17,8 +17,8 @@ from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.campaign import MODEL_ERROR
 from multilayer.experiments.two_plate.ratios import SMOOTH
-from multilayer.fits.burst.result import BurstFit, FitResult
 from multilayer.fits.burst.uncertainty import ErrorParts
+from multilayer.fits.result import BurstFit, FitResult
 from multilayer.measurements.description import Campaign, Configuration
 from multilayer.rig.effect_base import GRAVITY
 

@@ -1,0 +1,191 @@
+"""A fit from what a user asks for to its result: a task that runs anywhere, and knows whether it was done before."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from multilayer.errors import InputError
+from multilayer.fits.methods import BURST_BY_BURST, JOINT, METHODS, STACKS, Method, Progress
+from multilayer.fits.result import FitResult
+from multilayer.fits.settings import DEFAULT_LAW
+from multilayer.fits.sources import FitJob, Source, StackJob, open_source
+
+SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
+
+
+@dataclass(frozen=True)
+class FitTask:
+    """What to fit and how, as the command line says it; None for what it leaves out.
+
+    Attributes
+    ----------
+    source : Path
+        See `multilayer.fits.sources.open_source`.
+    method : str, optional
+        One of `METHODS`.
+    joint : bool
+        The same as the method ``joint``; `method` then only says what lies above the top plate.
+    model, law, elements, posterior, lateral
+        Options of methods.
+    """
+
+    source: Path
+    method: str | None = None
+    joint: bool = False
+    model: str | None = None
+    law: str | None = None
+    elements: int | None = None
+    posterior: str | None = None
+    lateral: str | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of methods that are given."""
+        named = (field.name for field in fields(self) if field.name not in ("source", "method", "joint"))
+        return {name: value for name in named if (value := getattr(self, name)) is not None}
+
+    def read(self) -> FitRun:
+        """Open the source and read all input.
+
+        Raises
+        ------
+        InputError
+            With every mistake found.
+        """
+        source = open_source(self.source)
+        if source.of_stacks:
+            return FitRun(self, self._of_stacks(source), source.stack_job())
+        if self.joint and self.method not in (None, JOINT, *BURST_BY_BURST):
+            raise InputError(f"--joint and --method {self.method} are two methods; leave one of them out")
+        joint = self.joint or self.method == JOINT
+        settings = source.settings({"method": None if self.method == JOINT else self.method, "model": self.model})
+        method = self._of_campaign(METHODS[JOINT if joint else settings.method])
+        return FitRun(self, method, source.campaign_job(settings))
+
+    def _of_stacks(self, source: Source) -> Method[StackJob]:
+        """Return the method for a file about stacks, with its options."""
+        taken = self.method is not None and self.method in METHODS and METHODS[self.method].reads == "stack-fit"
+        kind = METHODS[self.method if self.method is not None and taken else STACKS]
+        others = {name: value for name, value in self.options.items() if name not in kind.options()}
+        for option, value in {"method": self.method and not taken, "joint": self.joint, **others}.items():
+            if value:
+                text = f"--{option} is of the fit of a campaign; {source.path} is a stack-fit file: leave it out"
+                raise InputError(text)
+        return kind.with_options(self.options)
+
+    def _of_campaign(self, kind: type[Method[Any]]) -> Method[FitJob]:
+        """Return a method for a campaign, with its options."""
+        for name in self.options:
+            if name not in kind.options():
+                takers = [other for other, method in METHODS.working() if name in method.options()]
+                remedy = "choose one of them with --method" if len(takers) > 1 else f"add --method {takers[0]}"
+                if set(takers) <= {JOINT, STACKS}:
+                    remedy = "add --joint"
+                text = f"--{name} is of {' and '.join(takers)}, not of {kind.name}"
+                raise InputError(f"{text}; {remedy}, or leave it out")
+        return kind.with_options(self.options)
+
+
+@dataclass(frozen=True)
+class FitRun:
+    """A task whose input has been read.
+
+    Attributes
+    ----------
+    task : FitTask
+    method : Method
+    job : FitJob or StackJob
+    """
+
+    task: FitTask
+    method: Method[Any]
+    job: FitJob | StackJob
+
+    @property
+    def name(self) -> str:
+        """What is fitted: the name of the campaign, or of the file of stacks."""
+        return self.job.name
+
+    @property
+    def folder_name(self) -> str:
+        """What a folder of results is called."""
+        return f"{self.name}{self.method.suffix}"
+
+    @property
+    def number_of_steps(self) -> int:
+        """How often `run` reports progress."""
+        return self.method.number_of_steps(self.job)
+
+    def run(self, tell: Progress | None = None) -> FitResult:
+        """Return the result."""
+        return self.method.run(self.job, tell or (lambda text: None))
+
+    @property
+    def record_name(self) -> str:
+        """Name of the file that holds everything of the result."""
+        return self.method.gives.record_name
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """What tells the fit of a campaign apart from others: the hash of everything that its result depends on."""
+        return {"sha256": self._fingerprint(self.job)} if isinstance(self.job, FitJob) else {}
+
+    def to_dict(self, result: FitResult) -> dict[str, Any]:
+        """Return all of a result of this fit as plain data."""
+        return {**result.to_dict(), **({"inputs": self.inputs} if self.inputs else {})}
+
+    def done_in(self, folder: Path) -> bool:
+        """Tell whether a folder holds the result of the same input, options and version."""
+        try:
+            record = json.loads((folder / self.record_name).read_text(encoding="utf-8"))
+            return bool(record["inputs"]["sha256"] == self.inputs["sha256"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+
+    def summary_in(self, folder: Path) -> dict[str, Any]:
+        """Return the row of a result that was written before."""
+        return summary_row(json.loads((folder / self.record_name).read_text(encoding="utf-8")))
+
+    def _fingerprint(self, job: FitJob) -> str:
+        task = self.task
+        options = {
+            "method": None if task.method == JOINT else task.method, "model": task.model,
+            "joint": self.method.name == JOINT, "law": task.law or DEFAULT_LAW, "elements": task.elements,
+            "posterior": task.posterior,
+            **({"lateral": task.lateral} if task.lateral else {}),
+        }  # fmt: skip
+        settings = job.settings.model_dump(mode="json", exclude={"campaign", "calibration"})
+        digest = hashlib.sha256(json.dumps([version("multilayer"), options, settings]).encode())
+        files = {"configurations": {"__all__": {"bursts": {"__all__": {"file"}}}}}
+        digest.update(job.campaign.model_dump_json(exclude=files).encode())
+        for recording in job.recordings.values():
+            for channel in (recording.base, recording.top):
+                digest.update(np.ascontiguousarray(channel).tobytes())
+        if job.calibration is not None:
+            digest.update(json.dumps(job.calibration.to_dict()).encode())
+        return digest.hexdigest()
+
+
+def summary_row(record: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of `SUMMARY_COLUMNS` from the record of the fit of a campaign; moduli are medians."""
+    rows = record["bursts"] if "bursts" in record else record["moduli"]
+    known = {name: [row[name] for row in rows if row[name] is not None] for name in ("E1_pa", "E2_pa")}
+    e1, e2 = (float(np.median(values)) if values else float("nan") for values in known.values())
+    kind = str(record["method"]) if "method" in record else f"{JOINT} {record['settings']['law']}"
+    accepted = sum(bool(row["accepted"]) for row in rows)
+    remark = record.get("remark", "") or next((str(row["reason"]) for row in rows if row.get("reason")), "")
+    return dict(zip(SUMMARY_COLUMNS, (record["campaign"], kind, e1, e2, accepted, len(rows), remark), strict=True))
+
+
+def is_accepted(row: Mapping[str, Any]) -> bool:
+    """Tell from the row of a result whether all of it is accepted."""
+    return bool(row["accepted"] == row["of"] and not row["remark"])
