@@ -119,7 +119,7 @@ BROKEN = {
     ("layer", "untyped"): "its fields make no model: name 'Nowhere' is not defined",
     ("layer", "unbounded"): "its fields make no model: Error building",
     ("effect", "damp"): "does not load: RuntimeError",
-    ("effect", "mute"): "not a subclass of multilayer.diagnosis.effects.base.BaseEffect",
+    ("effect", "mute"): "not a subclass of multilayer.experiments.effects.BaseEffect",
     ("law", "spring"): "not a subclass of multilayer.media.laws.base.ModulusLaw",
     ("reader", "xyz"): "it is 5, not a function",
     (
