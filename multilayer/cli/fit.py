@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figures, Out, finish, folder_for
 
 if TYPE_CHECKING:
     from multilayer.report.fit_outcome import FitTask
@@ -18,11 +19,8 @@ def fit(
         list[Path],
         typer.Argument(metavar="FILE_OR_CAMPAIGN", help="Campaign folders, their campaign.yaml, or fit files."),
     ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    out: Out = None,
+    as_json: AsJson = False,
     method: Annotated[
         str | None,
         typer.Option(
@@ -59,7 +57,7 @@ def fit(
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out what was done with the same input.")] = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
+    figures: Figures = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
@@ -108,13 +106,11 @@ def fit(
 def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bool:
     """Fit one campaign, write and print; tell whether all is accepted."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import done_before, number_of_steps, outcome, run_fit, summary_of
+    from multilayer.report.fit_outcome import done_before, number_of_steps, report_of, run_fit, summary_of
 
     job = task.read()
-    refuse_unusable(out or Path("results"))
     name = job.campaign.folder.resolve().name
-    folder = out or Path("results") / (f"{name}-joint" if task.joint else name)
+    folder = folder_for(out, f"{name}-joint" if task.joint else name)
     if resume and done_before(task, job, folder):
         row = summary_of(task, folder)
         if as_json:
@@ -123,22 +119,5 @@ def _fit_one(task: FitTask, out: Path | None, as_json: bool, resume: bool) -> bo
         return bool(row["accepted"] == row["of"] and not row["remark"])
     with progress_bar("fit", number_of_steps(task, job)) as advance:
         result = run_fit(task, job, advance)
-    found = outcome(task, job, result)
-    written = write_files(folder, found.files)
-    if as_json:
-        typer.echo(found.files[task.record], nl=False)
-    else:
-        _table(task, result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    return found.accepted
-
-
-def _table(task: FitTask, result: Any) -> None:
-    if task.joint:
-        from multilayer.report.joint_fit import joint_table
-
-        joint_table(result)
-    else:
-        from multilayer.report.fit_table import fit_table
-
-        fit_table(result)
+    finish(report_of(task, job, result), folder, as_json=as_json, figures=task.figures)
+    return True

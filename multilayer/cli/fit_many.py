@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from multilayer.cli.options import finish
+
 if TYPE_CHECKING:
     from multilayer.report.fit_outcome import FitTask
 
@@ -29,10 +31,9 @@ def fit_many(
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
-    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.fit_outcome import done_before, fit_elsewhere, summary_of
-    from multilayer.report.fit_summary import fit_summary
+    from multilayer.report.fits import fits_report
 
     tasks = [replace(task, source=source) for source in sources]
     read = [one.read() for one in tasks]  # every mistake before anything is computed
@@ -59,10 +60,8 @@ def fit_many(
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
     write_files(out, {"summary.csv": _csv(in_order)})
-    if as_json:
-        typer.echo(json_text({"version": 1, "campaigns": in_order}), nl=False)
-    else:
-        fit_summary(in_order)
+    finish(fits_report(in_order), as_json=as_json)
+    if not as_json:
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
     return all(row["accepted"] == row["of"] and not row["remark"] for row in in_order)
 

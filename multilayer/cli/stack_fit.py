@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
-if TYPE_CHECKING:
-    from multilayer.fits.stacks.result import StackFitResult
+from multilayer.cli.options import finish, folder_for
 
 
 def fit_stack_file(
@@ -43,9 +41,7 @@ def fit_stack_file(
     from multilayer.fits.stacks.fit import fit_stacks
     from multilayer.inference.summary import LAPLACE
     from multilayer.inference.summary import refuse_unusable as refuse_method
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.stack_fit import stack_fit_table
+    from multilayer.report.stack_fit import stack_fit_report
 
     for option, value in campaign_options.items():
         if value:
@@ -54,37 +50,9 @@ def fit_stack_file(
     refuse_method(method)
     file = load_stack_fit(source)
     name = name_of(source)
-    folder = out or Path("results") / name
-    refuse_unusable(folder)
+    folder = folder_for(out, name)
     with progress_bar("fit", file.search.starts + 1) as advance:
         result = fit_stacks(file, name, advance, method)
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
-    written = write_files(folder, _files(result, figures))
-    if as_json:
-        typer.echo(json_text(result.to_dict()), nl=False)
-    else:
-        stack_fit_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    if not result.converged:
-        raise typer.Exit(1)
-
-
-def _files(result: StackFitResult, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-    from multilayer.report.files import file_names
-
-    files: dict[str, bytes | str] = {
-        "parameters.csv": result.parameters_csv(),
-        "curves.csv": result.curves_csv(),
-        "fit.json": json_text(result.to_dict()),
-    }
-    texts = result.stack_files()
-    files |= {f"fitted-{name}.yaml": text for name, text in zip(file_names(list(texts)), texts.values(), strict=True)}
-    if figures:
-        from multilayer.report.stack_fit import stack_fit_figures
-        from multilayer.report.stack_fit_html import stack_fit_html
-
-        files["report.html"] = stack_fit_html(result)
-        files |= stack_fit_figures(result)
-    return files
+    finish(stack_fit_report(result), folder, as_json=as_json, figures=figures)

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.errors import InputError, suggest
-from multilayer.json_text import json_text
 
 if TYPE_CHECKING:
     from multilayer.fits.burst.result import FitResult
     from multilayer.fits.joint.fit import JointFit
     from multilayer.fits.sources import FitJob
+    from multilayer.report.report import Report
 
 Progress = Callable[[str], None]
 SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
@@ -128,51 +128,24 @@ def run_fit(task: FitTask, job: FitJob, progress: Progress | None = None) -> Fit
     return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
 
 
+def report_of(task: FitTask, job: FitJob, result: Any) -> Report:
+    """Return the report of a result."""
+    from multilayer.report.fits import fit_report
+
+    return fit_report(result, job, {"sha256": fingerprint(task, job)})
+
+
 def outcome(task: FitTask, job: FitJob, result: Any) -> FitOutcome:
     """Return a result with its files."""
-    record = {**result.to_dict(), **_moduli(task, result), "inputs": {"sha256": fingerprint(task, job)}}
-    files: dict[str, bytes | str] = {
-        "moduli.csv": result.to_csv(),
-        task.record: json_text(record),
-    }
-    if task.figures:
-        files["report.html"] = _report(task, job, result, record["inputs"])
-        files.update(_figures(task, job, result))
-    return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, record))
-
-
-def _moduli(task: FitTask, result: Any) -> dict[str, Any]:
-    if not task.joint:
-        return {}
-    from multilayer.fits.joint.posterior import modulus_intervals
-
-    return {"modulus_intervals": modulus_intervals(result)}
+    report = report_of(task, job, result)
+    files = report.files(figures=task.figures)
+    return FitOutcome(result.campaign, files, result.all_accepted, _summary(task, report.record))
 
 
 def fit_elsewhere(task: FitTask) -> FitOutcome:
     """Read, fit and prepare the files of a task: what a worker does."""
     job = task.read()
     return outcome(task, job, run_fit(task, job))
-
-
-def _report(task: FitTask, job: FitJob, result: Any, inputs: dict[str, Any]) -> str:
-    if task.joint:
-        from multilayer.report.joint_html import joint_html
-
-        return joint_html(result, inputs)
-    from multilayer.report.fit_html import fit_html
-
-    return fit_html(result, job.campaign, job.settings, inputs)
-
-
-def _figures(task: FitTask, job: FitJob, result: Any) -> dict[str, bytes]:
-    if task.joint:
-        from multilayer.report.joint_fit import joint_figures
-
-        return joint_figures(result)
-    from multilayer.report.fit_figures import fit_figures
-
-    return fit_figures(result, job.campaign, job.settings)
 
 
 def _summary(task: FitTask, record: dict[str, Any]) -> dict[str, Any]:

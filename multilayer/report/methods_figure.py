@@ -8,7 +8,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.fits.classical.comparison import METHODS, MethodComparison, MethodPoint
-from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.report.style import blank, colour, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,23 +21,14 @@ _QUANTITIES = ("storage_modulus", "loss_modulus", "loss_factor")
 _SHOWN = 60.0  # %, the largest difference that is drawn
 
 
-def methods_figure(comparison: MethodComparison) -> bytes:
-    """Return the figure as a PNG file: a row per configuration.
+def draw_methods(comparison: MethodComparison) -> Figure:
+    """Draw a row per configuration.
 
     E1, E2 and the loss factor with error bars (hollow: not reliable), E2 beside what eq. (12) makes of E1, and the
     differences of every method from the reference.
     """
-    with figure_style():
-        return png(draw_methods(comparison))
-
-
-def draw_methods(comparison: MethodComparison) -> Figure:
-    """Draw the figure of `methods_figure`."""
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
-
     rows = len(comparison.configurations)
-    figure = NewFigure(figsize=(17, 3.3 * rows + 0.6))
-    grid = figure.subplots(rows, 5, squeeze=False)
+    figure, grid = blank(rows, 5, (17, 3.3 * rows + 0.6))
     for axes, name in zip(grid, comparison.configurations, strict=True):
         for method in comparison.methods:
             for axis, quantity in zip(axes, _QUANTITIES, strict=False):

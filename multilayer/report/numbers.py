@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from multilayer.fits.burst.result import BurstFit
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _WITH_PREFIX = re.compile(r"(?P<symbol>kg|s|m|Pa|N|Hz|V)(?P<rest>$|[ /].*)")
@@ -26,22 +22,12 @@ def pressure_unit(largest: float) -> tuple[str, float]:
 
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread`` with two digits of the spread; the value alone when that is 0 or not finite."""
+    if not math.isfinite(value):
+        return "–"
     if not 0 < spread < float("inf"):
         return f"{value:.4g}"
     digits = max(0, 1 - int(f"{spread:e}".split("e")[1]))
     return f"{value:.{digits}f} ± {spread:.{digits}f}"
-
-
-def burst_numbers(burst: BurstFit, factor: float) -> tuple[str, ...]:
-    """Return a burst's frequency, E1, E2 (in units of `factor` Pa), loss factor and differences of eq. (10)."""
-    return (
-        f"{burst.frequency:g}",
-        with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
-        with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
-        with_spread(burst.loss_factor, burst.loss_factor_std),
-        f"{1e6 * burst.delta_tof:.2f}",
-        f"{burst.delta_level_db:.3f}",
-    )
 
 
 def significant(value: float, digits: int = 3) -> str:

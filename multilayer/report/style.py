@@ -63,6 +63,17 @@ def legend_below(figure: Figure, axis: Axes, most: int = 10) -> None:
         figure.legend([*found.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
 
 
+def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options: Any) -> Figure:
+    """Return a figure with the legend of an axis and a title; in a report the legend is below, a caption the title."""
+    if upright:
+        legend_below(figure, axis)
+    else:
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(fontsize=7, **options)
+        figure.suptitle(title)
+    return figure
+
+
 def readable_decades(axis: Axes) -> None:
     """Write plain numbers along a logarithmic axis of ordinates, between the powers of ten too where there are few."""
     from matplotlib.ticker import LogFormatter

@@ -1,107 +1,22 @@
-"""Table and figures of a joint fit."""
+"""Figures of a joint fit: the law, what is left, transmissibility."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from multilayer.fits.joint.fit import JointFit
-from multilayer.fits.joint.laws import LawRow
 from multilayer.fits.joint.posterior import modulus_band, motion_curves
 from multilayer.inference.posterior import Posterior
-from multilayer.report.console import console
-from multilayer.report.identifiability_table import identifiability_table
 from multilayer.report.numbers import pressure_unit
-from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
+from multilayer.report.style import WIDTH, blank, colour, finished, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CURVE = 200
 _INNER, _OUTER = 0.68, 0.9
-LAW_HEADINGS = ("law", "unknowns", "chi-square", "p", "ln evidence", "probability", "departs / %")
-
-
-def joint_table(result: JointFit) -> None:
-    """Print the law, what became of the nuisances, and the moduli."""
-    out = console()
-    out.print(Text(f"{result.campaign}: {result.law.law} for all bursts", style="italic"))
-    parameters = Table(box=None, pad_edge=False)
-    for heading in ("parameter", "value", "std"):
-        parameters.add_column(heading, justify="left" if heading == "parameter" else "right")
-    for name, (value, std) in result.parameters.items():
-        parameters.add_row(Text(name), f"{value:.5g}", f"{std:.2g}")
-    out.print(parameters)
-    moduli = Table(box=None, pad_edge=False)
-    for heading in (
-        "f / Hz",
-        "E1 / Pa",
-        "std",
-        "E2 / Pa",
-        "std",
-        "loss factor",
-        "worst Δtof / µs",
-        "worst Δlevel / dB",
-    ):
-        moduli.add_column(heading, justify="right")
-    for row in result.rows():
-        moduli.add_row(
-            f"{row['frequency_hz']:g}", f"{row['E1_pa']:.5g}", f"{row['E1_std_pa']:.2g}", f"{row['E2_pa']:.5g}",
-            f"{row['E2_std_pa']:.2g}", f"{row['loss_factor']:.4g}", f"{1e6 * row['delta_tof_s']:+.1f}",
-            f"{row['delta_level_db']:+.3f}",
-        )  # fmt: skip
-    out.print(moduli)
-    _laws_table(result)
-    out.print(
-        f"chi-square {result.best.cost:.5g} for {result.n_data} data, p = {result.p_value:.3g}; "
-        f"what is stated by itself, p = {result.stated_p_value:.3g}"
-    )
-    if len(result.minima) > 1:
-        out.print(f"{len(result.minima)} distinct solutions, see joint.json; the next has {result.minima[1].cost:.5g}")
-    for remark in (result.remark, result.remark_on_laws):
-        if remark:
-            out.print(Text(remark))
-    if result.summary is not None:
-        identifiability_table(result.summary.identifiability, nuisances=False)
-        if result.summary.remark:
-            out.print(Text(f"- {result.summary.remark}"))
-
-
-def _laws_table(result: JointFit) -> None:
-    """Print the laws compared, where there are several."""
-    rows = result.laws.rows()
-    if len(rows) == 1:
-        return
-    table = Table(box=None, pad_edge=False)
-    for heading in LAW_HEADINGS:
-        table.add_column(heading, justify="left" if heading == "law" else "right")
-    for row in law_cells(rows):
-        table.add_row(*row)
-    console().print(table)
-
-
-def law_cells(rows: Sequence[LawRow]) -> list[tuple[str, ...]]:
-    """Return the laws compared as text, under `LAW_HEADINGS`."""
-    return [
-        (
-            row.law, str(row.n_parameters), f"{row.chi_square:.4g}", f"{row.p_value:.2g}", f"{row.log_evidence:.1f}",
-            f"{row.probability:.2g}", f"{100 * row.deviation:.2g}",
-        )
-        for row in rows
-    ]  # fmt: skip
-
-
-def joint_figures(result: JointFit) -> dict[str, bytes]:
-    """Return the figures of a joint fit as PNG files by name."""
-    with figure_style():
-        figures = {"moduli.png": draw_law(result), "residuals.png": draw_residuals(result)}
-        if result.summary is not None:
-            figures["transmissibility.png"] = draw_motion(result, result.summary.posterior)
-        return {name: png(figure) for name, figure in figures.items()}
 
 
 def draw_law(result: JointFit, *, upright: bool = False) -> Figure:
@@ -157,9 +72,8 @@ def draw_motion(result: JointFit, posterior: Posterior) -> Figure:
         row[0].set(yscale="log", title=plain(name))
     for axis in axes[-1]:
         axis.set_xlabel("frequency / Hz")
-    axes[0, 0].legend(fontsize=7, ncols=3)
-    figure.suptitle(f"{plain(result.campaign)}: transmissibility, gain and delay of the channels included")
-    return figure
+    title = f"{plain(result.campaign)}: transmissibility, gain and delay of the channels included"
+    return finished(figure, axes[0, 0], title, upright=False, ncols=3)
 
 
 def draw_residuals(result: JointFit, *, upright: bool = False) -> Figure:
@@ -173,10 +87,5 @@ def draw_residuals(result: JointFit, *, upright: bool = False) -> Figure:
         axis.axhline(0, color="0.4", linewidth=0.8)
         axis.set_ylabel(label)
     axes[1, 0].set_xlabel("frequency / Hz")
-    if upright:
-        legend_below(figure, axes[0, 0])
-    else:
-        axes[0, 0].legend(fontsize=7, ncols=3)
-        title = f"measured minus modelled, chi-square {result.best.cost:.4g} for {result.n_data} data"
-        figure.suptitle(f"{plain(result.campaign)}: {title}")
-    return figure
+    title = f"measured minus modelled, chi-square {result.best.cost:.4g} for {result.n_data} data"
+    return finished(figure, axes[0, 0], f"{plain(result.campaign)}: {title}", upright=upright, ncols=3)

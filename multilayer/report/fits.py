@@ -1,0 +1,101 @@
+"""The report of any fit, and of several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Protocol
+
+from multilayer.fits.burst.result import FitResult
+from multilayer.fits.joint.fit import JointFit
+from multilayer.fits.sources import FitJob
+from multilayer.fits.stacks.result import StackFitResult
+from multilayer.report.fit import burst_report
+from multilayer.report.joint import joint_report
+from multilayer.report.listing import Listing, listing_of
+from multilayer.report.report import Report, Section
+from multilayer.report.stack_fit import stack_fit_report
+
+
+class AnyFit(Protocol):
+    """What the result of a method brings at least."""
+
+    record: ClassVar[str]
+    name: str
+    method: str
+    settings: dict[str, Any]
+
+    @property
+    def all_accepted(self) -> bool:
+        """Whether a reader can rely on it."""
+
+    @property
+    def remarks(self) -> Sequence[str]:
+        """What a reader should know, in sentences."""
+
+    @property
+    def tables(self) -> Mapping[str, str]:
+        """CSV tables by the name of their file."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for the file `record`."""
+
+
+def fit_report(result: Any, job: FitJob | None = None, inputs: Mapping[str, Any] | None = None) -> Report:
+    """Return the report of a fit of any kind.
+
+    Parameters
+    ----------
+    result : FitResult, JointFit, StackFitResult, or an `AnyFit`
+    job : FitJob, optional
+        What was fitted, of a campaign.
+    inputs : mapping, optional
+        What tells the fit apart from others, as its fingerprint.
+    """
+    match result:
+        case JointFit():
+            return joint_report(result, inputs or {})
+        case StackFitResult():
+            return stack_fit_report(result)
+        case FitResult() if job is not None:
+            return burst_report(result, job.campaign, job.settings, inputs or {})
+    return plain_report(result, inputs or {})
+
+
+def plain_report(result: AnyFit, inputs: Mapping[str, Any]) -> Report:
+    """Return the report of a fit of which nothing else is known: its tables and remarks."""
+    accepted = result.all_accepted
+    return Report(
+        name=result.name,
+        kind=f"fit by {result.method}",
+        label="Accepted" if accepted else "Not accepted",
+        tone="good" if accepted else "mind",
+        sentence=f"The fit of {result.name} by {result.method} is {'accepted' if accepted else 'not accepted'}.",
+        sections=(
+            Section("Results", listings=tuple(listing_of(text, name) for name, text in result.tables.items())),
+            *([Section("What to mind", remarks=tuple(result.remarks))] if result.remarks else []),
+        ),
+        inputs={**result.settings, **inputs},
+        tables=result.tables,
+        record={**result.to_dict(), "inputs": inputs},
+        record_file=result.record,
+        page="report.html",
+        accepted=accepted,
+    )
+
+
+def fits_report(rows: Sequence[Mapping[str, Any]]) -> Report:
+    """Return the report of several fits, a row for each campaign; moduli are medians over its frequencies."""
+    cells = tuple(
+        (
+            row["campaign"],
+            row["fit"],
+            f"{row['E1_pa']:.4g}",
+            f"{row['E2_pa']:.4g}",
+            f"{row['accepted']} of {row['of']}",
+            row["remark"],
+        )
+        for row in rows
+    )
+    headings = ("campaign", "fit", "median E1 / Pa", "median E2 / Pa", "accepted", "remark")
+    listing = Listing(headings, cells, (2, 3, 4))
+    return Report(sections=(Section("", listings=(listing,)),), record={"version": 1, "campaigns": list(rows)})
