@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -162,37 +162,35 @@ def _gap(record: Record) -> list[tuple[str, str]]:
 
 def _where(record: Record) -> Listing:
     """Return where the gap lies, the most significant place first."""
-    places = sorted(record["where"], key=lambda place: -abs(place["significance"]))[:_MOST_ROWS]
-    rows = tuple(
-        (
-            place.get("configuration") or "all",
-            place["quantity"],
-            "{:.0f} to {:.0f} Hz".format(*place["band_hz"]) if place.get("band_hz") else "all",
-            f"{place['significance']:.1f} σ",
-            place.get("note", ""),
-        )
-        for place in places
-    )
-    return Listing(("configuration", "quantity", "band", "significance", "remark"), rows, (3,))
+    columns: dict[str, Callable[[Record], str]] = {
+        "configuration": lambda place: place.get("configuration") or "all",
+        "quantity": lambda place: place["quantity"],
+        "band": lambda place: "{:.0f} to {:.0f} Hz".format(*place["band_hz"]) if place.get("band_hz") else "all",
+        ">significance": lambda place: f"{place['significance']:.1f} σ",
+        "remark": lambda place: place.get("note", ""),
+    }
+    places = sorted(record["where"], key=lambda place: -abs(place["significance"]))
+    return Listing.of(places[:_MOST_ROWS], columns)
 
 
 def _causes(record: Record) -> Listing:
     """Return the causes, most probable first, with the sizes of their parameters (90 % intervals)."""
     best = figures.best_score(record)
-    rows = tuple(
-        (
-            in_words(cause["effects"]),
-            percent(number_or_nan(cause.get("probability"))),
-            f"{(behind := best - cause['score']):.{1 if behind < 100 else 0}f}",
-            significant(number_or_nan(cause.get("gap_after"))),
-            percent(number_or_nan(cause.get("shrinkage"))),
-            _sizes(cause.get("parameters", {}), several=len(cause["effects"]) > 1),
-            _remark(record, cause),
-        )
-        for cause in record["causes"][:_MOST_ROWS]
-    )
-    headings = ("cause", "probability", "nats behind", "gap in fit", "shrinkage", "size (90 % interval)", "remark")
-    return Listing(headings, rows, (1, 2, 3, 4), marked=len(record["group"]))
+
+    def behind(cause: Record) -> str:
+        nats = best - cause["score"]
+        return f"{nats:.{1 if nats < 100 else 0}f}"
+
+    columns: dict[str, Callable[[Record], str]] = {
+        "cause": lambda cause: in_words(cause["effects"]),
+        ">probability": lambda cause: percent(number_or_nan(cause.get("probability"))),
+        ">nats behind": behind,
+        ">gap in fit": lambda cause: significant(number_or_nan(cause.get("gap_after"))),
+        ">shrinkage": lambda cause: percent(number_or_nan(cause.get("shrinkage"))),
+        "size (90 % interval)": lambda cause: _sizes(cause.get("parameters", {}), several=len(cause["effects"]) > 1),
+        "remark": lambda cause: _remark(record, cause),
+    }
+    return Listing.of(record["causes"][:_MOST_ROWS], columns, marked=len(record["group"]))
 
 
 def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str:
@@ -274,21 +272,18 @@ def _alike(similarity: Similarity) -> Listing:
 
 def _next(record: Record, picture: tuple[Picture, ...]) -> Section:
     """Return the experiments that would separate what is still alive, the best for its cost first."""
-    title = "What to measure next"
-    rows = tuple(
-        (
-            entry["change"].replace("_", " "),
-            " from ".join(in_words(names) for names in entry["separates"]),
-            f"{entry['expected_gain']:.1f} nats",
-            f"{entry['cost_hours']:g} h" if "cost_hours" in entry else "–",
-        )
-        for entry in record["next_experiment"][:_MOST_EXPERIMENTS]
-    )
-    if not rows:
+    title, entries = "What to measure next", record["next_experiment"][:_MOST_EXPERIMENTS]
+    if not entries:
         told = "Nothing to measure next: no other known effect comes near to the first" if record["causes"] else ""
         empty = "Fewer than two hypotheses are alive: no experiment is needed to separate them."
         return Section(title, remarks=(told,) if told else (), empty=empty)
-    listing = Listing(("change", "separates", "expected gain", "cost"), rows, (2, 3))
+    columns: dict[str, Callable[[Record], str]] = {
+        "change": lambda entry: entry["change"].replace("_", " "),
+        "separates": lambda entry: " from ".join(in_words(names) for names in entry["separates"]),
+        ">expected gain": lambda entry: f"{entry['expected_gain']:.1f} nats",
+        ">cost": lambda entry: f"{entry['cost_hours']:g} h" if "cost_hours" in entry else "–",
+    }
+    listing = Listing.of(entries, columns)
     if separates := listing.common(1):
         listing = replace(listing.without(1), caption=f"{title}, to separate {separates}")
     return Section(title, picture, beside=_of(listing))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from multilayer.diagnosis.effects.base import EFFECTS
@@ -14,8 +14,14 @@ from multilayer.report.report import Report, Section
 def effects_report(names: Sequence[str] | None = None) -> Report:
     """Return the effects that a diagnosis knows, all or some; of one that cannot be loaded, why."""
     described = sorted(map(_effect, EFFECTS.chosen(names)), key=lambda entry: entry.get("kind", ""), reverse=True)
-    rows = tuple(map(_effect_row, described))
-    listing = Listing(("effect", "of", "law", "parameters", "separated by"), rows)
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "effect": lambda effect: effect["name"],
+        "of": lambda effect: effect.get("kind", ""),
+        "law": lambda effect: effect["law"] if "law" in effect else Tinted(effect["problem"], "red"),
+        "parameters": lambda effect: _named(effect["parameters"]) or "none" if "parameters" in effect else "",
+        "separated by": lambda effect: effect.get("separated_by", ""),
+    }
+    listing = Listing.of(described, columns)
     return Report(kind="effects", sections=(Section("", listings=(listing,)),), record=described)
 
 
@@ -36,8 +42,5 @@ def _effect(name: str) -> dict[str, Any]:
     }
 
 
-def _effect_row(effect: dict[str, Any]) -> tuple[str, ...]:
-    if "problem" in effect:
-        return effect["name"], "", Tinted(effect["problem"], "red"), "", ""
-    parameters = ", ".join(f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in effect["parameters"])
-    return effect["name"], effect["kind"], effect["law"], parameters or "none", effect["separated_by"]
+def _named(parameters: Sequence[dict[str, Any]]) -> str:
+    return ", ".join(f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in parameters)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from multilayer.fits.burst.result import BurstFit, FitResult
+from multilayer.fits.burst.result import CSV_COLUMNS, FitResult
 from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.report.files import file_names
@@ -24,7 +24,6 @@ from multilayer.report.numbers import percent, pressure_unit, with_spread
 from multilayer.report.report import Pairs, Picture, Report, Section
 
 _MOST_ROWS = 24  # bursts that are printed; of more, one row per configuration
-_HEADINGS = ("f / Hz", "E1 / {0}", "E2 / {0}", "loss factor", "Δtof / µs", "Δlevel / dB", "accepted", "remark")
 
 
 def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, inputs: Mapping[str, Any]) -> Report:
@@ -133,49 +132,67 @@ def _bursts(result: FitResult) -> Section:
 
 def _listing(result: FitResult, configuration: str) -> Listing:
     bursts, check = result.of(configuration), result.gross_check(configuration)
-    unit, factor = _unit(bursts)
-    rows = tuple((*_numbers(burst, factor), yes_or_no(burst.accepted), burst.remark) for burst in bursts)
+    rows = [{**dict(zip(CSV_COLUMNS, burst.row(), strict=True)), "remark": burst.remark} for burst in bursts]
     error = 100 * check.mean_relative_error if check else 0.0
     notes = (f"Gross check (eq. 12): mean relative error {error:.0f} %",) if check else ()
-    caption = f"{result.campaign}: {configuration}"
-    return Listing(tuple(heading.format(unit) for heading in _HEADINGS), rows, tuple(range(6)), caption, notes)
+    return moduli_listing(rows, caption=f"{result.campaign}: {configuration}", notes=notes)
 
 
-def _unit(bursts: Sequence[BurstFit]) -> tuple[str, float]:
-    known = [burst.storage_modulus for burst in bursts if np.isfinite(burst.storage_modulus)]
-    return pressure_unit(max(known, default=1.0))
+def moduli_listing(rows: Sequence[Mapping[str, Any]], worst: str = "", **options: Any) -> Listing:
+    """Return moduli as rows of ``moduli.csv`` have them, with remarks where a row has any.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+    worst : str
+        Before the headings of differences, where they are the largest of several.
+    **options
+        Of the listing.
+    """
+    unit, factor = _unit(row["E1_pa"] for row in rows)
+    columns: dict[str, Callable[[Mapping[str, Any]], str]] = {
+        ">f / Hz": lambda row: f"{row['frequency_hz']:g}",
+        f">E1 / {unit}": lambda row: with_spread(row["E1_pa"] / factor, row["E1_std_pa"] / factor),
+        f">E2 / {unit}": lambda row: with_spread(row["E2_pa"] / factor, row["E2_std_pa"] / factor),
+        ">loss factor": lambda row: with_spread(row["loss_factor"], row["loss_factor_std"]),
+        f">{worst}Δtof / µs": lambda row: _number(1e6 * row["delta_tof_s"], 2),
+        f">{worst}Δlevel / dB": lambda row: _number(row["delta_level_db"], 3),
+        "accepted": lambda row: yes_or_no(row["accepted"]),
+    }
+    if any("remark" in row for row in rows):
+        columns["remark"] = lambda row: str(row["remark"])
+    return Listing.of(rows, columns, **options)
 
 
-def _numbers(burst: BurstFit, factor: float) -> tuple[str, ...]:
-    return (
-        f"{burst.frequency:g}",
-        with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
-        with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
-        with_spread(burst.loss_factor, burst.loss_factor_std),
-        f"{1e6 * burst.delta_tof:.2f}" if np.isfinite(burst.delta_tof) else "",
-        f"{burst.delta_level_db:.3f}" if np.isfinite(burst.delta_level_db) else "",
-    )
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if np.isfinite(value) else ""
+
+
+def _unit(moduli: Iterable[float]) -> tuple[str, float]:
+    return pressure_unit(max(filter(np.isfinite, moduli), default=1.0))
 
 
 def _by_configuration(result: FitResult) -> Listing:
-    unit, factor = _unit(result.bursts)
-    rows = []
-    for name in result.configurations:
-        bursts, check = result.of(name), result.gross_check(name)
-        ends = (bursts[0], bursts[-1])
-        rows.append(
-            (
-                name,
-                f"{sum(b.accepted for b in bursts)} of {len(bursts)}",
-                " to ".join(f"{b.frequency:g}" for b in ends),
-                " to ".join(f"{b.storage_modulus / factor:.4g}" for b in ends),
-                " to ".join(f"{b.loss_modulus / factor:.3g}" for b in ends),
-                " to ".join(f"{b.loss_factor:.3f}" for b in ends),
-                percent(check.mean_relative_error) if check else "–",
-            )
-        )
-    headings = ("configuration", "accepted", "f / Hz", f"E1 / {unit}", f"E2 / {unit}", "loss factor", "Gross check")
-    return Listing(headings, tuple(rows), tuple(range(1, 7)))
+    unit, factor = _unit(burst.storage_modulus for burst in result.bursts)
+
+    def ends(name: str, digits: str, attribute: str, size: float = 1.0) -> str:
+        bursts = result.of(name)
+        return " to ".join(f"{getattr(burst, attribute) / size:{digits}}" for burst in (bursts[0], bursts[-1]))
+
+    def check(name: str) -> str:
+        gross = result.gross_check(name)
+        return percent(gross.mean_relative_error) if gross else "–"
+
+    columns: dict[str, Callable[[str], str]] = {
+        "configuration": str,
+        ">accepted": lambda name: f"{sum(b.accepted for b in result.of(name))} of {len(result.of(name))}",
+        ">f / Hz": lambda name: ends(name, "g", "frequency"),
+        f">E1 / {unit}": lambda name: ends(name, ".4g", "storage_modulus", factor),
+        f">E2 / {unit}": lambda name: ends(name, ".3g", "loss_modulus", factor),
+        ">loss factor": lambda name: ends(name, ".3f", "loss_factor"),
+        ">Gross check": check,
+    }
+    return Listing.of(result.configurations, columns)
 
 
 def _checks(result: FitResult) -> Section:

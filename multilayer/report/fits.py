@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Protocol
 
 from multilayer.fits.burst.result import FitResult
@@ -85,17 +85,13 @@ def plain_report(result: AnyFit, inputs: Mapping[str, Any]) -> Report:
 
 def fits_report(rows: Sequence[Mapping[str, Any]]) -> Report:
     """Return the report of several fits, a row for each campaign; moduli are medians over its frequencies."""
-    cells = tuple(
-        (
-            row["campaign"],
-            row["fit"],
-            f"{row['E1_pa']:.4g}",
-            f"{row['E2_pa']:.4g}",
-            f"{row['accepted']} of {row['of']}",
-            row["remark"],
-        )
-        for row in rows
-    )
-    headings = ("campaign", "fit", "median E1 / Pa", "median E2 / Pa", "accepted", "remark")
-    listing = Listing(headings, cells, (2, 3, 4))
+    columns: dict[str, Callable[[Mapping[str, Any]], str]] = {
+        "campaign": lambda row: row["campaign"],
+        "fit": lambda row: row["fit"],
+        ">median E1 / Pa": lambda row: f"{row['E1_pa']:.4g}",
+        ">median E2 / Pa": lambda row: f"{row['E2_pa']:.4g}",
+        ">accepted": lambda row: f"{row['accepted']} of {row['of']}",
+        "remark": lambda row: row["remark"],
+    }
+    listing = Listing.of(rows, columns)
     return Report(sections=(Section("", listings=(listing,)),), record={"version": 1, "campaigns": list(rows)})

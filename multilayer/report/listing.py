@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from typing import Any, Literal, Self, TypeVar
 
 from multilayer.report.numbers import significant
 
 _HASH, _HASH_SHOWN = re.compile(r"[0-9a-f]{40,}"), 16
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?")
 _LONGEST = 160
+T = TypeVar("T")
 
 
 class Tinted(str):
@@ -61,6 +62,22 @@ class Listing:
     notes: tuple[str, ...] = ()
     only: Literal["", "console", "page"] = ""
     marked: int = 0
+
+    @classmethod
+    def of(cls, items: Iterable[T], columns: Mapping[str, Callable[[T], str]], **options: Any) -> Listing:
+        """Return a row for each item.
+
+        Parameters
+        ----------
+        items : iterable
+        columns : mapping
+            What each cell says of an item, by heading; one that begins with ``>`` is of a column set flush right.
+        **options
+            Other attributes.
+        """
+        rows = tuple(tuple(cell(item) for cell in columns.values()) for item in items)
+        numeric = tuple(i for i, heading in enumerate(columns) if heading.startswith(">"))
+        return cls(tuple(heading.removeprefix(">") for heading in columns), rows, numeric, **options)
 
     def without(self, column: int) -> Listing:
         """Return the table without a column."""

@@ -13,7 +13,7 @@ from multilayer.report.listing import Listing
 from multilayer.report.report import Picture, Report, Section
 from multilayer.report.simulation_figures import draw_quantity
 from multilayer.response.bands import band_centres, bands_of
-from multilayer.simulation.compare import Comparison
+from multilayer.simulation.compare import Comparison, Misfit
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
@@ -73,30 +73,27 @@ def comparison_report(comparison: Comparison) -> Report:
     best = min(misfits, key=lambda misfit: misfit.rms)
     name, f = f"{comparison.measured.name} over {predicted.name}", predicted.frequency
     values = {name: comparison.measured.quantities[name] for name in comparison.quantities}
-    quantity, case = QUANTITIES[best.quantity], f" of the case {best.case}" if best.case else ""
-    rms, largest = _sizes(best.rms, best.largest, quantity)
+    case = f" of the case {best.case}" if best.case else ""
     left_out = f"not predicted, left out: {', '.join(comparison.left_out)}"
-    listing = Listing(
-        ("quantity", "case", "rms", "largest", "at / Hz", "within 5 to 95 %"),
-        tuple(
-            (
-                misfit.quantity,
-                misfit.case or "-",
-                *_sizes(misfit.rms, misfit.largest, QUANTITIES[misfit.quantity]),
-                f"{misfit.worst_frequency:.4g}",
-                "" if misfit.inside is None else f"{misfit.inside:.0%}",
-            )
-            for misfit in misfits
-        ),
-        (2, 3, 4, 5),
-        f"{name}: {len(f)} {predicted.bands or 'frequencies'}, {f[0]:g} to {f[-1]:g} Hz",
+    listing = Listing.of(
+        misfits,
+        {
+            "quantity": lambda misfit: misfit.quantity,
+            "case": lambda misfit: misfit.case or "-",
+            ">rms": lambda misfit: _size(misfit.rms, misfit),
+            ">largest": lambda misfit: _size(misfit.largest, misfit),
+            ">at / Hz": lambda misfit: f"{misfit.worst_frequency:.4g}",
+            ">within 5 to 95 %": lambda misfit: "" if misfit.inside is None else f"{misfit.inside:.0%}",
+        },
+        caption=f"{name}: {len(f)} {predicted.bands or 'frequencies'}, {f[0]:g} to {f[-1]:g} Hz",
     )
     return Report(
         name=name,
         kind="comparison",
         label="Comparison",
-        sentence=f"The {'closest' if len(misfits) > 1 else 'measured'} {quantity.title}{case} differs from the "
-        f"prediction by {rms} (rms), by {largest} at most, at {best.worst_frequency:.4g} Hz.",
+        sentence=f"The {'closest' if len(misfits) > 1 else 'measured'} {QUANTITIES[best.quantity].title}{case} differs "
+        f"from the prediction by {_size(best.rms, best)} (rms), by {_size(best.largest, best)} at most, "
+        f"at {best.worst_frequency:.4g} Hz.",
         facts=(
             ("frequencies", f"{len(f)}"),
             ("from", f"{f[0]:g} Hz"),
@@ -129,8 +126,8 @@ def _shown(value: float, quantity: Quantity) -> str:
     return f"{value:.1f} dB" if quantity.unit == "dB" else f"{value:.2f}"
 
 
-def _sizes(rms: float, largest: float, quantity: Quantity) -> tuple[str, ...]:
-    return tuple(f"{value:.3g} {quantity.unit}".strip() for value in (rms, largest))
+def _size(value: float, misfit: Misfit) -> str:
+    return f"{value:.3g} {QUANTITIES[misfit.quantity].unit}".strip()
 
 
 def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResult], means: Sequence[float]) -> str:

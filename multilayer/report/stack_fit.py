@@ -2,28 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multilayer.fits.stacks.result import FittedCurve, StackFitResult
+from multilayer.arrays import RealArray
+from multilayer.fits.stacks.result import FittedCurve, FoundQuantity, StackFitResult, parts_of
 from multilayer.report.files import file_names
 from multilayer.report.identifiability import determined_section
 from multilayer.report.listing import Listing, yes_or_no
 from multilayer.report.numbers import percent, significant, with_interval, with_unit
 from multilayer.report.report import Picture, Report, Section
-from multilayer.report.stack_fit_figures import KINDS, draw_curve
+from multilayer.report.style import WIDTH, blank, colour, finished, plain
+from multilayer.response.bands import band_centres
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 POOR = 2.0  # chi-square per datum: the model misses more than noise
 _STRONG = 0.9  # correlation that is told
-_MOST_MINIMA, _MOST_CURVES = 10, 4
+_MOST_MINIMA, _MOST_CURVES, _MOST_MARKERS = 10, 4, 150
+_KINDS = {
+    "surface_impedance": "surface impedance", "reflection": "reflection coefficient",
+    "absorption": "absorption coefficient", "transmission_loss": "transmission loss",
+    "transmissibility": "transmissibility", "modulus": "Young's modulus", "stiffness": "stiffness",
+}  # fmt: skip
 
 
 def stack_fit_report(result: StackFitResult) -> Report:
     """Return the report of a fit of stacks."""
     good = result.converged and result.misfit_per_datum <= POOR
     pictures = tuple(
-        Picture(partial(draw_curve, curve, upright=True), f"{curve.name}: {KINDS[curve.kind]}.")
+        Picture(partial(draw_curve, curve, upright=True), f"{curve.name}: {_KINDS[curve.kind]}.")
         for curve in result.curves
     )
     left = pictures[_MOST_CURVES:]
@@ -102,35 +115,43 @@ def _sentence(result: StackFitResult) -> str:
 
 def _quantities(result: StackFitResult) -> tuple[Listing, Listing]:
     """Return what was found: in SI units for a terminal, in units that are easy to read for a page."""
-    in_si, readable = [], []
-    for one in result.quantities:
-        name, ends = _short(one.name), (f"{low:.4g} to {high:.4g}" for low, high in one.intervals)
-        in_si.append((name, f"{one.value:.4g}", f"{one.std:.2g}", *ends, one.unit or "-", f"{one.left:.0%}"))
-        value, std = with_interval(one.value, *one.intervals[-1], one.unit), with_unit(one.std, one.unit, 2)
-        readable.append((name, value, std, percent(one.left), yes_or_no(one.determined)))
+
+    def interval(one: FoundQuantity, k: int) -> str:
+        return " to ".join(f"{end:.4g}" for end in one.intervals[k])
+
+    in_si: dict[str, Callable[[FoundQuantity], str]] = {
+        "unknown": lambda one: _short(one.name),
+        ">value": lambda one: f"{one.value:.4g}",
+        ">± std": lambda one: f"{one.std:.2g}",
+        ">68 %": lambda one: interval(one, 0),
+        ">90 %": lambda one: interval(one, 1),
+        "unit": lambda one: one.unit or "-",
+        ">left of the prior": lambda one: f"{one.left:.0%}",
+    }
+    readable: dict[str, Callable[[FoundQuantity], str]] = {
+        "unknown": lambda one: _short(one.name),
+        ">value (90 % interval)": lambda one: with_interval(one.value, *one.intervals[-1], one.unit),
+        ">std": lambda one: with_unit(one.std, one.unit, 2),
+        ">left of the prior": lambda one: percent(one.left),
+        "determined": lambda one: yes_or_no(one.determined),
+    }
     caption = f"{result.name}: unknowns, with the intervals that hold them at 68 and 90 %"
-    headings = ("unknown", "value", "± std", "68 %", "90 %", "unit", "left of the prior")
-    on_page = ("unknown", "value (90 % interval)", "std", "left of the prior", "determined")
     return (
-        Listing(headings, tuple(in_si), (1, 2, 3, 4, 6), caption, only="console"),
-        Listing(on_page, tuple(readable), (1, 2, 3), only="page"),
+        Listing.of(result.quantities, in_si, caption=caption, only="console"),
+        Listing.of(result.quantities, readable, only="page"),
     )
 
 
 def _curves(curves: list[FittedCurve]) -> Listing:
-    rows = tuple(
-        (
-            curve.name,
-            KINDS[curve.kind],
-            f"{len(curve.frequency)}",
-            " to ".join(f"{f:g}" for f in curve.frequency[[0, -1]]),
-            f"{curve.rms:.3g} {curve.unit}".strip(),
-            f"{curve.misfit / curve.residual.size:.3g}",
-        )
-        for curve in curves
-    )
-    headings = ("measurement", "quantity", "frequencies", "f / Hz", "rms difference", "chi-square per datum")
-    return Listing(headings, rows, (2, 3, 4, 5))
+    columns: dict[str, Callable[[FittedCurve], str]] = {
+        "measurement": lambda curve: curve.name,
+        "quantity": lambda curve: _KINDS[curve.kind],
+        ">frequencies": lambda curve: f"{len(curve.frequency)}",
+        ">f / Hz": lambda curve: " to ".join(f"{f:g}" for f in curve.frequency[[0, -1]]),
+        ">rms difference": lambda curve: f"{curve.rms:.3g} {curve.unit}".strip(),
+        ">chi-square per datum": lambda curve: f"{curve.misfit / curve.residual.size:.3g}",
+    }
+    return Listing.of(curves, columns)
 
 
 def _minima(result: StackFitResult) -> Listing:
@@ -146,3 +167,73 @@ def _minima(result: StackFitResult) -> Listing:
     more = len(result.minima) - _MOST_MINIMA
     notes = (f"{more} more, see fit.json",) if more > 0 else ()
     return Listing(headings, rows, tuple(range(len(headings))), notes=notes)
+
+
+def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
+    """Draw a measurement and its fit, part by part, and the residuals in standard deviations; small if `upright`."""
+    parts = _parts(curve)
+    ratios = [1.0] * len(parts) + [0.6]
+    size = (WIDTH, 1.4 * len(parts) + 1.4) if upright else (7.5, 1.9 * len(parts) + 2.0)
+    figure, grid = blank(len(parts) + 1, 1, size, sharex=True, height_ratios=ratios)
+    axes = grid[:, 0]
+    for axis, (label, measured, predicted), low, high in zip(
+        axes, parts, curve.band.low, curve.band.high, strict=False
+    ):
+        _draw_band(axis, curve.frequency, low, high)
+        _draw_part(axis, curve.frequency, label, measured, predicted, small=upright)
+    _draw_residuals(axes[-1], curve, named=not upright)
+    _frequency_axis(axes[-1], *curve.frequency[[0, -1]])
+    return finished(figure, axes[0], f"{plain(curve.name)}: {_KINDS[curve.kind]}", upright=upright)
+
+
+def _frequency_axis(axis: Axes, low: float, high: float) -> None:
+    if high < 4 * low:
+        return
+    axis.set_xscale("log")
+    ticks = [tick for tick in band_centres(low, high, "octaves") if low <= tick <= high]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
+
+
+def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
+    """Return what is drawn: label, measured, predicted."""
+    unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
+    if not np.iscomplexobj(curve.measured):
+        labels = [f"{_KINDS[curve.kind]}{unit}"]
+    elif curve.kind == "transmissibility":
+        labels = ["amplitude", "phase / degrees"]
+    else:
+        names = ("E1", "E2") if curve.kind == "modulus" else ("real part", "imaginary part")
+        labels = [f"{name}{unit}" for name in names]
+    measured, predicted = (parts_of(curve.kind, values) for values in (curve.measured, curve.predicted))
+    return list(zip(labels, measured, predicted, strict=True))
+
+
+def _draw_band(axis: Axes, f: RealArray, low: RealArray, high: RealArray) -> None:
+    if len(f) > 1:
+        axis.fill_between(f, low, high, color=colour(0), alpha=0.25, linewidth=0, label="fitted, 90 % band")
+    else:
+        axis.vlines(f, low, high, color=colour(0), alpha=0.5, label="fitted, 90 % band")
+
+
+def _draw_part(axis: Axes, f: RealArray, label: str, measured: RealArray, predicted: RealArray, *, small: bool) -> None:
+    size = (3.0 if len(f) <= _MOST_MARKERS else 1.5) / (2.0 if small and len(f) > 20 else 1.0)
+    axis.plot(f, measured, "o", color="black", label="measured", markersize=size)
+    axis.plot(f, predicted, "-" if len(f) > 1 else "x", color=colour(0), label="fitted")
+    axis.set_ylabel(label)
+    if label == "amplitude" and np.min(measured) > 0:
+        axis.set_yscale("log")
+
+
+def _draw_residuals(axis: Axes, curve: FittedCurve, *, named: bool) -> None:
+    n = len(curve.frequency)
+    parts = curve.residual.reshape(-1, n)
+    for i, values in enumerate(parts):
+        label = (("real", "imaginary")[i] if len(parts) > 1 else None) if n > 1 else None
+        options: dict[str, Any] = {"color": colour(i + 1), "linewidth": 0.7, "markersize": 3, "label": label}
+        axis.plot(curve.frequency, values, ".-" if n > 1 else "o", **options)
+    axis.axhspan(-2, 2, color="0.5", alpha=0.15, linewidth=0)
+    axis.axhline(0, color="0.5", linewidth=0.7)
+    axis.set(xlabel="frequency / Hz", ylabel="residual / std")
+    if named and len(parts) > 1 and n > 1:
+        axis.legend(fontsize=7, ncols=2)
