@@ -26,6 +26,42 @@ Cluster = Annotated[
 ]
 
 
+def quantities(option: str, text: str, unit: str) -> tuple[float, ...]:
+    """Return the values of an option, several with commas, in a unit; those with a unit must be above 0.
+
+    Raises
+    ------
+    InputError
+    """
+    from multilayer.errors import InputError
+    from multilayer.units import parse_quantity
+
+    try:
+        values = tuple(parse_quantity(part, unit) for part in text.split(","))
+    except ValueError as error:
+        raise InputError(f"{option}: {error}") from None
+    if unit and not all(0 < value < float("inf") for value in values):
+        raise InputError(f"{option}: {text} is not allowed; it must be above 0")
+    return values
+
+
+def quantity(option: str, text: str | None, unit: str) -> float:
+    """Return the value of an option that is needed.
+
+    Raises
+    ------
+    InputError
+    """
+    from multilayer.errors import InputError
+
+    if text is None:
+        raise InputError(f"{option}: is missing; it is needed here, as {option} '1 {unit}'")
+    values = quantities(option, text, unit)
+    if len(values) != 1:
+        raise InputError(f"{option}: one value is wanted, not {len(values)}")
+    return values[0]
+
+
 def folder_for(out: Path | None, name: str) -> Path:
     """Return where results go, refused before anything is computed if it cannot be written to.
 

@@ -58,11 +58,10 @@ def places_in_bands(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Map
 
 def draw_where(record: Mapping[str, Any]) -> Figure:
     """Draw the significance of the residual by band, for every configuration and quantity that shows one."""
-    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba
+    from matplotlib.colors import Normalize
 
     rows = places_in_bands(record)
-    blue = to_rgba(colour(0))
-    tints = LinearSegmentedColormap.from_list("tint", [(*blue[:3], 0.05), (*blue[:3], _TINT)])
+    tints = _tints(0.05)
     scale = Normalize(0, max(abs(place["significance"]) for places in rows.values() for place in places))
     figure, axes = blank(1, 1, (WIDTH, 0.9 + 0.25 * len(rows)))
     axis = axes[0, 0]
@@ -246,12 +245,12 @@ def draw_similarity(similarity: Similarity) -> Figure:
     return figure
 
 
-def _tints() -> Colormap:
+def _tints(least: float = 0.0) -> Colormap:
     """Return colours through which light and dark paper shows: text stays readable on all of them."""
     from matplotlib.colors import LinearSegmentedColormap, to_rgba
 
     rgb = to_rgba(colour(0))[:3]
-    return LinearSegmentedColormap.from_list("tint", [(*rgb, 0.0), (*rgb, 0.7)])
+    return LinearSegmentedColormap.from_list("tint", [(*rgb, least), (*rgb, _TINT)])
 
 
 def _mark(axis: Axes, row: int, column: int, cosine: float, n: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -21,7 +22,7 @@ from multilayer.report.fit_figures import (
 )
 from multilayer.report.listing import Listing, yes_or_no
 from multilayer.report.numbers import percent, pressure_unit, with_spread
-from multilayer.report.report import Pairs, Picture, Report, Section
+from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 
 _MOST_ROWS = 24  # bursts that are printed; of more, one row per configuration
 
@@ -39,17 +40,11 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
     inputs : mapping
         What tells the fit apart from others, as its fingerprint.
     """
-    names = result.configurations
-    figures = {
-        "moduli.png": partial(draw_moduli, result, settings),
-        "transmissibility.png": partial(draw_transmissibility, result, campaign, settings),
-        "gross_check.png": partial(draw_gross_check, result),
-    }
-    if any(len(burst.history) for burst in result.bursts):
-        figures["convergence.png"] = partial(draw_convergence, result)
-    for name, file_name in zip(names, file_names(names), strict=True):
-        if all(len(burst.time) for burst in result.of(name)):
-            figures[f"envelopes-{file_name}.png"] = partial(draw_envelopes, result, name)
+    figures = _figures(result, campaign, settings)
+
+    def picture(name: str, caption: str) -> tuple[Picture, ...]:
+        return (Picture(partial(figures[name], upright=True), caption),) if name in figures else ()
+
     return Report(
         name=result.campaign,
         kind="complex modulus, burst by burst",
@@ -62,18 +57,20 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
             Section(
                 "The modulus",
                 (
-                    Picture(
-                        partial(draw_moduli, result, settings, upright=True),
-                        "E1, E2 and loss factor with standard deviations; hollow: not accepted.",
-                    ),
-                    Picture(
-                        partial(draw_transmissibility, result, campaign, settings, upright=True),
-                        "Top plate over base: measured, and eq. (11) with the modulus found.",
+                    *picture("moduli.png", "E1, E2 and loss factor with standard deviations; hollow: not accepted."),
+                    *picture(
+                        "transmissibility.png", "Top plate over base: measured, and eq. (11) with the modulus found."
                     ),
                 ),
             ),
             _bursts(result),
-            _checks(result),
+            _checks(
+                result,
+                picture(
+                    "gross_check.png",
+                    "Points: E2 as found. Lines: E2 as eq. (12) has it from the slope of E1, a check of causality.",
+                ),
+            ),
         ),
         inputs={**result.settings, "campaign": result.campaign, **inputs},
         tables={"moduli.csv": result.to_csv()},
@@ -83,6 +80,28 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
         figures=figures,
         accepted=result.all_accepted,
     )
+
+
+def _figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, Draw]:
+    """Return what draws the figures by name, those for which the result has data."""
+    known = replace(result, bursts=[burst for burst in result.bursts if np.isfinite(burst.storage_modulus)])
+    names = known.configurations
+    if not names:
+        return {}
+    signals: dict[str, Draw] = {}
+    envelopes: dict[str, Draw] = {}
+    if any(len(burst.time) for burst in known.bursts):
+        signals["transmissibility.png"] = partial(draw_transmissibility, known, campaign, settings)
+        files = (f"envelopes-{name}.png" for name in file_names(names))
+        envelopes = {file: partial(draw_envelopes, known, name) for file, name in zip(files, names, strict=True)}
+    steps = any(len(burst.history) for burst in known.bursts)
+    return {
+        "moduli.png": partial(draw_moduli, known, settings),
+        **signals,
+        "gross_check.png": partial(draw_gross_check, known),
+        **({"convergence.png": partial(draw_convergence, known)} if steps else {}),
+        **envelopes,
+    }
 
 
 def moduli_span(e1: Sequence[float], loss: Sequence[float], frequency: Sequence[float]) -> str:
@@ -195,17 +214,15 @@ def _by_configuration(result: FitResult) -> Listing:
     return Listing.of(result.configurations, columns)
 
 
-def _checks(result: FitResult) -> Section:
+def _checks(result: FitResult, pictures: tuple[Picture, ...]) -> Section:
     others = tuple(
         f"{b.configuration}, {b.frequency:g} Hz: E1 = {_shown(s.storage_modulus)}, E2 = {_shown(s.loss_modulus)} meets "
         f"eq. (10) as well (misfit {s.misfit:.3f} against {b.optimum.misfit:.3f})"
         for b in result.bursts
         for s in b.alternatives
     )
-    caption = "Points: E2 as found. Lines: E2 as eq. (12) has it from the slope of E1, a check of causality."
     alone = None if others else Section("", remarks=("No burst has a second solution.",))
-    picture = Picture(partial(draw_gross_check, result, upright=True), caption)
-    return Section("Checks and alternatives", (picture,), remarks=others, beside=alone)
+    return Section("Checks and alternatives", pictures, remarks=others, beside=alone)
 
 
 def _shown(pressure: float) -> str:

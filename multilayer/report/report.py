@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-Draw: TypeAlias = Callable[[], "Figure"]
+Draw: TypeAlias = Callable[..., "Figure"]  # without arguments
 Pairs: TypeAlias = tuple[tuple[str, str], ...]
 
 
@@ -158,13 +158,11 @@ class Report:
         files |= self.texts
         if not figures:
             return files
-        shown = {picture.draw: picture for picture in self.pictures} if self.page else {}
-        tasks = [
-            (draw, f"f{i}" if draw in shown else "", shown[draw].caption or shown[draw].label if draw in shown else "",
-             draw in self.figures.values())
-            for i, draw in enumerate(dict.fromkeys([*shown, *self.figures.values()]))
-        ]  # fmt: skip
-        drawn = dict(zip((task[0] for task in tasks), run_all(_drawn, tasks, executor), strict=True))
+        shown = {picture.draw: picture.caption or picture.label for picture in self.pictures} if self.page else {}
+        keys = {draw: f"f{i}" for i, draw in enumerate(shown)}
+        wanted = dict.fromkeys(self.figures.values())
+        tasks = [(draw, keys.get(draw, ""), shown.get(draw, ""), draw in wanted) for draw in {**shown, **wanted}]
+        drawn = dict(zip((draw for draw, *_ in tasks), run_all(_drawn, tasks, executor), strict=True))
         if self.page:
             from multilayer.report.html import page_html
 

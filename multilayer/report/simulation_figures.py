@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.report.style import COLOURS, WIDTH, blank, colour, plain
-from multilayer.response.bands import band_centres, band_edges
+from multilayer.report.style import COLOURS, WIDTH, blank, colour, octave_ticks, plain
+from multilayer.response.bands import band_edges
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
@@ -135,12 +135,7 @@ def _frequency_axis(axis: Axes, result: SimulationResult) -> None:
     axis.set_xlabel(f"frequency / Hz, {result.bands}" if result.bands else "frequency / Hz")
     if high > low:
         axis.set_xlim(low, high)
-    if high < 4 * low:
-        return
-    axis.set_xscale("log")
-    ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
-    axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
+    octave_ticks(axis, low, high)
 
 
 def _limits(

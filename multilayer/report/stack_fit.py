@@ -15,8 +15,7 @@ from multilayer.report.identifiability import determined_section
 from multilayer.report.listing import Listing, yes_or_no
 from multilayer.report.numbers import percent, significant, with_interval, with_unit
 from multilayer.report.report import Picture, Report, Section
-from multilayer.report.style import WIDTH, blank, colour, finished, plain
-from multilayer.response.bands import band_centres
+from multilayer.report.style import WIDTH, blank, colour, finished, octave_ticks, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -182,17 +181,8 @@ def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
         _draw_band(axis, curve.frequency, low, high)
         _draw_part(axis, curve.frequency, label, measured, predicted, small=upright)
     _draw_residuals(axes[-1], curve, named=not upright)
-    _frequency_axis(axes[-1], *curve.frequency[[0, -1]])
+    octave_ticks(axes[-1], *curve.frequency[[0, -1]])
     return finished(figure, axes[0], f"{plain(curve.name)}: {_KINDS[curve.kind]}", upright=upright)
-
-
-def _frequency_axis(axis: Axes, low: float, high: float) -> None:
-    if high < 4 * low:
-        return
-    axis.set_xscale("log")
-    ticks = [tick for tick in band_centres(low, high, "octaves") if low <= tick <= high]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
 
 
 def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:

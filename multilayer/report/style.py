@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from multilayer.response.bands import band_centres
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -72,6 +74,16 @@ def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options
             axis.legend(fontsize=7, **options)
         figure.suptitle(title)
     return figure
+
+
+def octave_ticks(axis: Axes, low: float, high: float) -> None:
+    """Mark octaves along the frequency axis, Hz, logarithmic where it is wide enough for them."""
+    if high < 4 * low:
+        return
+    axis.set_xscale("log")
+    ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
+    axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
 
 
 def readable_decades(axis: Axes) -> None:
