@@ -19,7 +19,7 @@ from multilayer.report.stack_fit import stack_fit_report
 class AnyFit(Protocol):
     """What the result of a method brings at least."""
 
-    record: ClassVar[str]
+    record_name: ClassVar[str]
     name: str
     method: str
     settings: dict[str, Any]
@@ -37,7 +37,7 @@ class AnyFit(Protocol):
         """CSV tables by the name of their file."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data for the file `record`."""
+        """Return plain data for the file `record_name`."""
 
 
 def fit_report(result: Any, job: FitJob | None = None, inputs: Mapping[str, Any] | None = None) -> Report:
@@ -77,7 +77,7 @@ def plain_report(result: AnyFit, inputs: Mapping[str, Any]) -> Report:
         inputs={**result.settings, **inputs},
         tables=result.tables,
         record={**result.to_dict(), "inputs": inputs},
-        record_file=result.record,
+        record_file=result.record_name,
         page="report.html",
         accepted=accepted,
     )
