@@ -9,7 +9,7 @@ from itertools import combinations
 from typing import Any
 
 from multilayer.diagnosis.effects.base import EFFECTS
-from multilayer.diagnosis.result import Diagnosis, Similarity
+from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
 from multilayer.errors import MultilayerError
 from multilayer.report import diagnosis_figures as figures
@@ -60,13 +60,10 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
 def _drawings(diagnosis: Diagnosis) -> dict[str, Draw]:
     """Return what draws the figures, by name; those without data are left out."""
     record, similarity, moduli = diagnosis.record, diagnosis.similarity, diagnosis.moduli
-    curves = {
-        name: one for name, one in zip(_curve_names(diagnosis), diagnosis.curves, strict=True) if one.frequency.size
-    }
     drawn: dict[str, tuple[bool, Draw]] = {
         "where": (bool(figures.places_in_bands(record)), partial(figures.draw_where, record)),
         "causes": (bool(record["causes"]), partial(figures.draw_causes, record)),
-        **{name: (True, partial(figures.draw_before_after, one)) for name, one in curves.items()},
+        **{name: (True, partial(figures.draw_before_after, part)) for name, part in _curves(diagnosis).items()},
         "similarity": (len(similarity.names) > 1, partial(figures.draw_similarity, similarity)),
         "next_experiment": (bool(record["next_experiment"]), partial(figures.draw_experiments, record)),
         "moduli": (bool(moduli.get("frequency_hz")), partial(figures.draw_moduli, moduli)),
@@ -74,9 +71,11 @@ def _drawings(diagnosis: Diagnosis) -> dict[str, Draw]:
     return {name: draw for name, (there, draw) in drawn.items() if there}
 
 
-def _curve_names(diagnosis: Diagnosis) -> list[str]:
-    """Return the names of the figures before and after, one for each configuration."""
-    return [f"before_after-{name}" for name in file_names([curves.configuration for curves in diagnosis.curves])]
+def _curves(diagnosis: Diagnosis) -> dict[str, Curves]:
+    """Return the residuals of configurations that have any, by the names of their figures."""
+    names = file_names([curves.configuration for curves in diagnosis.curves])
+    parts = zip(names, diagnosis.curves, strict=True)
+    return {f"before_after-{name}": curves for name, curves in parts if curves.frequency.size}
 
 
 def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section, ...]:
@@ -85,37 +84,35 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
     def picture(name: str, caption: str = "") -> tuple[Picture, ...]:
         return (Picture(drawn[name], caption, name.replace("_", " ")),) if name in drawn else ()
 
-    curves = _largest_gaps(diagnosis)
-    first = ", where the gap is largest" if len(curves) > 1 else ""
+    by_name = _curves(diagnosis)
+    curves = sorted(by_name, key=lambda name: -figures.unexplained(by_name[name]))  # the largest gap first
+    where = ", where the gap is largest" if len(curves) > 1 else ""
+    largest = f"Measured minus modelled{where}; lines: means of bursts or bands."
     corrected = ", and as corrected" if verdict == "effect" else ""
-    others = tuple(one for name in curves[1:] for one in picture(name))
+    others = sum(map(picture, curves[1:]), ())
     absorbed = ", ".join(in_words([name]) for name in _absorbed(similarity))
-    alike = _of(_alike(similarity)) or Section("", remarks=("No two effects look alike in these data.",))
+    alike = Section("", listings=(_alike(similarity),), empty="No two effects look alike in these data.")
     return (
         Section(
             "Where the gap lies",
             picture("where", "The most significant places of measured minus modelled."),
-            beside=_of(_where(record)),
+            beside=Section("", listings=(_where(record),)),
             empty="Nowhere: no band, channel or configuration differs from the model by more than chance allows.",
         ),
         Section(
             "Which effect causes it",
             picture("causes", "Ranked causes; each is fitted with all unknowns."),
-            (_causes(record),) if record["causes"] else (),
+            (_causes(record),),
             beside=Section("", remarks=(_named(record),), items=_meanings(record)) if record["causes"] else None,
             empty="No cause is named where there is no gap.",
         ),
         Section(
             "What is left" if verdict == "no_gap" else "How far it shrinks",
             (
-                *(
-                    picture(curves[0], f"Measured minus modelled{first}; lines: means of bursts or bands.")
-                    if curves
-                    else ()
-                ),
+                *sum((picture(name, largest) for name in curves[:1]), ()),
                 *picture("moduli", f"The modulus of the nominal model{corrected}."),
             ),
-            _rows(_unknowns(record)),
+            (_unknowns(record),),
             folded=Section("Measured minus modelled, the other configurations", others) if others else None,
             empty="There are no residuals to draw.",
         ),
@@ -133,21 +130,6 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
             empty="No effect with a size was considered.",
         ),
     )
-
-
-def _rows(listing: Listing) -> tuple[Listing, ...]:
-    return (listing,) if listing.rows else ()
-
-
-def _of(listing: Listing) -> Section | None:
-    return Section("", listings=(listing,)) if listing.rows else None
-
-
-def _largest_gaps(diagnosis: Diagnosis) -> list[str]:
-    """Return the names of the figures before and after, the configuration with the largest gap first."""
-    named = zip(_curve_names(diagnosis), diagnosis.curves, strict=True)
-    sized = [(figures.unexplained(curves), name) for name, curves in named if curves.frequency.size]
-    return [name for _, name in sorted(sized, key=lambda pair: -pair[0])]
 
 
 def _gap(record: Record) -> list[tuple[str, str]]:
@@ -196,10 +178,10 @@ def _causes(record: Record) -> Listing:
 def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str:
     """Return values and intervals of parameters; with the names of their effects where there are several."""
     texts = []
-    for name, one in parameters.items():
+    for name, parameter in parameters.items():
         shown = (name if several else name.rpartition(".")[2]).replace(".", " ").replace("_", " ")
-        value, low, high = (number_or_nan(one.get(key)) for key in ("value", "low", "high"))
-        texts.append(f"{shown} {with_interval(value, low, high, one.get('unit', ''))}")
+        value, low, high = (number_or_nan(parameter.get(key)) for key in ("value", "low", "high"))
+        texts.append(f"{shown} {with_interval(value, low, high, parameter.get('unit', ''))}")
     return "; ".join(texts)
 
 
@@ -234,10 +216,10 @@ def _about(name: str) -> str:
 def _unknowns(record: Record) -> Listing:
     """Return the unknowns of the nominal model, and as corrected if they were; pairs are real and imaginary part."""
     rows = []
-    for name, one in record["unknowns"].items():
-        before, after = (_parts(one[key]) for key in ("nominal", "corrected"))
+    for name, values in record["unknowns"].items():
+        before, after = (_parts(values[key]) for key in ("nominal", "corrected"))
         labels = (name,) if len(before) == 1 else (f"Re {name}", f"Im {name}")
-        rows += [_unknown(*values, one.get("unit", "")) for values in zip(labels, before, after, strict=True)]
+        rows += [_unknown(*pair, values.get("unit", "")) for pair in zip(labels, before, after, strict=True)]
     headings = ("unknown", "nominal", "corrected", "change")
     kept = 4 if any(row[1] != row[2] for row in rows) else 2
     return Listing(headings[:kept], tuple(row[:kept] for row in rows), (1, 2, 3), "Unknowns")
@@ -286,17 +268,17 @@ def _next(record: Record, picture: tuple[Picture, ...]) -> Section:
     listing = Listing.of(entries, columns)
     if separates := listing.common(1):
         listing = replace(listing.without(1), caption=f"{title}, to separate {separates}")
-    return Section(title, picture, beside=_of(listing))
+    return Section(title, picture, beside=Section("", listings=(listing,)))
 
 
 def _detectable(record: Record, similarity: Similarity) -> Pairs:
     """Return from what size on each effect would have been seen."""
     absorbed = set(_absorbed(similarity))
     items = []
-    for name, one in sorted(record["detectable"].items()):
-        smallest = number_or_nan(one.get("smallest"))
+    for name, effect in sorted(record["detectable"].items()):
+        smallest = number_or_nan(effect.get("smallest"))
         text = "not visible at any size"
         if abs(smallest) < _ABSURD:
-            text = f"{one['parameter'].replace('_', ' ')} from {with_unit(smallest, one.get('unit', ''), 2)}"
+            text = f"{effect['parameter'].replace('_', ' ')} from {with_unit(smallest, effect.get('unit', ''), 2)}"
         items.append((in_words([name]), f"{text}, largely hidden by the unknowns" if name in absorbed else text))
     return tuple(items)

@@ -49,7 +49,7 @@ def best_score(record: Mapping[str, Any]) -> float:
 def places_in_bands(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
     """Return the places that have a band, by configuration and quantity, the most significant rows only."""
     rows: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for place in sorted(record["where"], key=lambda one: -abs(one["significance"])):
+    for place in sorted(record["where"], key=lambda each: -abs(each["significance"])):
         row = (place.get("configuration") or "all", place["quantity"])
         if place.get("band_hz") and (row in rows or len(rows) < _MOST_PLACES):
             rows.setdefault(row, []).append(place)

@@ -36,11 +36,13 @@ def page_html(report: Report, svgs: Mapping[Draw, str]) -> str:
 def _shortened(section: Section, report: Report) -> Section:
     """Return a section as a page has it: without what only a terminal shows, and long lists cut."""
     listings = [listing for listing in section.listings if listing.only != "console" and listing.rows]
-    left = sum(max(len(one.rows) - _MOST_ROWS, len(one.notes) - _MOST_ROWS, 0) for one in listings)
+    left = sum(max(len(part.rows) - _MOST_ROWS, len(part.notes) - _MOST_ROWS, 0) for part in listings)
     left += max(len(section.remarks) - _MOST_REMARKS, 0)
     files = " and ".join([*report.tables, *filter(None, [report.record_file])])
     more = (f"{left} more, see {files}.",) if left else ()
-    cut = [replace(one, rows=one.rows[:_MOST_ROWS], notes=one.notes[:_MOST_ROWS]).filled() for one in listings]
+    cut = (replace(part, rows=part.rows[:_MOST_ROWS], notes=part.notes[:_MOST_ROWS]).filled() for part in listings)
     beside = section.beside and _shortened(section.beside, report)
+    if beside and not (beside.listings or beside.items or beside.remarks or beside.empty):
+        beside = None
     remarks = (*section.remarks[:_MOST_REMARKS], *more)
     return replace(section, listings=tuple(cut), remarks=remarks, beside=beside)

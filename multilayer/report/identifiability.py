@@ -10,31 +10,31 @@ from multilayer.report.report import Section
 _COLOURS = {"determined": "green", "narrowed": "yellow", "not determined": "red"}
 
 
-def determined_section(found: Identifiability, remark: str = "", *, nuisances: bool = True) -> Section:
+def determined_section(known: Identifiability, remark: str = "", *, nuisances: bool = True) -> Section:
     """Return what the data determine: parameters, and the combinations that are known better than their members.
 
     A terminal has SI units and words, a page intervals in units that are easy to read.
 
     Parameters
     ----------
-    found : Identifiability
+    known : Identifiability
     remark : str
         What else a reader should know.
     nuisances : bool
         Whether a terminal shows those, too.
     """
-    count = f"the data determine {found.n_determined:.1f} of {len(found.findings)} parameters"
-    wanted = [finding for finding in found.findings if not finding.nuisance]
+    count = f"the data determine {known.n_determined:.1f} of {len(known.findings)} parameters"
+    wanted = [finding for finding in known.findings if not finding.nuisance]
     on_console = Listing.of(
-        found.findings if nuisances else wanted,
+        known.findings if nuisances else wanted,
         {
-            "parameter": lambda one: one.name,
-            "unit": lambda one: one.unit,
-            ">median": lambda one: f"{one.median:.3g}",
-            ">std": lambda one: f"{one.posterior_std:.3g}",
-            ">prior std": lambda one: f"{one.prior_std:.3g}",
-            ">from the data": lambda one: Tinted(f"{100 * one.share:.0f} %", _COLOURS[one.verdict]),
-            "in words": lambda one: one.text,
+            "parameter": lambda finding: finding.name,
+            "unit": lambda finding: finding.unit,
+            ">median": lambda finding: f"{finding.median:.3g}",
+            ">std": lambda finding: f"{finding.posterior_std:.3g}",
+            ">prior std": lambda finding: f"{finding.prior_std:.3g}",
+            ">from the data": lambda finding: Tinted(f"{100 * finding.share:.0f} %", _COLOURS[finding.verdict]),
+            "in words": lambda finding: finding.text,
         },
         caption=count,
         only="console",
@@ -42,15 +42,15 @@ def determined_section(found: Identifiability, remark: str = "", *, nuisances: b
     on_page = Listing.of(
         wanted,
         {
-            "parameter": lambda one: one.name.removeprefix("layers."),
-            ">median": lambda one: with_unit(one.median, one.unit),
-            ">68 %": lambda one: " to ".join(with_unit(end, one.unit) for end in one.posterior),
-            ">90 %": lambda one: " to ".join(with_unit(end, one.unit) for end in one.posterior_90),
-            ">from the data": lambda one: percent(one.share),
-            "verdict": lambda one: one.verdict,
+            "parameter": lambda finding: finding.name.removeprefix("layers."),
+            ">median": lambda finding: with_unit(finding.median, finding.unit),
+            ">68 %": lambda finding: " to ".join(with_unit(end, finding.unit) for end in finding.posterior),
+            ">90 %": lambda finding: " to ".join(with_unit(end, finding.unit) for end in finding.posterior_90),
+            ">from the data": lambda finding: percent(finding.share),
+            "verdict": lambda finding: finding.verdict,
         },
         caption=f"T{count[1:]}, nuisances included.",
         only="page",
     )
-    remarks = (*(group.text for group in found.groups), *filter(None, [remark]))
+    remarks = (*(group.text for group in known.groups), *filter(None, [remark]))
     return Section("What the data determine", listings=(on_console, on_page), remarks=remarks)

@@ -183,9 +183,9 @@ def _grid_of_law(upright: bool) -> tuple[Figure, Any]:
 
 def draw_motion(result: JointFit, posterior: Posterior) -> Figure:
     """Draw measured and modelled transmissibility of every configuration, with the model's 90 % band."""
-    found = motion_curves(result, posterior, _OUTER)
-    figure, axes = blank(len(found), 2, (9, 2.0 * len(found) + 0.8), sharex=True)
-    for row, (name, curve) in zip(axes, found.items(), strict=True):
+    curves = motion_curves(result, posterior, _OUTER)
+    figure, axes = blank(len(curves), 2, (9, 2.0 * len(curves) + 0.8), sharex=True)
+    for row, (name, curve) in zip(axes, curves.items(), strict=True):
         for k, (axis, label) in enumerate(zip(row, ("amplitude", "phase / degrees"), strict=True)):
             axis.plot(curve.frequency, curve.measured[k], ".", color="black", markersize=2.5, label="measured")
             band = f"model, {100 * _OUTER:.0f} % band"

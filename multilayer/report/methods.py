@@ -160,8 +160,8 @@ def _draw_check(axis: Axes, comparison: MethodComparison, name: str) -> None:
         if check.configuration != name:
             continue
         tint = _TINTS[check.method]
-        found = [p for p in comparison.of(name, check.method) if p.frequency in check.frequency]
-        axis.plot(check.frequency, [p.loss_modulus for p in found], _MARKERS[check.method], color=tint)
+        points = [p for p in comparison.of(name, check.method) if p.frequency in check.frequency]
+        axis.plot(check.frequency, [p.loss_modulus for p in points], _MARKERS[check.method], color=tint)
         shown = f"{check.method}: {100 * check.gross_error:.0f} %, {check.verdict}"
         axis.plot(check.frequency, np.where(check.gross > 0, check.gross, np.nan), "--", color=tint, label=shown)
     axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")

@@ -58,13 +58,13 @@ def readable_unit(value: float, unit: str) -> tuple[str, float]:
     unit = unit.replace("*", " ").replace("^", "")  # as pint writes it
     if not (math.isfinite(value) and value):
         return _pretty(unit), 1.0
-    found = _WITH_PREFIX.fullmatch(unit)
-    if found is None:
+    match = _WITH_PREFIX.fullmatch(unit)
+    if match is None:
         if _PLAIN[0] <= abs(value) < _PLAIN[1]:
             return _pretty(unit), 1.0
         power = math.floor(math.log10(abs(value)))
         return f"×10{_raised(power)} {_pretty(unit)}".rstrip(), 10.0**power
-    symbol, rest = found["symbol"], found["rest"]
+    symbol, rest = match["symbol"], match["rest"]
     # the kilogram has a prefix already
     symbol, base = ("g", 1e-3) if symbol == "kg" else (symbol, 1.0)
     lowest, highest = _POWERS.get(symbol, (-12, 9))
@@ -102,4 +102,4 @@ def _raised(exponent: int | str) -> str:
 
 def _pretty(unit: str) -> str:
     """Return a unit with raised exponents: ``N s/m4`` as ``N s/m⁴``."""
-    return re.sub(r"(?<=[A-Za-z])\d", lambda found: found[0].translate(_SUPERSCRIPT), unit)
+    return re.sub(r"(?<=[A-Za-z])\d", lambda match: match[0].translate(_SUPERSCRIPT), unit)

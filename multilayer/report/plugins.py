@@ -17,7 +17,7 @@ def plugins_report() -> Report:
         "kind": lambda entry: entry["kind"],
         "name": lambda entry: entry["name"],
         "package": lambda entry: "\n".join(
-            f"{one['package']} {one['version']}".strip() or "-" for one in entry["origin"]
+            f"{origin['package']} {origin['version']}".strip() or "-" for origin in entry["origin"]
         ),
         "defined in": lambda entry: "\n".join(origin["value"] for origin in entry["origin"]),
         "": lambda entry: Tinted("broken", "red") if "error" in entry else "",

@@ -82,22 +82,22 @@ def _short(name: str) -> str:
 
 def _remarks(result: StackFitResult) -> tuple[str, ...]:
     """Return what a reader of the values must know."""
-    said = []
+    told = []
     if not result.converged:
-        said.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
+        told.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
     if result.misfit_per_datum > POOR:
-        said.append(
+        told.append(
             f"chi-square is {result.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
             f"intervals are {result.scale:.3g} times wider for it, and need not hold what a better model would give"
         )
     undetermined = [_short(quantity.name) for quantity in result.quantities if not quantity.determined]
     if undetermined:
-        said.append(f"hardly determined by these data, what is known of them is their prior: {', '.join(undetermined)}")
+        told.append(f"hardly determined by these data, what is known of them is their prior: {', '.join(undetermined)}")
     rows, columns = np.nonzero(np.triu(np.abs(result.correlation) > _STRONG, k=1))
     for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
         names = [_short(result.quantities[k].name) for k in (i, j)]
-        said.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
-    return tuple(said)
+        told.append(f"{names[0]} and {names[1]} go together (correlation {result.correlation[i, j]:.2f})")
+    return tuple(told)
 
 
 def _sentence(result: StackFitResult) -> str:
@@ -115,24 +115,26 @@ def _sentence(result: StackFitResult) -> str:
 def _quantities(result: StackFitResult) -> tuple[Listing, Listing]:
     """Return what was found: in SI units for a terminal, in units that are easy to read for a page."""
 
-    def interval(one: FoundQuantity, k: int) -> str:
-        return " to ".join(f"{end:.4g}" for end in one.intervals[k])
+    def interval(quantity: FoundQuantity, k: int) -> str:
+        return " to ".join(f"{end:.4g}" for end in quantity.intervals[k])
 
     in_si: dict[str, Callable[[FoundQuantity], str]] = {
-        "unknown": lambda one: _short(one.name),
-        ">value": lambda one: f"{one.value:.4g}",
-        ">± std": lambda one: f"{one.std:.2g}",
-        ">68 %": lambda one: interval(one, 0),
-        ">90 %": lambda one: interval(one, 1),
-        "unit": lambda one: one.unit or "-",
-        ">left of the prior": lambda one: f"{one.left:.0%}",
+        "unknown": lambda quantity: _short(quantity.name),
+        ">value": lambda quantity: f"{quantity.value:.4g}",
+        ">± std": lambda quantity: f"{quantity.std:.2g}",
+        ">68 %": lambda quantity: interval(quantity, 0),
+        ">90 %": lambda quantity: interval(quantity, 1),
+        "unit": lambda quantity: quantity.unit or "-",
+        ">left of the prior": lambda quantity: f"{quantity.left:.0%}",
     }
     readable: dict[str, Callable[[FoundQuantity], str]] = {
-        "unknown": lambda one: _short(one.name),
-        ">value (90 % interval)": lambda one: with_interval(one.value, *one.intervals[-1], one.unit),
-        ">std": lambda one: with_unit(one.std, one.unit, 2),
-        ">left of the prior": lambda one: percent(one.left),
-        "determined": lambda one: yes_or_no(one.determined),
+        "unknown": lambda quantity: _short(quantity.name),
+        ">value (90 % interval)": lambda quantity: with_interval(
+            quantity.value, *quantity.intervals[-1], quantity.unit
+        ),
+        ">std": lambda quantity: with_unit(quantity.std, quantity.unit, 2),
+        ">left of the prior": lambda quantity: percent(quantity.left),
+        "determined": lambda quantity: yes_or_no(quantity.determined),
     }
     caption = f"{result.name}: unknowns, with the intervals that hold them at 68 and 90 %"
     return (

@@ -59,10 +59,10 @@ def blank(
 
 def legend_below(figure: Figure, axis: Axes, most: int = 10) -> None:
     """Put what an axis labels below the figure, each label once, where there are at least two of them."""
-    found = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    if len(found) > 1:
-        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in found][:most]
-        figure.legend([*found.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
+    handles = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    if len(handles) > 1:
+        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in handles][:most]
+        figure.legend([*handles.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
 
 
 def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options: Any) -> Figure:
