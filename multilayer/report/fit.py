@@ -184,7 +184,7 @@ def moduli_listing(rows: Sequence[Mapping[str, Any]], worst: str = "", **options
 
 
 def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}" if np.isfinite(value) else ""
+    return f"{value:.{digits}f}" if np.isfinite(value) else "–"
 
 
 def _unit(moduli: Iterable[float]) -> tuple[str, float]:
