@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from multilayer.cli.completion import quantities
-from multilayer.cli.simulate import Cluster, Jobs, run_plan
-
-if TYPE_CHECKING:
-    from multilayer.simulation.compare import Comparison
+from multilayer.cli.options import AsJson, Cluster, Figures, Jobs, Out, finish, folder_for
+from multilayer.cli.simulate import run_plan
 
 
 def compare(
@@ -26,14 +24,11 @@ def compare(
             help="What to compare, as absorption; everything that both have when left out.", autocompletion=quantities
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    out: Out = None,
+    as_json: AsJson = False,
     jobs: Jobs = 1,
     cluster: Cluster = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
+    figures: Figures = True,
 ) -> None:
     """Lay measured spectra over what a simulation file predicts at the same frequencies.
 
@@ -42,9 +37,7 @@ def compare(
 
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.simulation_table import comparison_table
+    from multilayer.report.simulation import comparison_report
     from multilayer.simulation.compare import compare as compared
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.measured import known_quantity, read_measured
@@ -53,28 +46,6 @@ def compare(
     simulation = load_simulation(file)
     spectra = read_measured(measured, known_quantity(quantity))
     planned = plan(simulation, file.stem, spectra.grid(simulation.frequency))
-    folder = out or Path("results") / file.stem
-    refuse_unusable(folder)
+    folder = folder_for(out, file.stem)
     comparison = compared(spectra, run_plan(planned, jobs, cluster))
-    written = write_files(folder, _files(comparison, figures))
-    if as_json:
-        typer.echo(json_text(comparison.to_dict()), nl=False)
-    else:
-        comparison_table(comparison)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-
-
-def _files(comparison: Comparison, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-
-    files: dict[str, bytes | str] = {
-        "comparison.csv": comparison.to_csv(),
-        "comparison.json": json_text(comparison.to_dict()),
-    }
-    if figures:
-        from multilayer.report.simulation_figures import comparison_figures
-        from multilayer.report.simulation_html import comparison_html
-
-        files["comparison.html"] = comparison_html(comparison)
-        files.update(comparison_figures(comparison))
-    return files
+    finish(comparison_report(comparison), folder, as_json=as_json, figures=figures)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figures, finish, folder_for
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -33,7 +34,7 @@ def diagnose(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where results go; results/NAME-diagnosis when left out."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print diagnosis.json in place of the tables.")] = False,
+    as_json: AsJson = False,
     without: Annotated[
         list[str] | None,
         typer.Option(
@@ -54,7 +55,7 @@ def diagnose(
     jobs: Annotated[
         int | None, typer.Option(metavar="N", help="Processes to compute with; one per core, at most 4, by default.")
     ] = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
+    figures: Figures = True,
 ) -> None:
     """Say where model and measurement disagree, which effect causes it, how far it shrinks.
 
@@ -71,24 +72,14 @@ def diagnose(
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
         from multilayer.fits.sources import open_source
-        from multilayer.report.diagnosis_files import diagnosis_files
-        from multilayer.report.diagnosis_table import diagnosis_table
-        from multilayer.report.files import write_files
+        from multilayer.report.diagnosis import diagnosis_report
 
         opened = open_source(source)
         ask = _tube if opened.of_stacks else _campaign
         result, folder = ask(opened, out, without or [], law, seed, executor)
-        files = diagnosis_files(result, figures=figures, executor=executor)
-    for text in result.record.get("warnings", ()):
-        typer.echo(f"warning: {text}", err=True)
-    written = write_files(folder, files)
-    if as_json:
-        typer.echo(result.to_json(), nl=False)
-    else:
-        diagnosis_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    if result.verdict != "no_gap":
-        raise typer.Exit(1)
+        for text in result.record.get("warnings", ()):
+            typer.echo(f"warning: {text}", err=True)
+        finish(diagnosis_report(result), folder, as_json=as_json, figures=figures, executor=executor)
 
 
 def _campaign(
@@ -100,15 +91,13 @@ def _campaign(
     from multilayer.diagnosis.judgement import N_STEPS
     from multilayer.errors import InputError, suggest
     from multilayer.media.laws import LAWS
-    from multilayer.report.files import refuse_unusable
 
     effects = chosen_effects(None, without)
     chosen = law or "fractional_zener"
     if chosen not in LAWS:
         raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
     job = source.campaign_job(source.settings())
-    folder = out or Path("results") / f"{job.name}-diagnosis"
-    refuse_unusable(folder)
+    folder = folder_for(out, f"{job.name}-diagnosis")
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_campaign(
             job.campaign, job.recordings, effects,
@@ -127,14 +116,12 @@ def _tube(
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
     from multilayer.experiments.stacks.file import name_of
-    from multilayer.report.files import refuse_unusable
 
     if law is not None:
         raise InputError(f"--law is of campaigns; {source.path} is of stacks, whose unknowns it names: leave it out")
     file, name = load_diagnosis(source.document), name_of(source.path)
     effects = file.chosen(without)
-    folder = out or Path("results") / f"{name}-diagnosis"
-    refuse_unusable(folder)
+    folder = folder_for(out, f"{name}-diagnosis")
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_tube(file, name, effects, seed=seed, progress=advance, executor=executor)
     return result, folder

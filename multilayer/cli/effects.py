@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import ListAsJson, finish
 
 
 def effects(
@@ -14,17 +15,12 @@ def effects(
         list[str] | None,
         typer.Argument(metavar="[EFFECT]...", help="All when left out.", autocompletion=completion.effects),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    as_json: ListAsJson = False,
 ) -> None:
     """List the effects that a diagnosis knows, with their laws and what separates them.
 
     Example: multilayer effects
     """
-    from multilayer.json_text import json_text
-    from multilayer.report.effect_table import describe_effects, effect_table
+    from multilayer.report.effects import effects_report
 
-    described = describe_effects(names)
-    if as_json:
-        typer.echo(json_text(described), nl=False)
-    else:
-        effect_table(described)
+    finish(effects_report(names), as_json=as_json)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figures, Out, finish, folder_for
 
 if TYPE_CHECKING:
     from multilayer.fits.run import FitTask
@@ -18,11 +19,8 @@ def fit(
         list[Path],
         typer.Argument(metavar="FILE_OR_CAMPAIGN", help="Campaign folders, their campaign.yaml, or fit files."),
     ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    out: Out = None,
+    as_json: AsJson = False,
     method: Annotated[
         str | None,
         typer.Option(
@@ -69,7 +67,7 @@ def fit(
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out what was done with the same input.")] = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
+    figures: Figures = True,
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
@@ -116,15 +114,13 @@ def _fit_one(
     from multilayer.cli.progress import progress_bar
     from multilayer.errors import InputError
     from multilayer.fits.run import is_accepted
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_outcome import fit_files, print_fit
+    from multilayer.report.fits import fit_report
 
     fit = task.read()
     if fit.method.reads == "stack-fit" and (cluster or resume):
         option = "--cluster" if cluster else "--resume"
         raise InputError(f"{option} is of the fit of a campaign; {task.source} is a stack-fit file: leave it out")
-    folder = out or Path("results") / fit.folder_name
-    refuse_unusable(folder)
+    folder = folder_for(out, fit.folder_name)
     if resume and fit.done_in(folder):
         if as_json:
             typer.echo((folder / fit.record_name).read_text(encoding="utf-8"), nl=False)
@@ -132,14 +128,7 @@ def _fit_one(
         return is_accepted(fit.summary_in(folder))
     with progress_bar("fit", fit.number_of_steps) as advance:
         result = fit.run(advance)
-    record, accepted = fit.to_dict(result), result.all_accepted
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)
-    files = fit_files(fit, result, record, figures=figures)
-    written = write_files(folder, files)
-    if as_json:
-        typer.echo(files[result.record_name], nl=False)
-    else:
-        print_fit(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    return accepted
+    finish(fit_report(result, fit.job, fit.inputs), folder, as_json=as_json, figures=figures)
+    return True

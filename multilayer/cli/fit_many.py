@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from multilayer.cli.options import finish
+
 if TYPE_CHECKING:
     from multilayer.fits.run import FitTask
-    from multilayer.report.fit_outcome import Files
 
 
 def fit_many(
@@ -34,9 +35,8 @@ def fit_many(
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
     from multilayer.fits.run import is_accepted
-    from multilayer.json_text import json_text
     from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.fit_summary import fit_summary
+    from multilayer.report.fits import fits_report
 
     # every mistake before anything is computed
     fits = [replace(task, source=source).read() for source in sources]
@@ -62,23 +62,20 @@ def fit_many(
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
     write_files(out, {"summary.csv": _csv(in_order)})
-    if as_json:
-        typer.echo(json_text({"version": 1, "campaigns": in_order}), nl=False)
-    else:
-        fit_summary(in_order)
+    finish(fits_report(in_order), as_json=as_json)
+    if not as_json:
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
     return all(map(is_accepted, in_order))
 
 
-def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[Files, dict[str, Any]]:
+def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[dict[str, bytes | str], dict[str, Any]]:
     """Read and fit a task, and return its files and its row of the summary: what a worker does."""
     from multilayer.fits.run import summary_row
-    from multilayer.report.fit_outcome import fit_files
+    from multilayer.report.fits import fit_report
 
     fit = task.read()
-    result = fit.run()
-    record = fit.to_dict(result)
-    return fit_files(fit, result, record, figures=figures), summary_row(record)
+    report = fit_report(fit.run(), fit.job, fit.inputs)
+    return report.files(figures=figures), summary_row(report.record)
 
 
 def _csv(rows: Sequence[dict[str, Any]]) -> str:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multilayer.cli.options import quantities, quantity
+
 if TYPE_CHECKING:
     from multilayer.measurements.cutting import Window
     from multilayer.measurements.importing import ImportedCampaign
@@ -86,7 +88,7 @@ def import_campaign(
 def _choice(sensitivity: list[str], unit: list[str], rate: str | None) -> ChannelChoice:
     from multilayer.measurements.pairs import ChannelChoice, parse_sensitivities, parse_units
 
-    sampling_rate = None if rate is None else _positive(rate, "Hz", "rate")
+    sampling_rate = None if rate is None else quantity("--rate", rate, "Hz")
     return ChannelChoice({}, parse_sensitivities(sensitivity), parse_units(unit), sampling_rate)
 
 
@@ -112,24 +114,11 @@ def _cycles(given: float | None, known: Metadata) -> float:
 
 
 def _frequencies(text: str | None) -> tuple[float, ...]:
-    return tuple(_positive(part, "Hz", "frequencies") for part in text.split(",")) if text else ()
+    return quantities("--frequencies", text, "Hz") if text else ()
 
 
 def _time(text: str | None, option: str) -> float | None:
-    return None if text is None else _positive(text, "s", option)
-
-
-def _positive(text: str, unit: str, option: str) -> float:
-    from multilayer.errors import InputError
-    from multilayer.units import parse_quantity
-
-    try:
-        value = parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(f"--{option}: {error}") from None
-    if not 0 < value < float("inf"):
-        raise InputError(f"--{option}: {text} is not allowed; it must be above 0")
-    return value
+    return None if text is None else quantity(f"--{option}", text, "s")
 
 
 def _with_names(choice: ChannelChoice, files: list[Path], base: str | None, top: str | None) -> ChannelChoice:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import ListAsJson, finish
 
 
 def layers(
@@ -14,7 +15,7 @@ def layers(
         list[str] | None,
         typer.Argument(metavar="[TYPE]...", help="All when left out.", autocompletion=completion.layers),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    as_json: ListAsJson = False,
 ) -> None:
     """List the layer types a stack file may use, with their fields, units and defaults.
 
@@ -22,11 +23,6 @@ def layers(
 
     Example: multilayer layers poroelastic screen
     """
-    from multilayer.json_text import json_text
-    from multilayer.report.layer_table import describe_layers, layer_table
+    from multilayer.report.layers import layers_report
 
-    described = describe_layers(types)
-    if as_json:
-        typer.echo(json_text(described), nl=False)
-    else:
-        layer_table(described)
+    finish(layers_report(types), as_json=as_json)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figure, Out, finish, folder_for
 from multilayer.errors import InputError
 
 
@@ -19,11 +20,8 @@ def methods(
             help="A campaign folder, its campaign.yaml, or a fit file; without one, the methods are listed.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    out: Out = None,
+    as_json: AsJson = False,
     everything: Annotated[
         bool, typer.Option("--all", help="With slow methods, as the paper's Nelder-Mead: some seconds per burst.")
     ] = False,
@@ -47,7 +45,7 @@ def methods(
         Path | None,
         typer.Option("--calibration", metavar="CAMPAIGN", help="With --adhesive: both accelerometers at one spot."),
     ] = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
+    figures: Figure = True,
 ) -> None:
     """Find the complex modulus of a sample by every method, and put them side by side.
 
@@ -74,47 +72,29 @@ def methods(
     from multilayer.cli.progress import progress_bar
     from multilayer.fits.classical.compare import compare_methods, number_of_steps_of_all
     from multilayer.fits.sources import read_fit
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, result_files, write_files
-    from multilayer.report.methods_figure import methods_figure
-    from multilayer.report.methods_table import methods_table
+    from multilayer.report.methods import methods_report
 
     job = read_fit(source)
-    refuse_unusable(out or Path("results"))
+    folder = folder_for(out, job.name)
     with progress_bar("methods", number_of_steps_of_all(job.campaign, job.settings, slow=everything)) as advance:
         comparison = compare_methods(
             job.campaign, job.recordings, job.settings, job.calibration,
             slow=everything, lateral=lateral, progress=advance,
         )  # fmt: skip
-    folder = out or Path("results") / comparison.campaign
-    written = write_files(folder, result_files("methods", comparison, methods_figure if figures else None))
-    if as_json:
-        typer.echo(json_text(comparison.to_dict()), nl=False)
-    else:
-        methods_table(comparison)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-    return None
+    return finish(methods_report(comparison), folder, as_json=as_json, figures=figures)
 
 
 def _adhesive(source: Path, calibration: Path | None, out: Path | None, as_json: bool, figures: bool) -> None:
     """Check an adhesive, write and print."""
-    from multilayer.json_text import json_text
     from multilayer.measurements.campaign import load_calibration
-    from multilayer.report.adhesive import adhesive_figure, adhesive_table
-    from multilayer.report.files import refuse_unusable, result_files, write_files
+    from multilayer.report.adhesive import adhesive_report
     from multilayer.signals.adhesive import check_adhesive
 
-    refuse_unusable(out or Path("results"))
-    glued = load_calibration(source)
     name = (source if source.is_dir() else source.parent).resolve().name
+    folder = folder_for(out, name)
+    glued = load_calibration(source)
     check = check_adhesive(name, glued, None if calibration is None else load_calibration(calibration))
-    folder = out or Path("results") / name
-    written = write_files(folder, result_files("adhesive", check, adhesive_figure if figures else None))
-    if as_json:
-        typer.echo(json_text(check.to_dict()), nl=False)
-    else:
-        adhesive_table(check)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+    finish(adhesive_report(check), folder, as_json=as_json, figures=figures)
 
 
 def _list(as_json: bool) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from multilayer.cli.options import ListAsJson, finish
 from multilayer.cli.plugin_option import takes_plugins
 
 plugins = typer.Typer(name="plugins", rich_markup_mode="markdown")
@@ -29,7 +29,7 @@ class Kind(StrEnum):
 @takes_plugins
 def list_plugins(
     context: typer.Context,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    as_json: ListAsJson = False,
 ) -> None:
     """List all layers, laws, effects, methods, readers and plugins' commands: their package, what is broken and why.
 
@@ -39,14 +39,9 @@ def list_plugins(
     """
     if context.invoked_subcommand is not None:
         return
-    from multilayer.plugins.listing import describe_plugins
-    from multilayer.report.plugin_table import plugin_table
+    from multilayer.report.plugins import plugins_report
 
-    described = describe_plugins()
-    if as_json:
-        typer.echo(json.dumps(described, indent=1))
-    else:
-        plugin_table(described)
+    finish(plugins_report(), as_json=as_json)
 
 
 @plugins.command()

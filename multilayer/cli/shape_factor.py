@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
+
+from multilayer.cli.options import AsJson, finish, quantities, quantity
 
 _SHAPES = "0.25,0.5,1,1.5,2.5"
 _RATIOS = "0.1,0.2,0.3,0.4,0.45,0.49"
@@ -29,7 +32,7 @@ def shape_factor(
     young_modulus: Annotated[str | None, typer.Option(metavar="E", help="Of the sample, as '200 kPa'.")] = None,
     loss_factor: Annotated[float, typer.Option(metavar="ETA", help="Of the sample.")] = 0.1,
     plate_thickness: Annotated[str, typer.Option(metavar="LENGTH", help="Of a top plate of steel.")] = "1 mm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print how much stiffer a glued disc is than a free rod: g = apparent modulus / Young's modulus.
 
@@ -39,54 +42,26 @@ def shape_factor(
     Example: multilayer shape-factor --poisson-ratio 0.3 --radius "22.5 mm" --thickness "25 mm"
     --frequency "100 Hz,500 Hz,1 kHz" --density "80 kg/m^3" --young-modulus "200 kPa"
     """
-    from multilayer.json_text import json_text
-    from multilayer.report.shape_table import ShapeFactors, shape_table
+    from multilayer.report.shape_factors import shape_factors_report
     from multilayer.rig.shape_factor import dynamic_shape_factor, static_shape_factor
     from multilayer.rig.two_plate import TwoPlateRig
 
-    ratios = _numbers("--poisson-ratio", poisson_ratio, "")
+    ratios = quantities("--poisson-ratio", poisson_ratio, "")
     given = {"--radius": radius, "--thickness": thickness, "--density": density, "--young-modulus": young_modulus}
     if frequency is None:
         shapes = _shapes(shape, radius, thickness)
         rows = {nu: [complex(static_shape_factor(nu, s)) for s in shapes] for nu in ratios}
-        result = ShapeFactors("shape", shapes, rows)
+        report = shape_factors_report("shape", shapes, rows)
     else:
-        a, h, rho, modulus = (_one(name, text, _SAMPLE[name]) for name, text in given.items())
-        f, plate = _numbers("--frequency", frequency, "Hz"), _one("--plate-thickness", plate_thickness, "m")
+        a, h, rho, modulus = (quantity(name, text, _SAMPLE[name]) for name, text in given.items())
+        f, plate = quantities("--frequency", frequency, "Hz"), quantity("--plate-thickness", plate_thickness, "m")
         rigs = {nu: TwoPlateRig(a, h, rho, nu, plate) for nu in ratios}
         rows = {nu: list(dynamic_shape_factor(rig, f, modulus * (1 + 1j * loss_factor))) for nu, rig in rigs.items()}
-        result = ShapeFactors("frequency_hz", f, rows)
-    if as_json:
-        typer.echo(json_text(result.to_dict()), nl=False)
-    else:
-        shape_table(result)
+        report = shape_factors_report("frequency_hz", f, rows)
+    finish(report, as_json=as_json)
 
 
-def _shapes(shape: str | None, radius: str | None, thickness: str | None) -> list[float]:
+def _shapes(shape: str | None, radius: str | None, thickness: str | None) -> Sequence[float]:
     if radius is None and thickness is None:
-        return _numbers("--shape", shape or _SHAPES, "")
-    return [_one("--radius", radius, "m") / (2 * _one("--thickness", thickness, "m"))]
-
-
-def _one(option: str, text: str | None, unit: str) -> float:
-    from multilayer.errors import InputError
-
-    if text is None:
-        raise InputError(f"{option}: is missing; it is needed here, as {option} '1 {unit}'")
-    numbers = _numbers(option, text, unit)
-    if len(numbers) != 1:
-        raise InputError(f"{option}: one value is wanted, not {len(numbers)}")
-    return numbers[0]
-
-
-def _numbers(option: str, text: str, unit: str) -> list[float]:
-    from multilayer.errors import InputError
-    from multilayer.units import parse_quantity
-
-    try:
-        values = [parse_quantity(part, unit) for part in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"{option}: {error}") from None
-    if unit and not all(0 < value < float("inf") for value in values):
-        raise InputError(f"{option}: {text} is not allowed; it must be above 0")
-    return values
+        return quantities("--shape", shape or _SHAPES, "")
+    return [quantity("--radius", radius, "m") / (2 * quantity("--thickness", thickness, "m"))]

@@ -9,29 +9,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from multilayer.cli.options import AsJson, Cluster, Figures, Jobs, Out, finish, folder_for
+
 if TYPE_CHECKING:
     from multilayer.simulation.result import SimulationResult
     from multilayer.simulation.run import Plan
 
-Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes of this machine to compute with.")]
-Cluster = Annotated[
-    str | None,
-    typer.Option(
-        "--cluster", metavar="ADDRESS", help="A Dask scheduler whose workers compute, as tcp://10.0.0.1:8786."
-    ),
-]
-
 
 def simulate(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A simulation file, or a stack file.")],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Where results go; results/NAME when left out."),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
+    out: Out = None,
+    as_json: AsJson = False,
     jobs: Jobs = 1,
     cluster: Cluster = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")] = True,
+    figures: Figures = True,
 ) -> None:
     """Compute absorption, impedance and transmission loss of a stack, for every case of its sweep.
 
@@ -43,38 +34,14 @@ def simulate(
 
     Example: multilayer simulate examples/foam_absorption.yaml --out results/foam_absorption
     """
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, write_files
-    from multilayer.report.simulation_table import simulation_table
+    from multilayer.report.simulation import simulation_report
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.run import plan
 
     planned = plan(load_simulation(file), file.stem)
-    folder = out or Path("results") / file.stem
-    refuse_unusable(folder)
+    folder = folder_for(out, file.stem)
     result = run_plan(planned, jobs, cluster)
-    written = write_files(folder, _files(result, figures))
-    if as_json:
-        typer.echo(json_text(result.to_dict()), nl=False)
-    else:
-        simulation_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
-
-
-def _files(result: SimulationResult, figures: bool) -> dict[str, bytes | str]:
-    from multilayer.json_text import json_text
-
-    files: dict[str, bytes | str] = {
-        "simulation.csv": result.to_csv(),
-        "simulation.json": json_text(result.to_dict()),
-    }
-    if figures:
-        from multilayer.report.simulation_figures import simulation_figures
-        from multilayer.report.simulation_html import simulation_html
-
-        files["report.html"] = simulation_html(result)
-        files.update(simulation_figures(result))
-    return files
+    finish(simulation_report(result), folder, as_json=as_json, figures=figures)
 
 
 def run_plan(planned: Plan, jobs: int, address: str | None) -> SimulationResult:

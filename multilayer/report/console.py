@@ -1,10 +1,18 @@
-"""Where tables are printed."""
+"""What a terminal shows of a report."""
 
 from __future__ import annotations
 
 import shutil
+from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from multilayer.report.listing import Listing, Tinted
+
+if TYPE_CHECKING:
+    from multilayer.report.report import Report, Section
 
 _WIDTH_IN_A_FILE = 150
 
@@ -15,3 +23,50 @@ def console() -> Console:
     if plain.is_terminal:
         return plain
     return Console(width=max(_WIDTH_IN_A_FILE, shutil.get_terminal_size().columns))
+
+
+def show(report: Report) -> None:
+    """Print a report: how it begins, then what its sections have for a terminal, an empty line before each heading."""
+    lines: list[Text | Table] = []
+    for text in report.opening:
+        lines.append(_text(text, "" if lines else "bold"))
+    for section in report.sections:
+        heading = section.title
+        for listing in _listings(section):
+            lines += _heading(listing.caption or heading)
+            lines += [*([_table(listing)] if listing.rows else []), *map(_text, listing.notes)]
+            heading = ""
+        bullet = "- " if len(section.remarks) > 1 else ""
+        lines += [*(_heading(heading) if section.remarks else ()), *(_text(r, before=bullet) for r in section.remarks)]
+    out = console()
+    if lines and not lines[0]:
+        del lines[0]
+    for line in lines:
+        # in a file a sentence stays whole
+        out.print(line, soft_wrap=isinstance(line, Text) and not out.is_terminal)
+
+
+def _listings(section: Section) -> list[Listing]:
+    folded = section.folded
+    inner = folded.listings if folded and folded.listings else section.listings
+    beside = section.beside.listings if section.beside else ()
+    return [listing for listing in (*beside, *inner) if listing.only != "page" and (listing.rows or listing.notes)]
+
+
+def _heading(text: str) -> list[Text | Table]:
+    return [Text(""), Text(text, style="italic")] if text else []
+
+
+def _text(text: str, style: str = "", before: str = "") -> Text:
+    """Return a text that is not looked through for markup: names may hold what rich takes for it."""
+    return Text(before + text, style=text.colour if isinstance(text, Tinted) else style)
+
+
+def _table(listing: Listing) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for i, heading in enumerate(listing.headings):
+        number = i in listing.numeric
+        table.add_column(Text(heading), justify="right" if number else "left", no_wrap=number, overflow="fold")
+    for row in listing.rows:
+        table.add_row(*map(_text, row))
+    return table

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multilayer.diagnosis.result import Diagnosis
-from multilayer.diagnosis.thresholds import TIED
-from multilayer.executors import run_all
-from multilayer.report.diagnosis_curves import draw_before_after, draw_moduli, draw_similarity
-from multilayer.report.diagnosis_rows import best_score, in_words, number_or_nan
-from multilayer.report.files import file_names
-from multilayer.report.numbers import percent
-from multilayer.report.style import WIDTH, blank, colour, figure_style, plain, png, shortened
-from multilayer.report.svg import inline_svg
+from multilayer.arrays import RealArray
+from multilayer.diagnosis.result import Curves, Similarity
+from multilayer.diagnosis.thresholds import ABSORBED, ALIKE, TIED
+from multilayer.report.numbers import percent, pressure_unit
+from multilayer.report.style import WIDTH, blank, colour, plain, shortened
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
+_HEIGHT = 2.5  # inches
+_NUMBERED = 8  # signatures up to which the cells of the matrix hold numbers
 _MOST_PLACES = 24
 _MOST_CAUSES = 10
 _MOST_EXPERIMENTS = 5
@@ -34,59 +29,27 @@ _TINT = 0.7  # of the strongest cell: dark and light text stay readable on it
 _NARROW = 0.11  # share of the axis below which a number is written upright
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """A figure as a PNG file, and as an SVG element for a page."""
-
-    png: bytes
-    svg: str
-
-
-def diagnosis_drawings(diagnosis: Diagnosis) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the figures of a diagnosis, by name; those without data are left out."""
-    record, similarity, moduli = diagnosis.record, diagnosis.similarity, diagnosis.moduli
-    found: dict[str, Callable[[], Figure]] = {}
-    if _places(record):
-        found["where"] = partial(draw_where, record)
-    if record["causes"]:
-        found["causes"] = partial(draw_causes, record)
-    for curves, name in zip(diagnosis.curves, curve_names(diagnosis), strict=True):
-        if len(curves.frequency):
-            found[name] = partial(draw_before_after, curves)
-    if len(similarity.names) > 1:
-        found["similarity"] = partial(draw_similarity, similarity)
-    if record["next_experiment"]:
-        found["next_experiment"] = partial(draw_experiments, record)
-    if moduli.get("frequency_hz"):
-        found["moduli"] = partial(draw_moduli, moduli)
-    return found
+def in_words(effects: Sequence[str]) -> str:
+    """Return the names of a hypothesis for people: none is the nominal model."""
+    if list(effects) == ["unknown"]:
+        return "none of the known"
+    return " + ".join(name.replace("_", " ") for name in effects) or "no effect"
 
 
-def curve_names(diagnosis: Diagnosis) -> list[str]:
-    """Return the names of the figures before and after, one for each configuration."""
-    return [f"before_after-{name}" for name in file_names([one.configuration for one in diagnosis.curves])]
+def number_or_nan(value: Any) -> float:
+    """Return a number, not a number where there is none."""
+    return math.nan if value is None else float(value)
 
 
-def diagnosis_pictures(diagnosis: Diagnosis, executor: Executor | None = None) -> dict[str, Drawn]:
-    """Return the figures of a diagnosis by name, drawn in the processes of an executor where one is given."""
-    drawings = diagnosis_drawings(diagnosis)
-    tasks = [(draw, f"f{i}", name) for i, (name, draw) in enumerate(drawings.items())]
-    return dict(zip(drawings, run_all(_drawn, tasks, executor), strict=True))
+def best_score(record: Mapping[str, Any]) -> float:
+    """Return the largest score of all causes: evidence, how common the cause is, and held-out data."""
+    return max((float(cause["score"]) for cause in record["causes"]), default=math.nan)
 
 
-def _drawn(task: tuple[Callable[[], Figure], str, str]) -> Drawn:
-    draw, key, name = task
-    with figure_style(compact=True):
-        figure = draw()
-        image = png(figure)
-        figure.set_layout_engine("none")  # it is laid out, and that takes as long as to draw it
-        return Drawn(image, inline_svg(figure, key, name.replace("_", " ")))
-
-
-def _places(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
+def places_in_bands(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
     """Return the places that have a band, by configuration and quantity, the most significant rows only."""
     rows: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for place in sorted(record["where"], key=lambda one: -abs(one["significance"])):
+    for place in sorted(record["where"], key=lambda each: -abs(each["significance"])):
         row = (place.get("configuration") or "all", place["quantity"])
         if place.get("band_hz") and (row in rows or len(rows) < _MOST_PLACES):
             rows.setdefault(row, []).append(place)
@@ -95,11 +58,10 @@ def _places(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str
 
 def draw_where(record: Mapping[str, Any]) -> Figure:
     """Draw the significance of the residual by band, for every configuration and quantity that shows one."""
-    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba
+    from matplotlib.colors import Normalize
 
-    rows = _places(record)
-    blue = to_rgba(colour(0))
-    tints = LinearSegmentedColormap.from_list("tint", [(*blue[:3], 0.05), (*blue[:3], _TINT)])
+    rows = places_in_bands(record)
+    tints = _tints(0.05)
     scale = Normalize(0, max(abs(place["significance"]) for places in rows.values() for place in places))
     figure, axes = blank(1, 1, (WIDTH, 0.9 + 0.25 * len(rows)))
     axis = axes[0, 0]
@@ -212,4 +174,113 @@ def draw_experiments(record: Mapping[str, Any]) -> Figure:
         axis.annotate(f"{values[i]:.1f}", (values[i], row), (3, 0), textcoords="offset points", va="center", fontsize=7)
     axis.set_xlim(0, 1.15 * max(*values, 1e-3))
     axis.set_xlabel("expected gain / nats per hour" if known else "expected gain / nats")
+    return figure
+
+
+def unexplained(curves: Curves) -> float:
+    """Return the root mean square of the nominal residuals in standard deviations."""
+    parts = (curves.level_before / curves.sigma_level, curves.phase_before / curves.sigma_phase)
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+def draw_before_after(curves: Curves) -> Figure:
+    """Draw the residuals of both quantities of a configuration, of the nominal model and of the best hypothesis."""
+    figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
+    parts = (
+        (curves.level_before, curves.level_after, curves.sigma_level, curves.labels[0]),
+        (curves.phase_before, curves.phase_after, curves.sigma_phase, curves.labels[1]),
+    )
+    for axis, (before, after, sigma, label) in zip(axes[:, 0], parts, strict=True):
+        _residuals(axis, curves, before, after, sigma)
+        axis.set_ylabel(label)
+    axes[1, 0].set_xlabel("frequency / Hz")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
+    axes[0, 0].set_title(shortened(curves.configuration, 44))
+    return figure
+
+
+def _residuals(axis: Axes, curves: Curves, before: RealArray, after: RealArray, sigma: RealArray) -> None:
+    f, typical = (_by_burst(curves, values, sigma) for values in (curves.frequency, sigma))
+    for sigmas, label in ((2, None), (1, "expected, 1 and 2 σ")):
+        bound = sigmas * typical
+        axis.fill_between(f, -bound, bound, color="0.5", alpha=0.25, linewidth=0, label=label)
+    axis.axhline(0, color="black", linewidth=0.6)
+    kinds = [(before, "x", 1, "nominal"), (after, ".", 0, "best hypothesis")]
+    # without a hypothesis to speak of, both are the same
+    for values, style, tint, label in kinds[: 1 if np.array_equal(before, after) else 2]:
+        axis.plot(curves.frequency, values, style, color=colour(tint), markersize=3.5, alpha=0.4)
+        axis.plot(f, _by_burst(curves, values, sigma), f"{style}-", color=colour(tint), markersize=4, label=label)
+
+
+def _by_burst(curves: Curves, values: RealArray, sigma: RealArray) -> RealArray:
+    """Return the mean of each burst, lowest frequency first; the noisy edges of its band count little."""
+    bursts = np.unique(curves.burst)
+    weights = (curves.burst == bursts[:, None]) / sigma**2
+    weights /= weights.sum(axis=1, keepdims=True)
+    return np.asarray((weights @ values)[np.argsort(weights @ curves.frequency)])
+
+
+def draw_similarity(similarity: Similarity) -> Figure:
+    """Draw how alike the signatures of effects are, and mark those that the unknowns absorb.
+
+    Each name stands where its row ends and its column begins.
+    """
+    n, alike = len(similarity.names), np.abs(np.asarray(similarity.cosines))
+    figure, axes = blank(1, 1, (WIDTH, 0.5 + max(0.13 * n, 1.2)))
+    axis = axes[0, 0]
+    shown = np.ma.masked_where(np.triu(np.ones((n, n), dtype=bool)), alike)
+    tints = _tints()
+    axis.pcolormesh(shown, cmap=tints, vmin=0, vmax=1, edgecolors="none")
+    axis.set(xlim=(0, 1.45 * n), ylim=(n, 0), xticks=[], yticks=[])
+    axis.spines[:].set_visible(False)
+    for i, (name, share) in enumerate(zip(similarity.names, similarity.kept, strict=True)):
+        cross = "× " if share < ABSORBED else ""
+        axis.text(i + 0.2, i + 0.5, f"{cross}{shortened(in_words([name]))}", va="center", fontsize=7)
+    for row in range(n):
+        for column in range(row):
+            _mark(axis, row, column, float(alike[row, column]), n)
+    _scale(axis, tints)
+    absorbed = "; ×: absorbed by the unknowns" if np.min(similarity.kept) < ABSORBED else ""
+    figure.suptitle(f"●: above {ALIKE:g}{absorbed}", fontsize=8)
+    return figure
+
+
+def _tints(least: float = 0.0) -> Colormap:
+    """Return colours through which light and dark paper shows: text stays readable on all of them."""
+    from matplotlib.colors import LinearSegmentedColormap, to_rgba
+
+    rgb = to_rgba(colour(0))[:3]
+    return LinearSegmentedColormap.from_list("tint", [(*rgb, least), (*rgb, _TINT)])
+
+
+def _mark(axis: Axes, row: int, column: int, cosine: float, n: int) -> None:
+    if n <= _NUMBERED:
+        text = f"{'●' if cosine > ALIKE else ''}{cosine:.2f}"
+        axis.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=7)
+    elif cosine > ALIKE:
+        axis.plot(column + 0.5, row + 0.5, "o", color="black", markersize=3.5)
+
+
+def _scale(axis: Axes, tints: Colormap) -> None:
+    """Draw the meaning of the colours into the empty corner."""
+    scale = axis.inset_axes((0.68, 0.9, 0.3, 0.05))
+    steps = np.linspace(0, 1, 6)
+    scale.pcolormesh(steps, [0, 1], (steps[None, :-1] + steps[None, 1:]) / 2, cmap=tints, vmin=0, vmax=1)
+    scale.set(xticks=[0, 0.5, 1], yticks=[], xlabel="|cosine|")
+    scale.tick_params(length=2, labelsize=7)
+    scale.grid(visible=False)
+
+
+def draw_moduli(moduli: Mapping[str, Any]) -> Figure:
+    """Draw storage and loss modulus over frequency, of the nominal model and of the best hypothesis."""
+    f = np.asarray(moduli["frequency_hz"], dtype=float)
+    figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
+    kinds = (("nominal", "--"), ("corrected", "-"))[: 1 if moduli["corrected"] == moduli["nominal"] else 2]
+    for axis, part in zip(axes[:, 0], ("E1", "E2"), strict=True):
+        unit, factor = pressure_unit(max(max(moduli[name][part]) for name, _ in kinds))
+        for i, (name, style) in enumerate(kinds):
+            axis.plot(f, np.asarray(moduli[name][part]) / factor, style, color=colour(1 - i), label=name)
+        axis.set_ylabel(f"{part} / {unit}")
+    axes[1, 0].set_xlabel("frequency / Hz")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=7)
     return figure

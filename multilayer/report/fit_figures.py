@@ -12,37 +12,12 @@ from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility
-from multilayer.report.files import file_names
 from multilayer.report.numbers import pressure_unit
-from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png, readable_decades
+from multilayer.report.style import WIDTH, blank, colour, finished, plain, readable_decades
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-def fit_figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, bytes]:
-    """Return all figures of a fit as PNG files by name.
-
-    Parameters
-    ----------
-    result : FitResult
-    campaign : Campaign
-        The campaign the result belongs to: its geometry enters eq. (11).
-    settings : FitSettings
-        Holds the quasi-static values, if any.
-    """
-    with figure_style():
-        figures = {
-            "moduli.png": draw_moduli(result, settings),
-            "transmissibility.png": draw_transmissibility(result, campaign, settings),
-            "gross_check.png": draw_gross_check(result),
-            "convergence.png": draw_convergence(result),
-        }
-        names = result.configurations
-        for name, file_name in zip(names, file_names(names), strict=True):
-            figures[f"envelopes-{file_name}.png"] = draw_envelopes(result, name)
-        return {name: png(figure) for name, figure in figures.items()}
 
 
 def draw_moduli(result: FitResult, settings: FitSettings, *, upright: bool = False) -> Figure:
@@ -73,12 +48,8 @@ def draw_moduli(result: FitResult, settings: FitSettings, *, upright: bool = Fal
     for axis in axes[-1:] if upright else axes:
         axis.set_xlabel("frequency / Hz")
     axes[2].set_ylim(bottom=0)
-    if upright:
-        legend_below(figure, axes[0])
-    else:
-        axes[0].legend(fontsize=7)
-        figure.suptitle(f"{plain(result.campaign)}: dynamic modulus ({result.method}); hollow: not accepted")
-    return figure
+    title = f"{plain(result.campaign)}: dynamic modulus ({result.method}); hollow: not accepted"
+    return finished(figure, axes[0], title, upright=upright)
 
 
 def _points(axis: Axes, bursts: list[BurstFit], name: str, factor: float, *, color: str, label: str) -> None:
@@ -159,44 +130,28 @@ def draw_transmissibility(
     result: FitResult, campaign: Campaign, settings: FitSettings, *, upright: bool = False
 ) -> Figure:
     """Draw amplitude and phase of the transmissibility: measured, fitted, and eq. (11) (the paper's Figs. 11-12)."""
-    figure, axes = blank(2, 1, (WIDTH, 3.6) if upright else (7.5, 5.5), sharex=True)
+    figure, grid = blank(2, 1, (WIDTH, 3.6) if upright else (7.5, 5.5), sharex=True)
+    axes = grid[:, 0]
     for i, configuration in enumerate(result.configurations):
         bursts = result.of(configuration)
         f = np.array([b.frequency for b in bursts])
         measured = np.array([b.measured_transmissibility for b in bursts])
         fitted = np.array([complex(b.optimum.storage_modulus, b.optimum.loss_modulus) for b in bursts])
-        _curve(
-            axes[:, 0],
-            f,
-            measured,
-            marker="o",
-            linestyle="",
-            color=colour(i),
-            label=f"{plain(configuration)}, measured",
-        )
-        _curve(
-            axes[:, 0],
-            f,
-            _rod(campaign, configuration, f, fitted, settings.model),
-            marker=".",
-            color=colour(i),
-            label="eq. (11), fitted",
-        )
+        tint = colour(i)
+        _curve(axes, f, measured, marker="o", linestyle="", color=tint, label=f"{plain(configuration)}, measured")
+        rod = _rod(campaign, configuration, f, fitted, settings.model)
+        _curve(axes, f, rod, marker=".", color=tint, label="eq. (11), fitted")
         if settings.model == "finite":
             finite = np.array([b.modelled_transmissibility for b in bursts])
-            _curve(axes[:, 0], f, finite, linestyle=":", color=colour(i), label="finite elements, fitted")
+            _curve(axes, f, finite, linestyle=":", color=tint, label="finite elements, fitted")
         if (given := settings.quasi_static) is not None:
             static = np.full(len(f), complex(given.storage_modulus, given.loss_modulus))
             curve = _rod(campaign, configuration, f, static, settings.model)
-            _curve(axes[:, 0], f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
-    axes[0, 0].set(ylabel="amplitude", yscale="log")
-    axes[1, 0].set(ylabel="phase / degrees", xlabel="frequency / Hz")
-    if upright:
-        legend_below(figure, axes[0, 0])
-    else:
-        axes[0, 0].legend(fontsize=7, ncols=2)
-        figure.suptitle(f"{plain(result.campaign)}: transmissibility, top plate over base")
-    return figure
+            _curve(axes, f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
+    axes[0].set(ylabel="amplitude", yscale="log")
+    axes[1].set(ylabel="phase / degrees", xlabel="frequency / Hz")
+    title = f"{plain(result.campaign)}: transmissibility, top plate over base"
+    return finished(figure, axes[0], title, upright=upright, ncols=2)
 
 
 def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None:
@@ -225,16 +180,11 @@ def draw_gross_check(result: FitResult, *, upright: bool = False) -> Figure:
         axis.plot(check.frequency, check.measured / size, "o", color=colour(i), label=f"{plain(configuration)}: found")
         positive = np.where(check.predicted > 0, check.predicted, np.nan)
         axis.plot(check.frequency, positive / size, "--", color=colour(i), label=f"eq. (12){error}")
+    axis.set(xlabel="frequency / Hz", ylabel=f"E2 / {unit}")
+    title = f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)"
     if not axis.lines:
         axis.text(0.5, 0.5, "fewer than three accepted bursts: no slope", ha="center", transform=axis.transAxes)
     else:
         axis.set_yscale("log")
         readable_decades(axis)
-        if not upright:
-            axis.legend(fontsize=7, ncols=2)
-    axis.set(xlabel="frequency / Hz", ylabel=f"E2 / {unit}")
-    if upright:
-        legend_below(figure, axis)
-    else:
-        figure.suptitle(f"{plain(result.campaign)}: local Kramers-Kronig check (Gross)")
-    return figure
+    return finished(figure, axis, title, upright=upright, ncols=2)

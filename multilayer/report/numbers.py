@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from multilayer.fits.result import BurstFit
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _WITH_PREFIX = re.compile(r"(?P<symbol>kg|s|m|Pa|N|Hz|V)(?P<rest>$|[ /].*)")
@@ -26,24 +22,12 @@ def pressure_unit(largest: float) -> tuple[str, float]:
 
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread`` with two digits of the spread; the value alone when that is 0 or not finite."""
+    if not math.isfinite(value):
+        return "–"
     if not 0 < spread < float("inf"):
-        return f"{value:.4g}" if math.isfinite(value) else "–"
+        return f"{value:.4g}"
     digits = max(0, 1 - int(f"{spread:e}".split("e")[1]))
     return f"{value:.{digits}f} ± {spread:.{digits}f}"
-
-
-def burst_numbers(burst: BurstFit, factor: float) -> tuple[str, ...]:
-    """Return a burst's frequency, E1, E2 (in units of `factor` Pa), loss factor and differences of eq. (10)."""
-    return (
-        f"{burst.frequency:g}",
-        with_spread(burst.storage_modulus / factor, burst.storage_modulus_std / factor),
-        with_spread(burst.loss_modulus / factor, burst.loss_modulus_std / factor),
-        with_spread(burst.loss_factor, burst.loss_factor_std),
-        *(
-            f"{x:.{n}f}" if math.isfinite(x) else "–"
-            for x, n in ((1e6 * burst.delta_tof, 2), (burst.delta_level_db, 3))
-        ),
-    )
 
 
 def significant(value: float, digits: int = 3) -> str:
@@ -74,13 +58,13 @@ def readable_unit(value: float, unit: str) -> tuple[str, float]:
     unit = unit.replace("*", " ").replace("^", "")  # as pint writes it
     if not (math.isfinite(value) and value):
         return _pretty(unit), 1.0
-    found = _WITH_PREFIX.fullmatch(unit)
-    if found is None:
+    match = _WITH_PREFIX.fullmatch(unit)
+    if match is None:
         if _PLAIN[0] <= abs(value) < _PLAIN[1]:
             return _pretty(unit), 1.0
         power = math.floor(math.log10(abs(value)))
         return f"×10{_raised(power)} {_pretty(unit)}".rstrip(), 10.0**power
-    symbol, rest = found["symbol"], found["rest"]
+    symbol, rest = match["symbol"], match["rest"]
     # the kilogram has a prefix already
     symbol, base = ("g", 1e-3) if symbol == "kg" else (symbol, 1.0)
     lowest, highest = _POWERS.get(symbol, (-12, 9))
@@ -118,4 +102,4 @@ def _raised(exponent: int | str) -> str:
 
 def _pretty(unit: str) -> str:
     """Return a unit with raised exponents: ``N s/m4`` as ``N s/m⁴``."""
-    return re.sub(r"(?<=[A-Za-z])\d", lambda found: found[0].translate(_SUPERSCRIPT), unit)
+    return re.sub(r"(?<=[A-Za-z])\d", lambda match: match[0].translate(_SUPERSCRIPT), unit)

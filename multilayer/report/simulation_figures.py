@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.report.style import COLOURS, WIDTH, blank, colour, figure_style, plain, png
-from multilayer.response.bands import band_centres, band_edges
-from multilayer.simulation.compare import Comparison
+from multilayer.report.style import COLOURS, WIDTH, blank, colour, octave_ticks, plain
+from multilayer.response.bands import band_edges
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
@@ -18,31 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DRAWN = {
-    "absorption": "absorption.png",
-    "transmission_loss": "transmission_loss.png",
-    "insertion_loss": "insertion_loss.png",
-    "normalised_impedance": "impedance.png",
-}
 _MOST_IN_LEGEND = 12
 _MOST_MARKERS = 150
-
-
-def simulation_figures(result: SimulationResult) -> dict[str, bytes]:
-    """Return the figures of a simulation as PNG files by name, only those with a meaning."""
-    there = {name for case in result.cases for name in case.quantities}
-    with figure_style():
-        return {file: png(draw_quantity(result, name)) for name, file in DRAWN.items() if name in there}
-
-
-def comparison_figures(comparison: Comparison) -> dict[str, bytes]:
-    """Return the figures of a comparison, measured over predicted, as PNG files by name."""
-    with figure_style():
-        drawn = {
-            name: draw_quantity(comparison.predicted, name, comparison.measured.quantities[name])
-            for name in comparison.quantities
-        }
-        return {f"comparison_{name}.png": png(figure) for name, figure in drawn.items()}
 
 
 def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, upright: bool = False) -> Figure:
@@ -159,12 +135,7 @@ def _frequency_axis(axis: Axes, result: SimulationResult) -> None:
     axis.set_xlabel(f"frequency / Hz, {result.bands}" if result.bands else "frequency / Hz")
     if high > low:
         axis.set_xlim(low, high)
-    if high < 4 * low:
-        return
-    axis.set_xscale("log")
-    ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
-    axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
+    octave_ticks(axis, low, high)
 
 
 def _limits(

@@ -1,95 +1,151 @@
-"""Tables and figures of a stack fit."""
+"""The report of a fit of stacks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from multilayer.arrays import RealArray
-from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, parts_of
-from multilayer.report.console import console
+from multilayer.fits.stacks.result import POOR, FittedCurve, FoundQuantity, StackFitResult, parts_of
 from multilayer.report.files import file_names
-from multilayer.report.identifiability_table import identifiability_table
-from multilayer.report.style import WIDTH, blank, colour, figure_style, legend_below, plain, png
-from multilayer.response.bands import band_centres
+from multilayer.report.identifiability import determined_section
+from multilayer.report.listing import Listing, yes_or_no
+from multilayer.report.numbers import percent, significant, with_interval, with_unit
+from multilayer.report.report import Picture, Report, Section
+from multilayer.report.style import WIDTH, blank, colour, finished, octave_ticks, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_MINIMA = 10
-_MOST_MARKERS = 150
-KINDS = {
+_MOST_MINIMA, _MOST_CURVES, _MOST_MARKERS = 10, 4, 150
+_KINDS = {
     "surface_impedance": "surface impedance", "reflection": "reflection coefficient",
     "absorption": "absorption coefficient", "transmission_loss": "transmission loss",
     "transmissibility": "transmissibility", "modulus": "Young's modulus", "stiffness": "stiffness",
 }  # fmt: skip
 
 
-def stack_fit_table(result: StackFitResult) -> None:
-    """Print the values found, other minima, the misfit of every measurement, and what to mind."""
-    out = console()
-    out.print(Text(f"{result.name}: unknowns, with the intervals that hold them at 68 and 90 %", style="italic"))
-    out.print(_quantities(result.quantities))
-    out.print(Text("measurements", style="italic"))
-    out.print(_measurements(result.curves))
-    if len(result.minima) > 1:
-        out.print(Text(f"{len(result.minima)} minima", style="italic"))
-        out.print(_minima(result))
-    identifiability_table(result.summary.identifiability)
-    for remark in result.remarks:
-        out.print(Text(f"- {remark}"))
+def stack_fit_report(result: StackFitResult) -> Report:
+    """Return the report of a fit of stacks."""
+    good = result.converged and result.misfit_per_datum <= POOR
+    pictures = tuple(
+        Picture(partial(draw_curve, curve, upright=True), f"{curve.name}: {_KINDS[curve.kind]}.")
+        for curve in result.curves
+    )
+    left = pictures[_MOST_CURVES:]
+    stacks, curves = result.stack_files(), file_names([curve.name for curve in result.curves])
+    return Report(
+        name=result.name,
+        kind="fit of stacks",
+        label="Fitted" if good else "Model misses the data" if result.converged else "No minimum reached",
+        tone="good" if good else "mind",
+        sentence=_sentence(result),
+        facts=(
+            ("unknowns determined", f"{sum(q.determined for q in result.quantities)} of {len(result.quantities)}"),
+            ("chi-square per datum", f"{result.misfit_per_datum:.3g}"),
+            ("minima found", str(len(result.minima))),
+            ("probability of the first", percent(result.minima[0].probability)),
+        ),
+        sections=(
+            Section("What was found", listings=_quantities(result), remarks=tuple(result.remarks)),
+            Section(
+                "Measured beside fitted",
+                pictures[:_MOST_CURVES],
+                (_curves(result.curves),),
+                folded=Section("The other measurements", left) if left else None,
+            ),
+            determined_section(result.summary.identifiability, result.summary.remark),
+            *([Section("Other minima", listings=(_minima(result),))] if len(result.minima) > 1 else []),
+        ),
+        inputs=result.settings,
+        tables=result.tables,
+        record=result.to_dict(),
+        record_file=result.record_name,
+        texts={
+            f"fitted-{name}.yaml": text for name, text in zip(file_names(list(stacks)), stacks.values(), strict=True)
+        },
+        page="report.html",
+        figures={f"{name}.png": partial(draw_curve, curve) for name, curve in zip(curves, result.curves, strict=True)},
+        accepted=result.converged,
+    )
 
 
 def _short(name: str) -> str:
     return name.removeprefix("layers.")
 
 
-def _quantities(quantities: list[FoundQuantity]) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for name in ("unknown", "value", "± std", "68 %", "90 %", "unit", "left of the prior"):
-        table.add_column(name, justify="left" if name in ("unknown", "unit") else "right")
-    for quantity in quantities:
-        ends = [f"{low:.4g} to {high:.4g}" for low, high in quantity.intervals]
-        values = [f"{quantity.value:.4g}", f"{quantity.std:.2g}", *ends]
-        table.add_row(Text(_short(quantity.name)), *values, quantity.unit or "-", f"{quantity.left:.0%}")
-    return table
+def _sentence(result: StackFitResult) -> str:
+    n, known = len(result.quantities), sum(quantity.determined for quantity in result.quantities)
+    told = "the model explains the data within their noise"
+    if result.misfit_per_datum > POOR:
+        told = "the model misses the data by more than their noise"
+    if not result.converged:
+        told = "the search stopped before it reached a minimum"
+    measured = "one measurement" if len(result.curves) == 1 else f"{len(result.curves)} measurements"
+    which = "the one unknown is" if n == known == 1 else f"{known} of {n} unknowns are"
+    return f"From {measured}, {which} determined: {told} (chi-square {result.misfit_per_datum:.3g} per datum)."
 
 
-def _measurements(curves: list[FittedCurve]) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for name in ("measurement", "quantity", "frequencies / Hz", "rms difference", "chi-square per datum"):
-        table.add_column(name, justify="left" if name in ("measurement", "quantity") else "right")
-    for curve in curves:
-        low, high = curve.frequency[[0, -1]]
-        band = f"{len(curve.frequency)}, {low:g} to {high:g}"
-        rms = f"{curve.rms:.3g} {curve.unit}".strip()
-        table.add_row(Text(curve.name), KINDS[curve.kind], band, rms, f"{curve.misfit / curve.residual.size:.3g}")
-    return table
+def _quantities(result: StackFitResult) -> tuple[Listing, Listing]:
+    """Return what was found: in SI units for a terminal, in units that are easy to read for a page."""
+
+    def interval(quantity: FoundQuantity, k: int) -> str:
+        return " to ".join(f"{end:.4g}" for end in quantity.intervals[k])
+
+    in_si: dict[str, Callable[[FoundQuantity], str]] = {
+        "unknown": lambda quantity: _short(quantity.name),
+        ">value": lambda quantity: f"{quantity.value:.4g}",
+        ">± std": lambda quantity: f"{quantity.std:.2g}",
+        ">68 %": lambda quantity: interval(quantity, 0),
+        ">90 %": lambda quantity: interval(quantity, 1),
+        "unit": lambda quantity: quantity.unit or "-",
+        ">left of the prior": lambda quantity: f"{quantity.left:.0%}",
+    }
+    readable: dict[str, Callable[[FoundQuantity], str]] = {
+        "unknown": lambda quantity: _short(quantity.name),
+        ">value (90 % interval)": lambda quantity: with_interval(
+            quantity.value, *quantity.intervals[-1], quantity.unit
+        ),
+        ">std": lambda quantity: with_unit(quantity.std, quantity.unit, 2),
+        ">left of the prior": lambda quantity: percent(quantity.left),
+        "determined": lambda quantity: yes_or_no(quantity.determined),
+    }
+    caption = f"{result.name}: unknowns, with the intervals that hold them at 68 and 90 %"
+    return (
+        Listing.of(result.quantities, in_si, caption=caption, only="console"),
+        Listing.of(result.quantities, readable, only="page"),
+    )
 
 
-def _minima(result: StackFitResult) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for name in ("chi-square", "probability", *(_short(quantity.name) for quantity in result.quantities)):
-        table.add_column(Text(name), justify="right", overflow="fold")
-    for minimum in result.minima[:_MOST_MINIMA]:
-        table.add_row(*_minimum_cells(minimum))
-    return table
+def _curves(curves: list[FittedCurve]) -> Listing:
+    columns: dict[str, Callable[[FittedCurve], str]] = {
+        "measurement": lambda curve: curve.name,
+        "quantity": lambda curve: _KINDS[curve.kind],
+        ">frequencies": lambda curve: f"{len(curve.frequency)}",
+        ">f / Hz": lambda curve: " to ".join(f"{f:g}" for f in curve.frequency[[0, -1]]),
+        ">rms difference": lambda curve: f"{curve.rms:.3g} {curve.unit}".strip(),
+        ">chi-square per datum": lambda curve: f"{curve.misfit / curve.residual.size:.3g}",
+    }
+    return Listing.of(curves, columns)
 
 
-def _minimum_cells(minimum: FoundMinimum) -> list[str]:
-    probability = f"{minimum.probability:.2g}" if minimum.probability > 1e-4 else "< 1e-4"
-    return [f"{minimum.misfit:.4g}", probability, *(f"{value:.4g}" for value in minimum.values)]
-
-
-def stack_fit_figures(result: StackFitResult) -> dict[str, bytes]:
-    """Return a figure per measurement, measured beside fitted over the residuals, as PNG files by name."""
-    names = file_names([curve.name for curve in result.curves])
-    with figure_style():
-        return {f"{name}.png": png(draw_curve(curve)) for name, curve in zip(names, result.curves, strict=True)}
+def _minima(result: StackFitResult) -> Listing:
+    headings = ("chi-square", "probability", *(_short(quantity.name) for quantity in result.quantities))
+    rows = tuple(
+        (
+            f"{minimum.misfit:.4g}",
+            significant(minimum.probability, 2),
+            *(with_unit(v, q.unit) for v, q in zip(minimum.values, result.quantities, strict=True)),
+        )
+        for minimum in result.minima[:_MOST_MINIMA]
+    )
+    more = len(result.minima) - _MOST_MINIMA
+    notes = (f"{more} more, see fit.json",) if more > 0 else ()
+    return Listing(headings, rows, tuple(range(len(headings))), notes=notes)
 
 
 def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
@@ -105,29 +161,15 @@ def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
         _draw_band(axis, curve.frequency, low, high)
         _draw_part(axis, curve.frequency, label, measured, predicted, small=upright)
     _draw_residuals(axes[-1], curve, named=not upright)
-    _frequency_axis(axes[-1], *curve.frequency[[0, -1]])
-    if upright:
-        legend_below(figure, axes[0])
-    else:
-        axes[0].legend(fontsize=7)
-        figure.suptitle(f"{plain(curve.name)}: {KINDS[curve.kind]}")
-    return figure
-
-
-def _frequency_axis(axis: Axes, low: float, high: float) -> None:
-    if high < 4 * low:
-        return
-    axis.set_xscale("log")
-    ticks = [tick for tick in band_centres(low, high, "octaves") if low <= tick <= high]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
+    octave_ticks(axes[-1], *curve.frequency[[0, -1]])
+    return finished(figure, axes[0], f"{plain(curve.name)}: {_KINDS[curve.kind]}", upright=upright)
 
 
 def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
     """Return what is drawn: label, measured, predicted."""
     unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
     if not np.iscomplexobj(curve.measured):
-        labels = [f"{KINDS[curve.kind]}{unit}"]
+        labels = [f"{_KINDS[curve.kind]}{unit}"]
     elif curve.kind == "transmissibility":
         labels = ["amplitude", "phase / degrees"]
     else:
@@ -158,15 +200,8 @@ def _draw_residuals(axis: Axes, curve: FittedCurve, *, named: bool) -> None:
     parts = curve.residual.reshape(-1, n)
     for i, values in enumerate(parts):
         label = (("real", "imaginary")[i] if len(parts) > 1 else None) if n > 1 else None
-        axis.plot(
-            curve.frequency,
-            values,
-            ".-" if n > 1 else "o",
-            color=colour(i + 1),
-            linewidth=0.7,
-            markersize=3,
-            label=label,
-        )
+        options: dict[str, Any] = {"color": colour(i + 1), "linewidth": 0.7, "markersize": 3, "label": label}
+        axis.plot(curve.frequency, values, ".-" if n > 1 else "o", **options)
     axis.axhspan(-2, 2, color="0.5", alpha=0.15, linewidth=0)
     axis.axhline(0, color="0.5", linewidth=0.7)
     axis.set(xlabel="frequency / Hz", ylabel="residual / std")

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from multilayer.response.bands import band_centres
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -57,10 +59,31 @@ def blank(
 
 def legend_below(figure: Figure, axis: Axes, most: int = 10) -> None:
     """Put what an axis labels below the figure, each label once, where there are at least two of them."""
-    found = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    if len(found) > 1:
-        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in found][:most]
-        figure.legend([*found.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
+    handles = {label: handle for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    if len(handles) > 1:
+        cut = [shortened(label.replace(r"\$", "$"), _LONGEST_LABEL) for label in handles][:most]
+        figure.legend([*handles.values()][:most], cut, loc="outside lower center", ncols=2, fontsize=7)
+
+
+def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options: Any) -> Figure:
+    """Return a figure with the legend of an axis and a title; in a report the legend is below, a caption the title."""
+    if upright:
+        legend_below(figure, axis)
+    else:
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(fontsize=7, **options)
+        figure.suptitle(title)
+    return figure
+
+
+def octave_ticks(axis: Axes, low: float, high: float) -> None:
+    """Mark octaves along the frequency axis, Hz, logarithmic where it is wide enough for them."""
+    if high < 4 * low:
+        return
+    axis.set_xscale("log")
+    ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
+    axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
 
 
 def readable_decades(axis: Axes) -> None:

@@ -11,7 +11,9 @@ from multilayer.inference.posterior import laplace
 from multilayer.inference.priors import Parameter, Prior
 from multilayer.inference.problem import Minimum, Problem
 from multilayer.inference.profile import profile_likelihood
-from multilayer.report.identifiability_table import identifiability_table
+from multilayer.report.console import show
+from multilayer.report.identifiability import determined_section
+from multilayer.report.report import Report
 from tests.fits.gaussian import Plain, linear, parameters
 
 WIDE = Prior(lognormal=(2e4, 1.0))
@@ -139,7 +141,7 @@ def test_json_and_table(capsys: pytest.CaptureFixture[str]) -> None:
     plain = json.loads(json.dumps(found.to_dict()))
     assert [p["name"] for p in plain["parameters"]] == ["flow_resistivity", "layers[1].tortuosity"]
     assert plain["groups"][0]["times_better"] > 10
-    identifiability_table(found)
+    show(Report(sections=(determined_section(found),)))
     printed = capsys.readouterr().out
     assert "the data determine 1.0 of 2 parameters" in printed
     assert "layers[1].tortuosity" in printed

@@ -17,7 +17,7 @@ from multilayer.fits.sources import read_fit
 from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Campaign
 from multilayer.media.laws import FractionalZener
-from multilayer.report.joint_fit import draw_law
+from multilayer.report.joint import draw_law
 from multilayer.report.style import figure_style
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.recording import Recording

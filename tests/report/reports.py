@@ -1,5 +1,6 @@
 """A report of every kind: made-up fits of campaigns, and quick fits and simulations of examples."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -14,11 +15,11 @@ from multilayer.fits.sources import read_fit
 from multilayer.fits.stacks.fit import fit_stacks
 from multilayer.inference.summary import LAPLACE
 from multilayer.measurements.description import Campaign
-from multilayer.report.diagnosis_files import diagnosis_files
-from multilayer.report.fit_html import fit_html
-from multilayer.report.joint_html import joint_html
-from multilayer.report.simulation_html import comparison_html, simulation_html
-from multilayer.report.stack_fit_html import stack_fit_html
+from multilayer.report.diagnosis import diagnosis_report
+from multilayer.report.fit import burst_report
+from multilayer.report.joint import joint_report
+from multilayer.report.simulation import comparison_report, simulation_report
+from multilayer.report.stack_fit import stack_fit_report
 from multilayer.simulation.compare import compare
 from multilayer.simulation.file import SimulationFile, load_simulation
 from multilayer.simulation.measured import Measured
@@ -54,10 +55,10 @@ def fit(*names, rejected=()):
     return FitResult(names[0], "least-squares", settings, bursts), Campaign.model_validate(data)
 
 
-def fit_page(*names, rejected=()):
+def fitted(*names, rejected=()):
     result, campaign = fit(*names, rejected=rejected)
     static = {"storage_modulus": "120 kPa", "loss_modulus": "28 kPa"}
-    return fit_html(result, campaign, FitSettings(quasi_static=static), {"sha256": "0" * 64})
+    return burst_report(result, campaign, FitSettings(quasi_static=static), {"sha256": "0" * 64})
 
 
 @cache
@@ -87,21 +88,28 @@ def compared():
     return compare(measured, simulated(frequency=f.tolist()))
 
 
-PAGES = {
-    "fit": lambda: fit_page("foam"),
-    "fit, many bursts": lambda: fit_page(*HOSTILE, rejected=(100.0, 200.0)),
-    "fit, none accepted": lambda: fit_page("foam", rejected=BURSTS),
-    "joint": lambda: joint_html(joint(), {"sha256": "0" * 64}),
-    "stack fit": lambda: stack_fit_html(stack_fit()),
-    "simulation": lambda: simulation_html(simulated()),
-    "simulation, many cases": lambda: simulation_html(many_cases()),
-    "transmission": lambda: simulation_html(run(plan(load_simulation(EXAMPLES / "double_wall.yaml"), "double wall"))),
-    "comparison": lambda: comparison_html(compared()),
-    "diagnosis": lambda: str(diagnosis_files(diagnosis(n=12))["report.html"]),
+REPORTS = {
+    "fit": lambda: fitted("foam"),
+    "fit, many bursts": lambda: fitted(*HOSTILE, rejected=(100.0, 200.0)),
+    "fit, none accepted": lambda: fitted("foam", rejected=BURSTS),
+    "joint": lambda: joint_report(joint(), {"sha256": "0" * 64}),
+    "stack fit": lambda: stack_fit_report(stack_fit()),
+    "simulation": lambda: simulation_report(simulated()),
+    "simulation, many cases": lambda: simulation_report(many_cases()),
+    "transmission": lambda: simulation_report(run(plan(load_simulation(EXAMPLES / "double_wall.yaml"), "double wall"))),
+    "comparison": lambda: comparison_report(compared()),
+    "diagnosis": lambda: diagnosis_report(diagnosis(n=12)),
 }
+
+
+@cache
+def report(name):
+    """Return a report, made once."""
+    return REPORTS[name]()
 
 
 @cache
 def page(name):
     """Return a report as HTML, made once."""
-    return PAGES[name]()
+    made = replace(report(name), figures={})
+    return str(made.files()[made.page])

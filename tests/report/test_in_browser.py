@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.report.browser import measure, sheets
-from tests.report.reports import PAGES, page
+from tests.report.reports import REPORTS, page
 
 WIDTHS = [1280, 400]
 SMALLEST = 5.5  # px of the smallest text in a figure: 7 points at half a page
@@ -15,14 +15,14 @@ SMALLEST = 5.5  # px of the smallest text in a figure: 7 points at half a page
 def seen(request, tmp_path_factory):
     """Give the scheme, measurements of every page at every width, and complaints."""
     folder = tmp_path_factory.mktemp(request.param)
-    found, complaints = measure(folder, {name: page(name) for name in PAGES}, WIDTHS, dark=request.param == "dark")
+    found, complaints = measure(folder, {name: page(name) for name in REPORTS}, WIDTHS, dark=request.param == "dark")
     return request.param, found, complaints
 
 
 def test_no_complaint(seen):
     _, found, complaints = seen
     assert complaints == []
-    assert [(one["name"], one["width"]) for one in found] == [(name, width) for name in PAGES for width in WIDTHS]
+    assert [(one["name"], one["width"]) for one in found] == [(name, width) for name in REPORTS for width in WIDTHS]
 
 
 def test_figures_are_seen(seen):

@@ -5,10 +5,10 @@ import re
 import pytest
 
 from multilayer.report.listing import Listing, flat_items
-from tests.report.reports import HOSTILE, PAGES, page
+from tests.report.reports import HOSTILE, REPORTS, page
 from tests.report.test_diagnosis_report import Page
 
-MADE = [name for name in PAGES if name != "diagnosis"]
+MADE = [name for name in REPORTS if name != "diagnosis"]
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -101,7 +101,7 @@ def test_simulation_tells_its_cases_apart():
     assert re.search(r"Over 3 cases the absorption coefficient, averaged from 100 to 5000 Hz, is 0\.\d\d \(", text)
     for expected in ("25 mm", "alpha_w", "averages over third octaves", "5 to 95 % of the samples"):
         assert expected in text
-    assert "10 more cases, see simulation.csv." in Page(page("simulation, many cases")).text
+    assert "10 more, see simulation.csv and simulation.json." in Page(page("simulation, many cases")).text
     assert re.search(r"transmission loss, averaged from 100 to 5000 Hz, is 1\d\.\d dB", Page(page("transmission")).text)
 
 

@@ -1,14 +1,20 @@
-"""The figure of several methods side by side (the paper's Figs. 6-9 and 13)."""
+"""The report of several methods side by side (the figure: the paper's Figs. 6-9 and 13)."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.fits.classical.comparison import MethodComparison, MethodPoint
-from multilayer.report.style import colour, figure_style, plain, png
+from multilayer.fits.classical.comparison import CausalityCheck, MethodComparison, MethodPoint
+from multilayer.report.listing import Listing, yes_or_no
+from multilayer.report.numbers import pressure_unit, with_spread
+from multilayer.report.report import Report, Section
+from multilayer.report.style import blank, colour, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,23 +26,81 @@ _QUANTITIES = ("storage_modulus", "loss_modulus", "loss_factor")
 _SHOWN = 60.0  # %, the largest difference that is drawn
 
 
-def methods_figure(comparison: MethodComparison) -> bytes:
-    """Return the figure as a PNG file: a row per configuration.
+def methods_report(comparison: MethodComparison) -> Report:
+    """Return the report of a comparison: by configuration points, checks and agreement, and what was left out."""
+    told = [f"{name}: {comparison.titles[name]}" for name in comparison.methods]
+    told += [f"{name}: left out, {reason}" for name, reason in comparison.left_out.items()]
+    listings = {name: (_listing(comparison, name), _verdicts(comparison, name)) for name in comparison.configurations}
+    return Report(
+        name=comparison.campaign,
+        kind="methods side by side",
+        sections=(
+            *(Section(name, listings=pair) for name, pair in listings.items()),
+            Section("Methods", remarks=(*told, *comparison.remarks)),
+        ),
+        tables={"methods.csv": comparison.to_csv()},
+        record=comparison.to_dict(),
+        record_file="methods.json",
+        figures={"methods.png": partial(draw_methods, comparison)},
+    )
+
+
+def _listing(comparison: MethodComparison, configuration: str) -> Listing:
+    points = comparison.of(configuration)
+    known = [point.storage_modulus for point in points if math.isfinite(point.storage_modulus)]
+    unit, factor = pressure_unit(max(known, default=1.0))
+    first = {point.frequency: point for point in reversed(points)}  # a frequency stands in its first row
+
+    def shown(value: float, spread: float) -> str:
+        return with_spread(value, spread) if math.isfinite(value) else "-"
+
+    columns: dict[str, Callable[[MethodPoint], str]] = {
+        ">f / Hz": lambda p: f"{p.frequency:g}" if first[p.frequency] is p else "",
+        "method": lambda p: p.method,
+        f">E1 / {unit}": lambda p: shown(p.storage_modulus / factor, p.storage_modulus_std / factor),
+        f">E2 / {unit}": lambda p: shown(p.loss_modulus / factor, p.loss_modulus_std / factor),
+        ">loss factor": lambda p: shown(p.loss_factor, p.loss_factor_std),
+        "reliable": lambda p: yes_or_no(p.reliable),
+        "remark": lambda p: p.remark,
+    }
+    return Listing.of(points, columns, caption=f"{comparison.campaign}: {configuration}")
+
+
+def _verdicts(comparison: MethodComparison, configuration: str) -> Listing:
+    """Return Gross' check, the Kramers-Kronig verdict and the distance from the reference, by method."""
+    checks = {check.method: check for check in comparison.checks() if check.configuration == configuration}
+    apart = {a.method: a for a in comparison.agreements() if a.configuration == configuration}
+    limit = comparison.limits.get(configuration, math.inf)
+    rod = f"transfer-function: a rod up to {limit:.0f} Hz, too thick for its wavelength beyond"
+    columns: dict[str, Callable[[str], str]] = {
+        "method": str,
+        "Gross (12)": lambda m: f"{100 * checks[m].gross_error:.0f} %" if m in checks else "-",
+        "Kramers-Kronig": lambda m: checks[m].verdict if m in checks else "-",
+        f"E1 over {comparison.reference}": lambda m: (
+            f"{100 * apart[m].storage_difference:+.1f} %" if m in apart else "-"
+        ),
+        "E2": lambda m: f"{100 * apart[m].loss_difference:+.1f} %" if m in apart else "-",
+        "within 2 s": lambda m: f"{100 * apart[m].within:.0f} %" if m in apart else "-",
+        "why": lambda m: _why(checks.get(m)),
+    }
+    return Listing.of(comparison.methods, columns, notes=(rod,) if math.isfinite(limit) else ())
+
+
+def _why(check: CausalityCheck | None) -> str:
+    if check is None:
+        return "too few reliable points"
+    # the first reason of a good verdict only says that it is one; all of them are in methods.json
+    return "; ".join(check.reasons if check.verdict == "inconsistent" else check.reasons[1:])
+
+
+def draw_methods(comparison: MethodComparison) -> Figure:
+    """Draw a row per configuration.
 
     E1, E2 and the loss factor with error bars (hollow: not reliable), E2 beside what eq. (12) makes of E1, and the
     differences of every method from the reference.
     """
-    with figure_style():
-        return png(draw_methods(comparison))
-
-
-def draw_methods(comparison: MethodComparison) -> Figure:
-    """Draw the figure of `methods_figure`."""
-    from matplotlib.figure import Figure as NewFigure  # without pyplot: no window system, no global state
-
     rows = len(comparison.configurations)
-    figure = NewFigure(figsize=(17, 3.3 * rows + 0.6))
-    grid = figure.subplots(rows, 5, squeeze=False)
+    figure, grid = blank(rows, 5, (17, 3.3 * rows + 0.6))
     for axes, name in zip(grid, comparison.configurations, strict=True):
         for method in comparison.methods:
             for axis, quantity in zip(axes, _QUANTITIES, strict=False):
@@ -100,8 +164,8 @@ def _draw_check(axis: Axes, comparison: MethodComparison, name: str) -> None:
         if check.configuration != name:
             continue
         tint, marker = _style(comparison, check.method)
-        found = [p for p in comparison.of(name, check.method) if p.frequency in check.frequency]
-        axis.plot(check.frequency, [p.loss_modulus for p in found], marker, color=tint)
+        points = [p for p in comparison.of(name, check.method) if p.frequency in check.frequency]
+        axis.plot(check.frequency, [p.loss_modulus for p in points], marker, color=tint)
         shown = f"{check.method}: {100 * check.gross_error:.0f} %, {check.verdict}"
         axis.plot(check.frequency, np.where(check.gross > 0, check.gross, np.nan), "--", color=tint, label=shown)
     axis.set(xlabel="frequency / Hz", ylabel="E2 / Pa")

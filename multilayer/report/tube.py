@@ -1,10 +1,12 @@
-"""Figures of what a tube says of its sample."""
+"""The report of what a tube says of its sample."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer.report.report import Report
+from multilayer.report.style import blank, colour, plain
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.tube.evaluate import TubeResult
 
@@ -15,10 +17,22 @@ _DRAWN = ("absorption", "normalised_impedance", "transmission_loss")
 _TITLES = {"tube": "gas on both sides", "rigid_backed": "in front of a rigid wall"}
 
 
-def tube_figures(result: TubeResult) -> dict[str, bytes]:
-    """Return one figure, as a PNG file by name."""
-    with figure_style():
-        return {"tube.png": png(draw_tube(result))}
+def tube_report(result: TubeResult) -> Report:
+    """Return the report of a tube."""
+    low, high = result.working_range
+    done = "left out" if result.in_range.all() else "kept, and marked in the column in_range"
+    return Report(
+        name=result.name,
+        kind="impedance tube",
+        opening=(
+            f"working range: {low:.4g} to {high:.4g} Hz (spacing of the microphones, plane waves)",
+            *([f"{result.n_outside} frequencies outside of it were {done}"] if result.n_outside else []),
+            f"{len(result.frequency)} frequencies evaluated",
+        ),
+        tables=result.tables(),
+        record=result.to_dict(),
+        figures={"tube.png": partial(draw_tube, result)},
+    )
 
 
 def draw_tube(result: TubeResult) -> Figure:

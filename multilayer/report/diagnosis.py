@@ -1,0 +1,284 @@
+"""The report of a diagnosis: the verdict, then where the gap lies, what causes it, and what to measure next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import combinations
+from typing import Any
+
+from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
+from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
+from multilayer.errors import MultilayerError
+from multilayer.report import diagnosis_figures as figures
+from multilayer.report.diagnosis_figures import in_words, number_or_nan
+from multilayer.report.files import file_names
+from multilayer.report.listing import Listing
+from multilayer.report.numbers import percent, pressure_unit, readable_unit, significant, with_interval, with_unit
+from multilayer.report.report import Draw, Pairs, Picture, Report, Section
+
+Record = Mapping[str, Any]
+_ABSURD = 1e9  # in SI units: an effect that must be that large cannot be seen at all
+_MOST_ROWS, _MOST_EXPERIMENTS = 6, 5
+
+
+def diagnosis_report(diagnosis: Diagnosis) -> Report:
+    """Return the report of a diagnosis."""
+    record, verdict = diagnosis.record, diagnosis.verdict
+    several = len(record["group"]) > 1
+    label = {"effect": "Cause found", "unknown": "Cause unknown", "no_gap": "No gap"}[verdict]
+    gap = _gap(record)
+    held_out = record["gap"].get("held_out") if verdict != "no_gap" else ""
+    numbers = "; ".join(f"{name} {value}" for name, value in gap)
+    drawn = _drawings(diagnosis)
+    tried = [("hypotheses compared", str(record["hypotheses_tried"]))] if "hypotheses_tried" in record else []
+    unused = f" Before and after are taken on data that were not used in the fit ({held_out})." if held_out else ""
+    return Report(
+        name=diagnosis.campaign,
+        kind="diagnosis",
+        label="One of several causes" if several else label,
+        tone={"effect": "mind", "unknown": "unknown", "no_gap": "good"}[verdict],
+        sentence=record["sentence"],
+        facts=(*gap, *tried),
+        note=f"The gap is the mean square of measured minus modelled over its variance: 1 is noise alone.{unused}",
+        sections=_sections(diagnosis, drawn),
+        inputs=record.get("inputs", {}),
+        opening=(
+            f"{diagnosis.campaign}: {record['sentence']}",
+            f"{numbers} (1: noise alone{f'; {held_out}' if held_out else ''})",
+        ),
+        record=record,
+        record_file="diagnosis.json",
+        page="report.html",
+        figures={f"{name}.png": draw for name, draw in drawn.items()},
+        accepted=verdict == "no_gap",
+    )
+
+
+def _drawings(diagnosis: Diagnosis) -> dict[str, Draw]:
+    """Return what draws the figures, by name; those without data are left out."""
+    record, similarity, moduli = diagnosis.record, diagnosis.similarity, diagnosis.moduli
+    drawn: dict[str, tuple[bool, Draw]] = {
+        "where": (bool(figures.places_in_bands(record)), partial(figures.draw_where, record)),
+        "causes": (bool(record["causes"]), partial(figures.draw_causes, record)),
+        **{name: (True, partial(figures.draw_before_after, part)) for name, part in _curves(diagnosis).items()},
+        "similarity": (len(similarity.names) > 1, partial(figures.draw_similarity, similarity)),
+        "next_experiment": (bool(record["next_experiment"]), partial(figures.draw_experiments, record)),
+        "moduli": (bool(moduli.get("frequency_hz")), partial(figures.draw_moduli, moduli)),
+    }
+    return {name: draw for name, (there, draw) in drawn.items() if there}
+
+
+def _curves(diagnosis: Diagnosis) -> dict[str, Curves]:
+    """Return the residuals of configurations that have any, by the names of their figures."""
+    names = file_names([curves.configuration for curves in diagnosis.curves])
+    parts = zip(names, diagnosis.curves, strict=True)
+    return {f"before_after-{name}": curves for name, curves in parts if curves.frequency.size}
+
+
+def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section, ...]:
+    record, similarity, verdict = diagnosis.record, diagnosis.similarity, diagnosis.verdict
+
+    def picture(name: str, caption: str = "") -> tuple[Picture, ...]:
+        return (Picture(drawn[name], caption, name.replace("_", " ")),) if name in drawn else ()
+
+    by_name = _curves(diagnosis)
+    curves = sorted(by_name, key=lambda name: -figures.unexplained(by_name[name]))  # the largest gap first
+    where = ", where the gap is largest" if len(curves) > 1 else ""
+    largest = f"Measured minus modelled{where}; lines: means of bursts or bands."
+    corrected = ", and as corrected" if verdict == "effect" else ""
+    others = sum(map(picture, curves[1:]), ())
+    absorbed = ", ".join(in_words([name]) for name in _absorbed(similarity))
+    alike = Section("", listings=(_alike(similarity),), empty="No two effects look alike in these data.")
+    return (
+        Section(
+            "Where the gap lies",
+            picture("where", "The most significant places of measured minus modelled."),
+            beside=Section("", listings=(_where(record),)),
+            empty="Nowhere: no band, channel or configuration differs from the model by more than chance allows.",
+        ),
+        Section(
+            "Which effect causes it",
+            picture("causes", "Ranked causes; each is fitted with all unknowns."),
+            (_causes(record),),
+            beside=Section("", remarks=(_named(record),), items=_meanings(record)) if record["causes"] else None,
+            empty="No cause is named where there is no gap.",
+        ),
+        Section(
+            "What is left" if verdict == "no_gap" else "How far it shrinks",
+            (
+                *sum((picture(name, largest) for name in curves[:1]), ()),
+                *picture("moduli", f"The modulus of the nominal model{corrected}."),
+            ),
+            (_unknowns(record),),
+            folded=Section("Measured minus modelled, the other configurations", others) if others else None,
+            empty="There are no residuals to draw.",
+        ),
+        Section(
+            "What it could be confounded with",
+            picture("similarity", "How alike the effects look in these data."),
+            beside=alike if "similarity" in drawn else None,
+            remarks=(f"Hidden in these data, absorbed by the unknowns: {absorbed}",) if absorbed else (),
+            empty="Fewer than two effects were considered: nothing can be confounded.",
+        ),
+        _next(record, picture("next_experiment", "What each change is expected to tell.")),
+        Section(
+            "What could have been seen, and from what size on",
+            items=_detectable(record, similarity),
+            empty="No effect with a size was considered.",
+        ),
+    )
+
+
+def _gap(record: Record) -> list[tuple[str, str]]:
+    """Return the gap before and after, and by how much it shrinks, by what they are called."""
+    before, after, shrinkage = (number_or_nan(record["gap"].get(key)) for key in ("before", "after", "shrinkage"))
+    nominal = ("gap of the nominal model", significant(before))
+    if record["verdict"] == "no_gap":
+        return [nominal]
+    best = "known effect" if record["verdict"] == "unknown" else "hypothesis"
+    return [nominal, (f"gap with the best {best}", significant(after)), ("shrinkage", percent(shrinkage))]
+
+
+def _where(record: Record) -> Listing:
+    """Return where the gap lies, the most significant place first."""
+    columns: dict[str, Callable[[Record], str]] = {
+        "configuration": lambda place: place.get("configuration") or "all",
+        "quantity": lambda place: place["quantity"],
+        "band": lambda place: "{:.0f} to {:.0f} Hz".format(*place["band_hz"]) if place.get("band_hz") else "all",
+        ">significance": lambda place: f"{place['significance']:.1f} σ",
+        "remark": lambda place: place.get("note", ""),
+    }
+    places = sorted(record["where"], key=lambda place: -abs(place["significance"]))
+    return Listing.of(places[:_MOST_ROWS], columns)
+
+
+def _causes(record: Record) -> Listing:
+    """Return the causes, most probable first, with the sizes of their parameters (90 % intervals)."""
+    best = figures.best_score(record)
+
+    def behind(cause: Record) -> str:
+        nats = best - cause["score"]
+        return f"{nats:.{1 if nats < 100 else 0}f}"
+
+    columns: dict[str, Callable[[Record], str]] = {
+        "cause": lambda cause: in_words(cause["effects"]),
+        ">probability": lambda cause: percent(number_or_nan(cause.get("probability"))),
+        ">nats behind": behind,
+        ">gap in fit": lambda cause: significant(number_or_nan(cause.get("gap_after"))),
+        ">shrinkage": lambda cause: percent(number_or_nan(cause.get("shrinkage"))),
+        "size (90 % interval)": lambda cause: _sizes(cause.get("parameters", {}), several=len(cause["effects"]) > 1),
+        "remark": lambda cause: _remark(record, cause),
+    }
+    return Listing.of(record["causes"][:_MOST_ROWS], columns, marked=len(record["group"]))
+
+
+def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str:
+    """Return values and intervals of parameters; with the names of their effects where there are several."""
+    texts = []
+    for name, parameter in parameters.items():
+        shown = (name if several else name.rpartition(".")[2]).replace(".", " ").replace("_", " ")
+        value, low, high = (number_or_nan(parameter.get(key)) for key in ("value", "low", "high"))
+        texts.append(f"{shown} {with_interval(value, low, high, parameter.get('unit', ''))}")
+    return "; ".join(texts)
+
+
+def _remark(record: Record, cause: Record) -> str:
+    tied = len(record["group"]) > 1 and cause["effects"] in record["group"]
+    texts = ("not told apart" if tied else "", "absorbed by the unknowns" if cause.get("absorbed") else "")
+    return "; ".join(filter(None, texts))
+
+
+def _named(record: Record) -> str:
+    group = "; ".join(in_words(effects) for effects in record["group"])
+    if not group:
+        return "None of the hypotheses is named as the cause: see the sentence at the top."
+    return f"{'The data cannot tell these apart' if len(record['group']) > 1 else 'Named'}: {group}."
+
+
+def _meanings(record: Record) -> Pairs:
+    """Return what each hypothesis means that the verdict names: the laws of its effects and what would tell them."""
+    names = dict.fromkeys(name for effects in record["group"] for name in effects)
+    return tuple((in_words([name]), text) for name in names if (text := _about(name)))
+
+
+def _about(name: str) -> str:
+    """Return an effect's law in a line; nothing for what is not registered here."""
+    try:
+        effect = EFFECTS[name]
+    except MultilayerError:  # unknown here, or a plugin that no longer loads
+        return ""
+    return f"{effect.law}; separated by {effect.separated_by}"
+
+
+def _unknowns(record: Record) -> Listing:
+    """Return the unknowns of the nominal model, and as corrected if they were; pairs are real and imaginary part."""
+    rows = []
+    for name, values in record["unknowns"].items():
+        before, after = (_parts(values[key]) for key in ("nominal", "corrected"))
+        labels = (name,) if len(before) == 1 else (f"Re {name}", f"Im {name}")
+        rows += [_unknown(*pair, values.get("unit", "")) for pair in zip(labels, before, after, strict=True)]
+    headings = ("unknown", "nominal", "corrected", "change")
+    kept = 4 if any(row[1] != row[2] for row in rows) else 2
+    return Listing(headings[:kept], tuple(row[:kept] for row in rows), (1, 2, 3), "Unknowns")
+
+
+def _unknown(label: str, before: float, after: float, unit: str) -> tuple[str, ...]:
+    largest = max(abs(before), abs(after))
+    shown, factor = pressure_unit(largest) if unit == "Pa" else readable_unit(largest, unit)
+    texts = [f"{significant(value / factor)} {shown}" for value in (before, after)]
+    return label, *texts, f"{100 * (after / before - 1):+.1f} %" if before else "–"
+
+
+def _parts(value: Any) -> tuple[float, ...]:
+    return tuple(map(float, value)) if isinstance(value, Sequence) else (float(value),)
+
+
+def _absorbed(similarity: Similarity) -> list[str]:
+    """Return the effects that the unknowns absorb."""
+    return [name for name, share in zip(similarity.names, similarity.kept, strict=True) if share < ABSORBED]
+
+
+def _alike(similarity: Similarity) -> Listing:
+    """Return the pairs of effects whose signatures are one, the most alike first."""
+    names, cosines = similarity.names, abs(similarity.cosines)
+    pairs = [
+        (cosines[i, j], names[i], names[j]) for i, j in combinations(range(len(names)), 2) if cosines[i, j] > ALIKE
+    ]
+    rows = tuple((in_words([a]), in_words([b]), f"{cosine:.3f}") for cosine, a, b in sorted(pairs, reverse=True))
+    caption = "Pairs that these data cannot tell apart"
+    return Listing(("effect", "looks like", "|cosine|"), rows, (2,), caption, only="page")
+
+
+def _next(record: Record, picture: tuple[Picture, ...]) -> Section:
+    """Return the experiments that would separate what is still alive, the best for its cost first."""
+    title, entries = "What to measure next", record["next_experiment"][:_MOST_EXPERIMENTS]
+    if not entries:
+        told = "Nothing to measure next: no other known effect comes near to the first" if record["causes"] else ""
+        empty = "Fewer than two hypotheses are alive: no experiment is needed to separate them."
+        return Section(title, remarks=(told,) if told else (), empty=empty)
+    columns: dict[str, Callable[[Record], str]] = {
+        "change": lambda entry: entry["change"].replace("_", " "),
+        "separates": lambda entry: " from ".join(in_words(names) for names in entry["separates"]),
+        ">expected gain": lambda entry: f"{entry['expected_gain']:.1f} nats",
+        ">cost": lambda entry: f"{entry['cost_hours']:g} h" if "cost_hours" in entry else "–",
+    }
+    listing = Listing.of(entries, columns)
+    if separates := listing.common(1):
+        listing = replace(listing.without(1), caption=f"{title}, to separate {separates}")
+    return Section(title, picture, beside=Section("", listings=(listing,)))
+
+
+def _detectable(record: Record, similarity: Similarity) -> Pairs:
+    """Return from what size on each effect would have been seen."""
+    absorbed = set(_absorbed(similarity))
+    items = []
+    for name, effect in sorted(record["detectable"].items()):
+        smallest = number_or_nan(effect.get("smallest"))
+        text = "not visible at any size"
+        if abs(smallest) < _ABSURD:
+            text = f"{effect['parameter'].replace('_', ' ')} from {with_unit(smallest, effect.get('unit', ''), 2)}"
+        items.append((in_words([name]), f"{text}, largely hidden by the unknowns" if name in absorbed else text))
+    return tuple(items)

@@ -1,0 +1,46 @@
+"""The list of effects that a diagnosis knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.registry import RegistryError
+from multilayer.report.listing import Listing, Tinted
+from multilayer.report.report import Report, Section
+
+
+def effects_report(names: Sequence[str] | None = None) -> Report:
+    """Return the effects that a diagnosis knows, all or some; of one that cannot be loaded, why."""
+    described = sorted(map(_effect, EFFECTS.chosen(names)), key=lambda entry: entry.get("kind", ""), reverse=True)
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "effect": lambda effect: effect["name"],
+        "of": lambda effect: effect.get("kind", ""),
+        "law": lambda effect: effect["law"] if "law" in effect else Tinted(effect["problem"], "red"),
+        "parameters": lambda effect: _named(effect["parameters"]) or "none" if "parameters" in effect else "",
+        "separated by": lambda effect: effect.get("separated_by", ""),
+    }
+    listing = Listing.of(described, columns)
+    return Report(kind="effects", sections=(Section("", listings=(listing,)),), record=described)
+
+
+def _effect(name: str) -> dict[str, Any]:
+    try:
+        effect = EFFECTS[name]
+    except RegistryError as error:
+        return {"name": name, "problem": str(error)}
+    return {
+        "name": name,
+        "kind": effect.kind,
+        "law": effect.law,
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "prior": p.prior.model_dump(exclude_none=True)} for p in effect.parameters
+        ],
+        "separated_by": effect.separated_by,
+        "source": effect.source,
+    }
+
+
+def _named(parameters: Sequence[dict[str, Any]]) -> str:
+    return ", ".join(f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in parameters)

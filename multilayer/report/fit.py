@@ -1,0 +1,231 @@
+"""The report of a fit of a campaign, burst by burst."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from multilayer.fits.result import MODULUS_COLUMNS, FitResult
+from multilayer.fits.settings import FitSettings
+from multilayer.measurements.description import Campaign
+from multilayer.report.files import file_names
+from multilayer.report.fit_figures import (
+    draw_convergence,
+    draw_envelopes,
+    draw_gross_check,
+    draw_moduli,
+    draw_transmissibility,
+)
+from multilayer.report.listing import Listing, yes_or_no
+from multilayer.report.numbers import percent, pressure_unit, with_spread
+from multilayer.report.report import Draw, Pairs, Picture, Report, Section
+
+_MOST_ROWS = 24  # bursts that are printed; of more, one row per configuration
+
+
+def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, inputs: Mapping[str, Any]) -> Report:
+    """Return the report of a fit.
+
+    Parameters
+    ----------
+    result : FitResult
+    campaign : Campaign
+        The campaign the result belongs to: its geometry enters eq. (11).
+    settings : FitSettings
+        Of the fit.
+    inputs : mapping
+        What tells the fit apart from others, as its fingerprint.
+    """
+    figures = _figures(result, campaign, settings)
+
+    def picture(name: str, caption: str) -> tuple[Picture, ...]:
+        return (Picture(partial(figures[name], upright=True), caption),) if name in figures else ()
+
+    return Report(
+        name=result.campaign,
+        kind="complex modulus, burst by burst",
+        label="All accepted" if result.all_accepted else "Not all accepted",
+        tone="good" if result.all_accepted else "mind",
+        sentence=_sentence(result),
+        facts=_facts(result),
+        note="Values are means over all solutions that meet eq. (10), ± one standard deviation.",
+        sections=(
+            Section(
+                "The modulus",
+                (
+                    *picture("moduli.png", "E1, E2 and loss factor with standard deviations; hollow: not accepted."),
+                    *picture(
+                        "transmissibility.png", "Top plate over base: measured, and eq. (11) with the modulus found."
+                    ),
+                ),
+            ),
+            _bursts(result),
+            _checks(
+                result,
+                picture(
+                    "gross_check.png",
+                    "Points: E2 as found. Lines: E2 as eq. (12) has it from the slope of E1, a check of causality.",
+                ),
+            ),
+        ),
+        inputs={**result.settings, "campaign": result.campaign, **inputs},
+        tables=result.tables,
+        record={**result.to_dict(), "inputs": inputs},
+        record_file=result.record_name,
+        page="report.html",
+        figures=figures,
+        accepted=result.all_accepted,
+    )
+
+
+def _figures(result: FitResult, campaign: Campaign, settings: FitSettings) -> dict[str, Draw]:
+    """Return what draws the figures by name, those for which the result has data."""
+    known = replace(result, bursts=[burst for burst in result.bursts if np.isfinite(burst.storage_modulus)])
+    names = known.configurations
+    if not names:
+        return {}
+    signals: dict[str, Draw] = {}
+    envelopes: dict[str, Draw] = {}
+    if any(len(burst.time) for burst in known.bursts):
+        signals["transmissibility.png"] = partial(draw_transmissibility, known, campaign, settings)
+        files = (f"envelopes-{name}.png" for name in file_names(names))
+        envelopes = {file: partial(draw_envelopes, known, name) for file, name in zip(files, names, strict=True)}
+    steps = any(len(burst.history) for burst in known.bursts)
+    return {
+        "moduli.png": partial(draw_moduli, known, settings),
+        **signals,
+        "gross_check.png": partial(draw_gross_check, known),
+        **({"convergence.png": partial(draw_convergence, known)} if steps else {}),
+        **envelopes,
+    }
+
+
+def moduli_span(e1: Sequence[float], loss: Sequence[float], frequency: Sequence[float]) -> str:
+    """Return what moduli do from the lowest to the highest frequency, in words."""
+    unit, factor = pressure_unit(max(e1))
+    low, high = int(np.argmin(frequency)), int(np.argmax(frequency))
+    if low == high:
+        return f"E1 is {e1[low] / factor:.3g} {unit} and the loss factor {loss[low]:.2g} at {frequency[low]:g} Hz"
+    return (
+        f"from {frequency[low]:g} to {frequency[high]:g} Hz E1 goes from {e1[low] / factor:.3g} to "
+        f"{e1[high] / factor:.3g} {unit}, the loss factor from {loss[low]:.2g} to {loss[high]:.2g}"
+    )
+
+
+def _sentence(result: FitResult) -> str:
+    n = len(result.bursts)
+    bursts = [burst for burst in result.bursts if burst.accepted]
+    if not bursts:
+        return f"None of the {n} bursts has an accepted solution: model and measurement disagree."
+    whole = "All" if len(bursts) == n else f"{len(bursts)} of"
+    span = moduli_span(*([getattr(b, k) for b in bursts] for k in ("storage_modulus", "loss_factor", "frequency")))
+    return f"{whole} {n} bursts have an accepted solution: {span}."
+
+
+def _facts(result: FitResult) -> Pairs:
+    bursts = result.bursts
+    spread = [
+        float(np.median([getattr(b, f"{k}_std") / getattr(b, k) for b in bursts if getattr(b, k) > 0] or [np.nan]))
+        for k in ("storage_modulus", "loss_modulus")
+    ]
+    checks = [check.mean_relative_error for name in result.configurations if (check := result.gross_check(name))]
+    return (
+        ("bursts accepted", f"{sum(burst.accepted for burst in bursts)} of {len(bursts)}"),
+        *((f"median std of {name}", f"{100 * s:.2g} %") for name, s in zip(("E1", "E2"), spread, strict=True)),
+        *([("Gross check, E2 off by", percent(float(np.mean(checks))))] if checks else []),
+        ("method", result.method),
+    )
+
+
+def _bursts(result: FitResult) -> Section:
+    listings = tuple(_listing(result, name) for name in result.configurations)
+    if len(result.bursts) <= _MOST_ROWS:
+        return Section("Burst by burst", listings=listings, remarks=tuple(result.remarks))
+    folded = Section("Every burst", listings=listings)
+    listing = _by_configuration(result)
+    return Section("Burst by burst", listings=(listing,), remarks=tuple(result.remarks), folded=folded)
+
+
+def _listing(result: FitResult, configuration: str) -> Listing:
+    bursts, check = result.of(configuration), result.gross_check(configuration)
+    rows = [{**dict(zip(MODULUS_COLUMNS, burst.row(), strict=True)), "remark": burst.remark} for burst in bursts]
+    error = 100 * check.mean_relative_error if check else 0.0
+    notes = (f"Gross check (eq. 12): mean relative error {error:.0f} %",) if check else ()
+    return moduli_listing(rows, caption=f"{result.campaign}: {configuration}", notes=notes)
+
+
+def moduli_listing(rows: Sequence[Mapping[str, Any]], worst: str = "", **options: Any) -> Listing:
+    """Return moduli as rows of ``moduli.csv`` have them, with remarks where a row has any.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+    worst : str
+        Before the headings of differences, where they are the largest of several.
+    **options
+        Of the listing.
+    """
+    unit, factor = _unit(row["E1_pa"] for row in rows)
+    columns: dict[str, Callable[[Mapping[str, Any]], str]] = {
+        ">f / Hz": lambda row: f"{row['frequency_hz']:g}",
+        f">E1 / {unit}": lambda row: with_spread(row["E1_pa"] / factor, row["E1_std_pa"] / factor),
+        f">E2 / {unit}": lambda row: with_spread(row["E2_pa"] / factor, row["E2_std_pa"] / factor),
+        ">loss factor": lambda row: with_spread(row["loss_factor"], row["loss_factor_std"]),
+        f">{worst}Δtof / µs": lambda row: _number(1e6 * row["delta_tof_s"], 2),
+        f">{worst}Δlevel / dB": lambda row: _number(row["delta_level_db"], 3),
+        "accepted": lambda row: yes_or_no(row["accepted"]),
+    }
+    if any("remark" in row for row in rows):
+        columns["remark"] = lambda row: str(row["remark"])
+    return Listing.of(rows, columns, **options)
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if np.isfinite(value) else "–"
+
+
+def _unit(moduli: Iterable[float]) -> tuple[str, float]:
+    return pressure_unit(max(filter(np.isfinite, moduli), default=1.0))
+
+
+def _by_configuration(result: FitResult) -> Listing:
+    unit, factor = _unit(burst.storage_modulus for burst in result.bursts)
+
+    def ends(name: str, digits: str, attribute: str, size: float = 1.0) -> str:
+        bursts = result.of(name)
+        return " to ".join(f"{getattr(burst, attribute) / size:{digits}}" for burst in (bursts[0], bursts[-1]))
+
+    def check(name: str) -> str:
+        gross = result.gross_check(name)
+        return percent(gross.mean_relative_error) if gross else "–"
+
+    columns: dict[str, Callable[[str], str]] = {
+        "configuration": str,
+        ">accepted": lambda name: f"{sum(b.accepted for b in result.of(name))} of {len(result.of(name))}",
+        ">f / Hz": lambda name: ends(name, "g", "frequency"),
+        f">E1 / {unit}": lambda name: ends(name, ".4g", "storage_modulus", factor),
+        f">E2 / {unit}": lambda name: ends(name, ".3g", "loss_modulus", factor),
+        ">loss factor": lambda name: ends(name, ".3f", "loss_factor"),
+        ">Gross check": check,
+    }
+    return Listing.of(result.configurations, columns)
+
+
+def _checks(result: FitResult, pictures: tuple[Picture, ...]) -> Section:
+    others = tuple(
+        f"{b.configuration}, {b.frequency:g} Hz: E1 = {_shown(s.storage_modulus)}, E2 = {_shown(s.loss_modulus)} meets "
+        f"eq. (10) as well (misfit {s.misfit:.3f} against {b.optimum.misfit:.3f})"
+        for b in result.bursts
+        for s in b.alternatives
+    )
+    alone = None if others else Section("", remarks=("No burst has a second solution.",))
+    return Section("Checks and alternatives", pictures, remarks=others, beside=alone)
+
+
+def _shown(pressure: float) -> str:
+    unit, factor = pressure_unit(pressure)
+    return f"{pressure / factor:.3g} {unit}"

@@ -1,0 +1,71 @@
+"""The list of layer types."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from multilayer.layers.base import LAYERS
+from multilayer.registry import RegistryError
+from multilayer.report.listing import Listing, Tinted
+from multilayer.report.report import Report, Section
+from multilayer.units import field_unit
+
+_PLAIN_FIELDS = {"type", "name"}
+_FIELDS = ("field", "unit", "default", "allowed")
+_WIDTH = 12  # of these columns at least: those of all layers stand below each other
+_MODULUS = "Wherever a modulus stands, a number, a complex number ('1.2e5+2e4j Pa') or a law may stand."
+_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+
+
+def layers_report(types: Sequence[str] | None = None) -> Report:
+    """Return layer types, all or some: name, origin, summary and fields; of a plugin that fails, its error."""
+    described = [_layer(name) for name in LAYERS.chosen(types)]
+    sections = (Section("", listings=tuple(map(_fields, described))), Section("Moduli", remarks=(_MODULUS,)))
+    return Report(kind="layer types", sections=sections, record=described)
+
+
+def _layer(name: str) -> dict[str, Any]:
+    entry: dict[str, Any] = {"type": name, "origin": LAYERS.origins(name)}
+    try:
+        layer = LAYERS[name]
+    except RegistryError as error:
+        return {**entry, "error": str(error)}
+    fields = {key: info for key, info in layer.model_fields.items() if key not in _PLAIN_FIELDS}
+    return {**entry, "summary": layer.summary, "fields": [_field(key, info) for key, info in fields.items()]}
+
+
+def _field(name: str, info: FieldInfo) -> dict[str, Any]:
+    return {
+        "name": name,
+        "unit": field_unit(info) or "",
+        "required": info.is_required(),
+        "default": None if info.is_required() else info.default,
+        "allowed": ", ".join(_bounds(info)),
+    }
+
+
+def _bounds(info: FieldInfo) -> list[str]:
+    """Return what bounds a field, also inside ``T | None``."""
+    arguments = getattr(info.annotation, "__args__", ())
+    inner = [item for argument in arguments for item in getattr(argument, "__metadata__", ())]
+    constraints = [part for item in (*info.metadata, *inner) for part in (item, *getattr(item, "metadata", []))]
+    return [f"{sign} {getattr(c, k):g}" for c in constraints for k, sign in _SIGNS.items() if hasattr(c, k)]
+
+
+def _fields(entry: dict[str, Any]) -> Listing:
+    if "error" in entry:
+        return Listing((), (), notes=(Tinted(f"{entry['type']}: {entry['error']}", "red"),))
+    rows = tuple(
+        (
+            field["name"],
+            field["unit"] or "-",
+            "required" if field["required"] else "optional" if field["default"] is None else str(field["default"]),
+            field["allowed"],
+        )
+        for field in entry["fields"]
+    )
+    headings = tuple(f"{heading:{_WIDTH}}" for heading in _FIELDS)
+    return Listing(headings, rows, caption=f"{entry['type']}  {entry['summary']}")

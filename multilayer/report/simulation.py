@@ -1,0 +1,206 @@
+"""The report of a simulation, and of a comparison of measured spectra with one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multilayer.report.listing import Listing
+from multilayer.report.report import Picture, Report, Section
+from multilayer.report.simulation_figures import draw_quantity
+from multilayer.response.bands import band_centres, bands_of
+from multilayer.simulation.compare import Comparison, Misfit
+from multilayer.simulation.quantities import QUANTITIES, Quantity
+from multilayer.simulation.result import CaseResult, SimulationResult
+
+_DRAWN = {
+    "absorption": "absorption.png",
+    "transmission_loss": "transmission_loss.png",
+    "insertion_loss": "insertion_loss.png",
+    "normalised_impedance": "impedance.png",
+}
+_LISTED = ("absorption", "transmission_loss", "insertion_loss")  # the last that there is, a simulation is made for
+_MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
+_MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
+_MOST_PICTURES = 4
+Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
+
+
+def simulation_report(result: SimulationResult) -> Report:
+    """Return the report of a simulation."""
+    there = {name for case in result.cases for name in case.quantities}
+    through = "transmission_loss" in there
+    # what does not come back from a stack that lets sound through is not absorbed
+    *others, main = [QUANTITIES[name] for name in _LISTED[through:] if name in there]
+    cases = _with(result, main)
+    rated = [case for case in result.cases if case.ratings]
+    ratings = [", ".join(f"{name} {value}" for name, value in case.ratings.items()) for case in rated]
+    notes = tuple(f"{case.label}: {text}" if case.label else text for case, text in zip(rated, ratings, strict=True))
+    listings = [_values(result, quantity, only="console") for quantity in others]
+    means = [_mean(case, main) for case in cases]
+    single = dict(cases[0].ratings) if len(result.cases) == 1 else {}
+    return Report(
+        name=result.name,
+        kind="simulation",
+        label="Simulation",
+        sentence=_sentence(result, main, cases, means),
+        facts=(
+            (result.bands or "frequencies", str(len(result.frequency))),
+            ("cases", str(len(result.cases))),
+            *(single.items() or [(f"largest mean {main.title}", _shown(max(means), main))]),
+        ),
+        note=_note(result),
+        sections=(
+            Section("Over frequency", _pictures(result, [name for name in _DRAWN if name in there])),
+            Section("Values", listings=(*listings, _values(result, main, notes=notes))),
+        ),
+        inputs=result.settings,
+        tables={"simulation.csv": result.to_csv()},
+        record=result.to_dict(),
+        record_file="simulation.json",
+        page="report.html",
+        figures={file: partial(draw_quantity, result, name) for name, file in _DRAWN.items() if name in there},
+    )
+
+
+def comparison_report(comparison: Comparison) -> Report:
+    """Return the report of measured spectra over predicted ones."""
+    predicted, misfits = comparison.predicted, comparison.misfits
+    best = min(misfits, key=lambda misfit: misfit.rms)
+    name, f = f"{comparison.measured.name} over {predicted.name}", predicted.frequency
+    values = {name: comparison.measured.quantities[name] for name in comparison.quantities}
+    case = f" of the case {best.case}" if best.case else ""
+    left_out = f"not predicted, left out: {', '.join(comparison.left_out)}"
+    listing = Listing.of(
+        misfits,
+        {
+            "quantity": lambda misfit: misfit.quantity,
+            "case": lambda misfit: misfit.case or "-",
+            ">rms": lambda misfit: _size(misfit.rms, misfit),
+            ">largest": lambda misfit: _size(misfit.largest, misfit),
+            ">at / Hz": lambda misfit: f"{misfit.worst_frequency:.4g}",
+            ">within 5 to 95 %": lambda misfit: "" if misfit.inside is None else f"{misfit.inside:.0%}",
+        },
+        caption=f"{name}: {len(f)} {predicted.bands or 'frequencies'}, {f[0]:g} to {f[-1]:g} Hz",
+    )
+    return Report(
+        name=name,
+        kind="comparison",
+        label="Comparison",
+        sentence=f"The {'closest' if len(misfits) > 1 else 'measured'} {QUANTITIES[best.quantity].title}{case} differs "
+        f"from the prediction by {_size(best.rms, best)} (rms), by {_size(best.largest, best)} at most, "
+        f"at {best.worst_frequency:.4g} Hz.",
+        facts=(
+            ("frequencies", f"{len(f)}"),
+            ("from", f"{f[0]:g} Hz"),
+            ("to", f"{f[-1]:g} Hz"),
+            ("cases", f"{len(predicted.cases)}"),
+        ),
+        note=_note(predicted),
+        sections=(
+            Section("Measured over predicted", _pictures(predicted, values, values)),
+            Section("How far apart", listings=(listing,), remarks=(left_out,) if comparison.left_out else ()),
+        ),
+        inputs={"measured": comparison.measured.name, **predicted.settings},
+        tables={"comparison.csv": comparison.to_csv()},
+        record=comparison.to_dict(),
+        record_file="comparison.json",
+        page="comparison.html",
+        figures={f"comparison_{name}.png": partial(draw_quantity, predicted, name, v) for name, v in values.items()},
+    )
+
+
+def _with(result: SimulationResult, quantity: Quantity) -> list[CaseResult]:
+    return [case for case in result.cases if quantity.name in case.quantities]
+
+
+def _mean(case: CaseResult, quantity: Quantity) -> float:
+    return float(quantity.mean(case.quantities[quantity.name]))
+
+
+def _shown(value: float, quantity: Quantity) -> str:
+    return f"{value:.1f} dB" if quantity.unit == "dB" else f"{value:.2f}"
+
+
+def _size(value: float, misfit: Misfit) -> str:
+    return f"{value:.3g} {QUANTITIES[misfit.quantity].unit}".strip()
+
+
+def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResult], means: Sequence[float]) -> str:
+    f, mean = result.frequency, _shown(means[0], quantity)
+    band = f"from {f[0]:g} to {f[-1]:g} Hz"
+    if len(cases) > 1:
+        labelled = list(zip(means, (case.label for case in cases), strict=True))
+        least_and_most = (extreme(labelled, key=lambda pair: pair[0]) for extreme in (min, max))
+        ends = " to ".join(f"{_shown(value, quantity)} ({label})" for value, label in least_and_most)
+        return f"Over {len(cases)} cases the {quantity.title}, averaged {band}, is {ends}."
+    if len(f) == 1:
+        return f"The {quantity.title} at {f[0]:g} Hz is {mean}."
+    values = cases[0].quantities[quantity.name]
+    at = f[int(np.nanargmax(np.where(np.isfinite(values), values, -np.inf)))]
+    most = _shown(float(np.max(values)), quantity)
+    return f"The {quantity.title} is {mean} on average {band}, and {most} at most, at {at:.4g} Hz."
+
+
+def _note(result: SimulationResult) -> str:
+    if not any(case.percentiles for case in result.cases):
+        return ""
+    return "Bands in figures, and brackets in tables, hold 5 to 95 % of the samples drawn within the tolerances."
+
+
+def _pictures(result: SimulationResult, names: Iterable[str], measured: Any = None) -> tuple[Picture, ...]:
+    return tuple(
+        Picture(
+            partial(draw_quantity, result, name, measured and measured[name], upright=True),
+            f"{QUANTITIES[name].title[0].upper()}{QUANTITIES[name].title[1:]}.",
+        )
+        for name in list(names)[:_MOST_PICTURES]
+    )
+
+
+def _values(result: SimulationResult, quantity: Quantity, **options: Any) -> Listing:
+    """Return a quantity over frequency, cases beside each other; of many cases a row for each."""
+    cases, rows = _with(result, quantity), _rows(result)
+    bands = result.bands or ("third octaves" if len(rows) != len(result.frequency) else None)
+    unit = f" / {quantity.unit}" if quantity.unit else ""
+    caption = f"{result.name}: {quantity.title}{unit}{f', averages over {bands}' if bands else ''}"
+    if len(cases) <= _MOST_COLUMNS:
+        headings = ["\n".join([*cases[0].shown, "f / Hz"])]
+        headings += ["\n".join([*case.shown.values(), " "]) if case.shown else "value" for case in cases]
+        cells = tuple((f"{f:.4g}", *(_cell(case, quantity, at) for case in cases)) for f, at in rows)
+        return Listing(tuple(headings), cells, tuple(range(len(headings))), caption, **options)
+    octaves = [row for row in rows if np.any(np.abs(row[0] / band_centres(63, 8000, "octaves") - 1) < 0.01)]
+    chosen = octaves or rows[:_MOST_COLUMNS]
+    headings = ["case", *(f"{f:.4g} Hz" for f, _ in chosen), "mean"]
+    cells = tuple(
+        (
+            case.label,
+            *(_cell(case, quantity, at) for _, at in chosen),
+            _shown(_mean(case, quantity), quantity).removesuffix(" dB"),
+        )
+        for case in cases
+    )
+    return Listing(tuple(headings), cells, tuple(range(1, len(headings))), caption, **options)
+
+
+def _rows(result: SimulationResult) -> Rows:
+    """Return what a row stands for: its frequency, and the indices of the values averaged in it."""
+    if result.bands or len(result.frequency) <= _MOST_POINTS:
+        return [(f, np.array([i])) for i, f in enumerate(result.frequency)]
+    return bands_of(result.frequency)
+
+
+def _cell(case: CaseResult, quantity: Quantity, indices: NDArray[np.intp]) -> str:
+    """Return a value of a case, averaged over the frequencies at some indices; of one, with its percentiles."""
+    values = case.quantities[quantity.name][indices]
+    digits = 1 if quantity.unit == "dB" else 2
+    value = f"{quantity.mean(values):.{digits}f}"
+    (column,) = quantity.columns
+    if len(indices) > 1 or column not in case.percentiles:
+        return value
+    low, _, high = (f"{band[indices[0]]:.{digits}f}" for band in case.percentiles[column])
+    return f"{value} [{low}, {high}]"
