@@ -41,6 +41,7 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
         What tells the fit apart from others, as its fingerprint.
     """
     figures = _figures(result, campaign, settings)
+    means = "means over all solutions that meet eq. (10)" if "transmissibility.png" in figures else "best estimates"
 
     def picture(name: str, caption: str) -> tuple[Picture, ...]:
         return (Picture(partial(figures[name], upright=True), caption),) if name in figures else ()
@@ -52,7 +53,7 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
         tone="good" if result.all_accepted else "mind",
         sentence=_sentence(result),
         facts=_facts(result),
-        note="Values are means over all solutions that meet eq. (10), ± one standard deviation.",
+        note=f"Values are {means}, ± one standard deviation.",
         sections=(
             Section(
                 "The modulus",
@@ -128,14 +129,15 @@ def _sentence(result: FitResult) -> str:
 
 def _facts(result: FitResult) -> Pairs:
     bursts = result.bursts
-    spread = [
-        float(np.median([getattr(b, f"{k}_std") / getattr(b, k) for b in bursts if getattr(b, k) > 0] or [np.nan]))
-        for k in ("storage_modulus", "loss_modulus")
-    ]
+    spreads = {}
+    for name, key in (("E1", "storage_modulus"), ("E2", "loss_modulus")):
+        shares = [getattr(burst, f"{key}_std") / getattr(burst, key) for burst in bursts if getattr(burst, key) > 0]
+        if known := list(filter(np.isfinite, shares)):
+            spreads[name] = f"{100 * np.median(known):.2g} %"
     checks = [check.mean_relative_error for name in result.configurations if (check := result.gross_check(name))]
     return (
         ("bursts accepted", f"{sum(burst.accepted for burst in bursts)} of {len(bursts)}"),
-        *((f"median std of {name}", f"{100 * s:.2g} %") for name, s in zip(("E1", "E2"), spread, strict=True)),
+        *((f"median std of {name}", spread) for name, spread in spreads.items()),
         *([("Gross check, E2 off by", percent(float(np.mean(checks))))] if checks else []),
         ("method", result.method),
     )

@@ -162,7 +162,8 @@ class Report:
         keys = {draw: f"f{i}" for i, draw in enumerate(shown)}
         wanted = dict.fromkeys(self.figures.values())
         tasks = [(draw, keys.get(draw, ""), shown.get(draw, ""), draw in wanted) for draw in {**shown, **wanted}]
-        drawn = dict(zip((draw for draw, *_ in tasks), run_all(_drawn, tasks, executor), strict=True))
+        drawings = map(_drawn, tasks) if executor is None else run_all(_drawn, tasks, executor)
+        drawn = dict(zip((draw for draw, *_ in tasks), drawings, strict=True))
         if self.page:
             from multilayer.report.html import page_html
 
