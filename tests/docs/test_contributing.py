@@ -9,13 +9,14 @@ import pytest
 
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.fits.law_fit import fit_law
+from multilayer.fits.methods import METHODS
 from multilayer.layers import LAYERS
 from multilayer.measurements.readers import READERS, read_channels
 from multilayer.media.laws import LAWS
 from multilayer.plugins.files import plugin_files
 from multilayer.plugins.listing import KINDS, registry
 from multilayer.rig.effects import EFFECTS as RIG_EFFECTS
-from multilayer.testing import check_effect, check_law, check_layer, check_rig_effect
+from multilayer.testing import check_effect, check_law, check_layer, check_method, check_rig_effect
 from multilayer.tube.data import read_transfer
 from multilayer.tube.file import Source
 
@@ -81,6 +82,11 @@ def test_effects_and_their_twins(name):
     assert of("effects") == of("rig_effects")
     check_effect(EFFECTS[name])
     check_rig_effect(RIG_EFFECTS[name])
+
+
+@pytest.mark.parametrize("name", of("methods"))
+def test_methods(name):
+    check_method(METHODS[name])
 
 
 def test_rows_of_the_manual_name_all_fields():
