@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.inference.collinear import Group
+from multilayer.inference.collinearity import Group
 from multilayer.inference.identifiability import Finding, Identifiability
 from multilayer.report.console import console
 

@@ -34,10 +34,10 @@ from multilayer.fits.joint.search import (
 from multilayer.fits.settings import FitSettings
 from multilayer.frames import Frame, Tabular
 from multilayer.inference.derivative import central
-from multilayer.inference.least_squares import distinct, hopeful
+from multilayer.inference.least_squares import distinct, is_competitive
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inference.stated import Statement, far_off, nuisance_p_value
+from multilayer.inference.pulls import Pull, largest_pulls, nuisance_p_value
 from multilayer.inference.summary import PosteriorSummary
 from multilayer.measurements.description import Campaign
 from multilayer.media.laws import ModulusLaw
@@ -241,7 +241,7 @@ class JointFit(Tabular):
     def _of_statements(self) -> str:
         if self.stated_p_value > _SIGNIFICANT:
             return ""
-        off = "; ".join(_told(statement) for statement in far_off(*self._statements))
+        off = "; ".join(_told(pull) for pull in largest_pulls(*self._statements))
         return (
             "this takes what the laboratory states for wrong, which has the probability "
             f"{self.stated_p_value:.1g}: {off}. Correct the statement, or find the cause: "
@@ -280,9 +280,9 @@ class JointFit(Tabular):
         return self.problem.space.law(self.problem.law_coordinates(minimum.z))
 
 
-def _told(statement: Statement) -> str:
+def _told(pull: Pull) -> str:
     """Return by how much a stated quantity is off, with its unit."""
-    parameter, off = statement
+    parameter, off = pull
     spread = parameter.prior.normal[1] if parameter.prior.normal else 1.0
     unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(parameter.unit, ("%", 100.0))
     value, size = (f"{factor * amount:.3g} {unit}" for amount in (off * spread, spread))
@@ -343,7 +343,7 @@ def fit_joint(
     best_minima = [part[2][0] for part in solved]
     candidates = []
     for part in solved:  # what no departure of a few per cent can save is told all the same
-        candidates += with_deviations(*part) if hopeful(part[2][0], best_minima) else [Candidate(*part)]
+        candidates += with_deviations(*part) if is_competitive(part[2][0], best_minima) else [Candidate(*part)]
     best = LawMixture(candidates).best
     criteria = Criteria(settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db)
     plain = settings.model_dump(mode="json", exclude_none=True) | {"joint": True, "law": law}
@@ -369,11 +369,11 @@ def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
             break
         done: list[Solved] = []
         for label, other, found in solved:
-            if not hopeful(found[0], minima):
+            if not is_competitive(found[0], minima):
                 done.append((label, other, found))
                 continue
             same = replace(other, configurations=cut.data, end_effect=None)
-            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
+            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if is_competitive(m, found)]
             near, best = min(ends, key=lambda end: end[1].cost)
             done.append((label, near, distinct([best, *(m for _, m in ends)])))
         solved = done
@@ -390,7 +390,7 @@ def _all_with_free_rim(campaign: Campaign, solved: list[Solved], tell: Progress,
     problem, found = with_free_rim(campaign, plane_waves, minima, tell, settings)
     done: list[Solved] = [(label, problem, found)]
     for other, flat, starts in others:
-        if hopeful(starts[0], minima):
+        if is_competitive(starts[0], minima):
             bent = replace(flat, rigs=problem.rigs)
             n = len(flat.law_parameters)
             done.append((other, bent, solve_joint(bent, [m.z[:n] for m in starts], n_best=N_FOLLOWED, tell=tell)))
