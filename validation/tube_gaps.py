@@ -18,7 +18,7 @@ from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.inference.problem import Known
+from multilayer.inference.problem import GaussianPrior
 from multilayer.media.gas import dry_air
 from multilayer.media.porous import champoux_allard_modulus
 from validation.tube_fits import MEASURED, PORES, SAMPLES, Sample, published, stack
@@ -152,8 +152,8 @@ def diagnose(name: str, file: DiagnosisFile, sure: Sure | None = None) -> Case:
 def depth_with_correlations(case: Case) -> tuple[float, float, float]:
     """Return depth and interval, m, of a rear air gap where the sample's joint posterior is the prior."""
     assert case.sure is not None
-    known = Known.of(nominal_minimum(case.sure.file), correlated=True)
-    hypothesis = replace(case.file.hypothesis, known=known)
+    known = GaussianPrior.of(nominal_minimum(case.sure.file), correlated=True)
+    hypothesis = replace(case.file.hypothesis, earlier=known)
     return fit(hypothesis.with_effects(RearAirGap()), hypothesis.start).interval("rear_air_gap.depth")
 
 

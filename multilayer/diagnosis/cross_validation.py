@@ -13,7 +13,7 @@ from multilayer.diagnosis.fitting import Fitted, minimised
 from multilayer.diagnosis.model_discrepancy import law_parts
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Data, Hypothesis
-from multilayer.inference.low_rank import LowRank, Softened, left_open
+from multilayer.inference.low_rank import LowRank, WithModelErrors, prediction_root
 
 _FEWEST = 4  # bursts of which blocks can be made
 
@@ -102,16 +102,16 @@ def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[Real
     the data that are kept and left. What the kept data tell of the error that a law makes everywhere is foretold.
     """
     one, kept, left = task
-    seen, unseen = one.hypothesis.of(kept), one.hypothesis.of(left)
+    seen, unseen = one.hypothesis.with_data(kept), one.hypothesis.with_data(left)
 
     def errors(part: Hypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
         return law_parts(part, z, one.hypothesis)
 
     start = one.minimum.z
-    soft = Softened(seen, LowRank.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
+    soft = WithModelErrors(seen, LowRank.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
     found = minimised(soft, start)
     residual, slopes = unseen.linearised(found.z)
-    open_of_unknowns = LowRank.of(left_open(slopes, found.jacobian))
+    open_of_unknowns = LowRank.of(prediction_root(slopes, found.jacobian))
     if not one.errors:
         return open_of_unknowns.whitened(residual), open_of_unknowns.log_density(residual)
     here, slopes_here = seen.linearised(found.z)
@@ -123,5 +123,5 @@ def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[Real
     # unknowns and errors of laws together; what is each configuration's own is not seen elsewhere
     known = np.concatenate([slopes_here, laws], axis=1)
     told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
-    every = LowRank.of(np.concatenate([left_open(told, known), anew], axis=1))
+    every = LowRank.of(np.concatenate([prediction_root(told, known), anew], axis=1))
     return open_of_unknowns.whitened(residual), every.log_density(residual)

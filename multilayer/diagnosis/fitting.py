@@ -18,9 +18,9 @@ from multilayer.diagnosis.model_discrepancy import Embedded, law_basis, smooth_b
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.inference.least_squares import minimise, settle
-from multilayer.inference.low_rank import LowRank, Softened
-from multilayer.inference.multistart import costs_per_datum, discrepancies, is_far_off, valleys
+from multilayer.inference.least_squares import minimise, minimise_bfgs
+from multilayer.inference.low_rank import LowRank, WithModelErrors
+from multilayer.inference.multistart import continuation_sizes, costs_per_datum, is_far_off, valleys
 from multilayer.inference.problem import Minimum, Problem
 
 K = TypeVar("K")
@@ -117,7 +117,7 @@ class Begun:
         problem: Problem = hypothesis
         if _has_law_errors(hypothesis):
             errors = LowRank.of(law_basis(hypothesis, z))
-            problem = Softened(hypothesis, errors)
+            problem = WithModelErrors(hypothesis, errors)
         residual, slopes = problem.linearised(z)
         return cls(
             hypothesis, starts, Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes), errors)
@@ -206,7 +206,8 @@ def _polish(fitted: Fitted) -> Fitted:
     hypothesis, starts = fitted.hypothesis, [fitted.minimum.z]
     if fitted.valleys is not None and is_far_off(float(costs_per_datum(hypothesis.residual, starts[0][None])[0])):
         misfits = costs_per_datum(hypothesis.residual, fitted.valleys)
-        starts += [_eased(hypothesis, *pair) for pair in zip(fitted.valleys, map(discrepancies, misfits), strict=True)]
+        pairs = zip(fitted.valleys, map(continuation_sizes, misfits), strict=True)
+        starts += [_eased(hypothesis, *pair) for pair in pairs]
     return best_of([at_minimum(hypothesis, start) for start in starts])
 
 
@@ -215,7 +216,7 @@ def _eased(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> Real
     smooth = smooth_basis(hypothesis)
     for size in sizes:
         soft = LowRank.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
-        z = minimise(Softened(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
+        z = minimise(WithModelErrors(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
     return z
 
 
@@ -228,9 +229,9 @@ def _settled(fitted: Fitted) -> Fitted:
     if fitted.errors is None or fitted.minimum.cost_per_datum > HOPELESS:
         return fitted
     embedded = Embedded(fitted.hypothesis)
-    z = settle(embedded, fitted.minimum.z).z
+    z = minimise_bfgs(embedded, fitted.minimum.z).z
     errors = embedded.errors(z)
-    return Fitted(fitted.hypothesis, minimised(Softened(fitted.hypothesis, errors), z), errors)
+    return Fitted(fitted.hypothesis, minimised(WithModelErrors(fitted.hypothesis, errors), z), errors)
 
 
 def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:

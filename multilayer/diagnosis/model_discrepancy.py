@@ -28,9 +28,9 @@ class Embedded(Problem):
 
     The data are ``r(z) + B(z) a`` with a ~ N(0, 1), see `law_parts`. With a integrated out, minus twice the log density
     is ``r^T C^-1 r + ln |C|``, ``C = 1 + B B^T``: the sum of squares of this problem's residuals, the last
-    of which is the root of the second term (not below 0, as C is not below 1). `Softened` holds B where it was. To take
-    B anew where that leads, again and again, need not end, and where it ends hangs on the start; here B follows z, and
-    a minimum is one of a single function.
+    of which is the root of the second term (not below 0, as C is not below 1). `WithModelErrors` holds
+    B fixed. Computing B again at the minimum so found, and so on, need not converge, and its limit depends on the
+    start; here B follows z, and a minimum is that of a single function.
 
     Notes
     -----

@@ -5,7 +5,7 @@ from __future__ import annotations
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
 from multilayer.diagnosis.unknown_cause import law_p_value, size_p_value, tolerant_p_value
-from multilayer.inference.stated import nuisance_p_value
+from multilayer.inference.pulls import nuisance_p_value
 
 
 def strain(fitted: Fitted, *, forgiven: bool = False) -> str:

@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.model_discrepancy import smooth_basis
-from multilayer.inference.discrepancy import Leftover
+from multilayer.inference.discrepancy import OrthogonalDiscrepancy
 
 SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 
@@ -18,16 +18,16 @@ SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float] = SIZES) -> tuple[float, float]:
     """Return the log evidence of a model with a smooth discrepancy, and the most probable size of that.
 
-    Averaged over sizes, see `Leftover`; the errors of the effects' laws are in the noise. On the same scale as
-    `Fitted.log_evidence`.
+    Averaged over sizes, see `OrthogonalDiscrepancy`; the errors of the effects' laws are in the noise. On the same
+    scale as `Fitted.log_evidence`.
     """
-    gains = _leftover(fitted).gains(sizes)
+    gains = _leftover(fitted).log_bayes_factors(sizes)
     best = float(sizes[int(np.argmax(gains))])
     return fitted.log_evidence + float(logsumexp(gains)) - float(np.log(len(gains))), best
 
 
-def _leftover(fitted: Fitted) -> Leftover:
-    return Leftover.of(fitted.minimum, fitted.softened(smooth_basis(fitted.hypothesis).T).T)
+def _leftover(fitted: Fitted) -> OrthogonalDiscrepancy:
+    return OrthogonalDiscrepancy.of(fitted.minimum, fitted.softened(smooth_basis(fitted.hypothesis).T).T)
 
 
 def tolerant_p_value(fitted: Fitted, size: float) -> float:
@@ -35,7 +35,7 @@ def tolerant_p_value(fitted: Fitted, size: float) -> float:
 
     The misfit is chi-square distributed for a linear model with normal priors: the bootstrap's answer in closed form.
     """
-    excess = _leftover(fitted).explained(size)
+    excess = _leftover(fitted).misfit_reduction(size)
     return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
 
 

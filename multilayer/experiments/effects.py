@@ -1,4 +1,4 @@
-"""What an unmodelled effect says of itself, whatever it acts on."""
+"""The description that every unmodelled effect carries, whatever it acts on."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ Values = Mapping[str, RealArray]  # parameters by name, each of shape (..., 1)
 
 
 class BaseEffect:
-    """What every unmodelled effect says of itself; `Effect` is one of the two-plate rig, `TubeEffect` one of a tube.
+    """Base class of unmodelled effects: `Effect` for those of the two-plate rig, `TubeEffect` for those of a tube.
 
     Attributes
     ----------
     name : str
-        In the output.
+        By which files and results name it.
     law : str
-        In a line, for people.
+        Its equation in a line, for readers of tables.
     separated_by : str
-        The measurement that tells it from others.
+        The measurement that distinguishes it from other effects.
     source : str
-        Of the prior's size.
+        Where the size of the prior is from.
     parameters : tuple of Parameter
-        With priors in SI units.
+        With priors, in SI units.
     absent : mapping
-        Values of parameters at which the effect vanishes, where that is not at their smallest (0 for signed ones).
+        Values of parameters at which the effect vanishes, where these are not the smallest (0 of signed parameters).
     law_error : float
-        How well the law is known: relative error of what the effect changes, one standard deviation, smooth in ln f.
+        How well the law is known: standard deviation of the relative error of what the effect changes, smooth in ln f.
     size_error : float
-        How well a size that is found tells the true one, relative, one standard deviation: `law_error` when None.
+        Relative standard deviation of a fitted size beyond its statistical error; `law_error` when None.
     starts : tuple of tuple of float
-        Coordinates of all parameters from which fits start; some all over the priors when empty.
+        Standard normal coordinates of all parameters from which fits start; a grid over the priors when empty.
     needs_finite_elements : bool
         Whether the rods of the two-plate rig are replaced by finite elements of the free rim.
     """

@@ -1,4 +1,4 @@
-"""Experiments under a hypothesis: a nominal model, and unmodelled effects that act beside it."""
+"""Experiments under a hypothesis: a nominal model, and the unmodelled effects that act besides."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Data(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the configuration."""
+        """Name of the configuration."""
 
     @property
     def frequency(self) -> RealArray:
@@ -28,18 +28,18 @@ class Data(Protocol):
 
     @property
     def burst(self) -> IndexArray:
-        """To which group each value belongs, shape (n,): what is left out together."""
+        """Index of the group each value belongs to, shape (n,); cross-validation leaves out whole groups."""
 
     @property
     def centres(self) -> RealArray:
         """Frequencies of the groups, Hz, shape (n_groups,)."""
 
     def part(self, kept: IndexArray) -> Self:
-        """Return the data of some groups only, numbered anew."""
+        """Return the data of some groups only, the groups renumbered."""
 
 
 class Hypothesis(Experiments):
-    """Experiments whose unknowns are those of a nominal model, then those of some effects; nominal where there is none.
+    """Experiments whose unknowns are those of a nominal model, then those of effects, if any.
 
     Attributes
     ----------
@@ -51,27 +51,27 @@ class Hypothesis(Experiments):
     @property
     @abstractmethod
     def nominal_parameters(self) -> tuple[Parameter, ...]:
-        """Those of the nominal model."""
+        """Parameters of the nominal model."""
 
     @property
     @abstractmethod
     def data(self) -> tuple[Any, ...]:
-        """What residuals are made of, as `Data`."""
+        """The data that residuals are made of, as `Data`."""
 
     @property
     @abstractmethod
     def quantities(self) -> tuple[str, str]:
-        """What real and imaginary part of `differences` are."""
+        """Names of the quantities in the real and in the imaginary part of `differences`."""
 
     @property
     @abstractmethod
     def blocks(self) -> int:
-        """In how many pieces the data of a single configuration are left out, one after the other."""
+        """Number of folds in the cross-validation of a single configuration."""
 
     @property
     @abstractmethod
     def held_out_decides(self) -> bool:
-        """Whether errors of left-out data are their own, so that what foretells these tells causes apart."""
+        """Whether errors of left-out data are independent, so that their prediction distinguishes between causes."""
 
     @abstractmethod
     def admits(self, effect: BaseEffect) -> bool:
@@ -79,15 +79,15 @@ class Hypothesis(Experiments):
 
     @abstractmethod
     def with_effects(self, *effects: Any) -> Self:
-        """Return the hypothesis of other effects."""
+        """Return the hypothesis with these effects instead."""
 
     @abstractmethod
-    def of(self, data: Sequence[Any]) -> Self:
-        """Return the same with residuals of some data only; the unknowns stay."""
+    def with_data(self, data: Sequence[Any]) -> Self:
+        """Return the hypothesis with residuals of these data only; the unknowns stay."""
 
     @abstractmethod
-    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
-        """Return residuals for a first search, each datum being allowed to be off by `size` more, relative."""
+    def inflated_residual(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals for a first search: every datum has an additional relative error of `size`."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,7 +96,7 @@ class Hypothesis(Experiments):
 
     @cached_property
     def effect_parameters(self) -> tuple[Parameter, ...]:
-        """The effects' parameters, as ``sensor_mass.mass``."""
+        """The effects' parameters, named as ``sensor_mass.mass``."""
         return tuple(
             parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
             for effect in self.effects
@@ -105,28 +105,37 @@ class Hypothesis(Experiments):
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The nominal model's, then the effects'."""
+        """Parameters of the nominal model, then of the effects."""
         return (*self.nominal_parameters, *self.effect_parameters)
 
     def without(self, index: int, z: RealArray) -> tuple[Self, RealArray]:
-        """Return the hypothesis without one of its effects, and the coordinates, shape (..., d), that are left."""
+        """Return the hypothesis without one of its effects, and the remaining coordinates, shape (..., d)."""
         count = len(self.effects[index].parameters)
         first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
         others = self.with_effects(*self.effects[:index], *self.effects[index + 1 :])
         return others, np.delete(z, np.s_[first : first + count], axis=-1)
 
-    def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
-        """Return what the law of one of the effects, wrong by its whole size, would change in `differences`.
+    def law_change(
+        self, index: int, z: RealArray, differences: Sequence[ComplexArray] | None = None
+    ) -> list[ComplexArray]:
+        """Return the change of `differences` for a relative error of 1 in the law of one of the effects.
 
-        All that the effect does, unless a kind of hypothesis knows better. Of coordinates of shape (..., d); `shown`
-        are the `differences` there where they are known already.
+        By default this is all that the effect changes.
+
+        Parameters
+        ----------
+        index : int
+            Of the effect.
+        z : array, shape (..., d)
+        differences : sequence of array, optional
+            `differences` at z, where they are computed already.
         """
         others, rest = self.without(index, z)
-        pairs = zip(self.differences(z) if shown is None else shown, others.differences(rest), strict=True)
+        pairs = zip(self.differences(z) if differences is None else differences, others.differences(rest), strict=True)
         return [full - bare for full, bare in pairs]
 
 
 def values_of(effects: Sequence[BaseEffect], points: Points) -> list[Values]:
-    """Return the parameters of every effect, each of shape (m, 1), at some points."""
+    """Return every effect's parameters by name, each of shape (m, 1), at m points."""
     named = points.named
     return [{p.name: named[f"{effect.name}.{p.name}"][:, None] for p in effect.parameters} for effect in effects]

@@ -1,4 +1,7 @@
-"""Derivatives by differences: all points of a stencil in one batch, which costs little more than one of them."""
+"""Derivatives by finite differences: all points of a stencil in one batch, which costs little more than one point.
+
+Steps and errors: W. H. Press et al., Numerical Recipes, 3rd ed., Cambridge 2007, sec. 5.7.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,11 @@ from multilayer.arrays import ComplexArray, RealArray
 
 Values = TypeVar("Values", RealArray, ComplexArray)
 
-WIDE = 1e-3  # of a coordinate: of what is smooth over a standard deviation, and known to few digits
+# steps of standard normal coordinates
+WIDE = 1e-3  # for functions smooth over a standard deviation, and known to few digits
 USUAL = 1e-4
-FINE = 1e-5  # where the place of a minimum hangs on the derivative: neither bent nor lost in rounding
-FORWARD = 1e-6  # of one-sided differences, of what is smooth to rounding
+FINE = 1e-5  # where a minimum's position depends on the derivative: small truncation and rounding errors
+FORWARD = 1e-6  # of one-sided differences, for functions smooth to rounding
 
 
 @dataclass(frozen=True)
@@ -45,8 +49,8 @@ class Stencil:
     def forward(cls, z: RealArray, step: float = FORWARD, along: RealArray | None = None) -> Stencil:
         """Return points ahead of coordinates z, shape (n,), along all axes or directions of shape (k, n).
 
-        Half as many points, and an error of first order: about a millionth by default, which is no less than a search
-        or a posterior's width needs. On a bound it is the side that counts.
+        Half as many points, and an error of first order in the step: about a millionth by default, exact enough for a
+        search and for a posterior's width. Of a coordinate on its bound the derivative is that to one side.
         """
         directions = np.eye(z.size) if along is None else along
         return cls(np.concatenate([z[None], z + step * directions]), step, is_central=False)

@@ -1,4 +1,4 @@
-"""Most probable parameters: least squares from many starts, and the distinct minima they end in."""
+"""Most probable parameters: nonlinear least squares from many starts, and the distinct minima they end in."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from multilayer.executors import run_all
 from multilayer.inference.derivative import FORWARD
 from multilayer.inference.problem import Minimum, Problem
 
-_CANDIDATES = 128  # points of the prior that are looked at
+_CANDIDATES = 128  # points of the prior that are evaluated
 _CHUNK = 32
-_MOST = 200  # evaluations from one start
-_ALIKE = 0.1  # standard deviations: minima nearer than this are one
+_MOST = 200  # evaluations from a start
+_ALIKE = 0.1  # standard deviations: minima nearer than this are the same
 TIGHT = 1e-8
-_SMALL_STEP = 1e-6  # relative: one that has arrived, where the cost is not asked for more exactly
-_MARGIN, _ON_BOUND = 1e-9, 1e-6  # of the width between bounds: of a start from them, and of what lies on them
-_HOPELESS = 4.0
-_LEVEL = 3e-3  # slope, per standard deviation, at which a minimum is reached
-_BETWEEN, _RENEWALS = 40, 4  # steps after which coordinates are taken anew, and how often
+_SMALL_STEP = 1e-6  # relative size of a step at which a descent has converged, where the cost need not be more exact
+_MARGIN, _ON_BOUND = 1e-9, 1e-6  # of the width between bounds: distance of a start from them, and of a point on them
+_UNCOMPETITIVE = 4.0  # times the least cost
+_LEVEL = 3e-3  # gradient, per standard deviation, at which a minimum is reached
+_BETWEEN, _RENEWALS = 40, 4  # steps after which coordinates are preconditioned anew, and how often
 _DAMPING = 1e-2  # of the diagonal, at first
-_EASED, _HARDENED = 5.0, 5.0  # what an accepted step divides it by, and a refused one multiplies it by
+_DECREASE, _INCREASE = 5.0, 5.0  # of the damping, after an accepted and after a refused step
 _LEAST_DAMPING, _STUCK = 1e-8, 1e6
-_STRIDE = 1.0  # of a coordinate, at most in a step: the prior's standard deviation
+_STRIDE = 1.0  # longest step of a coordinate: the prior's standard deviation
 _AT_ONCE = 256  # points
-_SLOW = 2  # accepted steps that gain next to nothing, after which a descent has arrived
+_SLOW = 2  # accepted steps that gain next to nothing, after which a descent has converged
 
 
 def minimise(
@@ -43,7 +43,7 @@ def minimise(
     *,
     scaled: bool = False,
 ) -> Minimum:
-    """Return the minimum reached from a start by a trust-region method with a Jacobian of one batched solve each.
+    """Return the minimum reached from a start by a trust-region method whose Jacobians cost a batched solve each.
 
     Parameters
     ----------
@@ -52,13 +52,19 @@ def minimise(
     most : int
         Evaluations after which it stops where it is.
     tolerance : float
-        Relative change of the cost at which it has arrived.
+        Relative change of the cost at which it has converged.
     method : {'trf', 'dogbox'}
-        Of `scipy.optimize.least_squares`; the second takes fewer steps along curved valleys, and tells less exactly
-        where it has arrived.
+        Of `scipy.optimize.least_squares`; the second takes fewer steps along curved valleys, and its test of
+        convergence is less exact.
     scaled : bool
-        Measure steps by what they change in the residuals, not in standard deviations of the prior: where some
-        coordinates matter a thousand times as much as others, as with sharp resonances.
+        Whether the trust region is measured in changes of the residuals instead of standard deviations of the prior;
+        needed where residuals are a thousand times as sensitive to some coordinates as to others, as with sharp
+        resonances.
+
+    Notes
+    -----
+    The priors are residuals, too: z itself is added to them. Method 'trf': M. A. Branch, T. F. Coleman & Y. Li, SIAM J.
+    Sci. Comput. 21 (1999) 1-23.
     """
     n = start.size
 
@@ -66,12 +72,12 @@ def minimise(
         values, slopes = problem.linearised(z)
         return np.concatenate([values, z]), np.concatenate([slopes, np.eye(n)])
 
-    found = trust_region(
+    minimum = trust_region(
         with_priors, start, scale="jac" if scaled else 1.0, method=method, most=most,
         ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
     )  # fmt: skip
-    values, slopes = found.residual[:-n], found.jacobian[:-n]
-    return Minimum(found.z, float(values @ values), values, slopes, found.converged)
+    values, slopes = minimum.residual[:-n], minimum.jacobian[:-n]
+    return Minimum(minimum.z, float(values @ values), values, slopes, minimum.converged)
 
 
 def trust_region(
@@ -87,7 +93,7 @@ def trust_region(
     gtol: float = TIGHT,
     before: Sequence[tuple[RealArray, float]] = (),
 ) -> Minimum:
-    """Return the minimum of a sum of squares by `scipy.optimize.least_squares`, value and derivative asked for at once.
+    """Return the minimum of a sum of squares by `scipy.optimize.least_squares`, value and derivative from one call.
 
     Parameters
     ----------
@@ -108,7 +114,7 @@ def trust_region(
 
     def both(z: RealArray) -> tuple[RealArray, RealArray]:
         key = np.asarray(z, dtype=float).tobytes()
-        if key not in last:  # most residuals are followed by their derivative, which then has cost one batch
+        if key not in last:  # scipy asks for the derivative after most residuals: both come from one batch
             last.clear()
             last[key] = linearised(z)
             history.append((np.array(z), float(np.linalg.norm(last[key][0]))))
@@ -124,43 +130,47 @@ def trust_region(
     if bounds is not None:
         margin = _MARGIN * (high - low)
         start = np.clip(start, low + margin, high - margin)
-    found = least_squares(
+    result = least_squares(
         residual, start, jac=derivative, bounds=(low, high), x_scale=scale, method=method,
         max_nfev=most, ftol=ftol, xtol=xtol, gtol=gtol,
     )  # fmt: skip
-    values, slopes = np.asarray(found.fun), np.asarray(found.jac)
-    at_bound = bool(np.any(np.minimum(found.x - low, high - found.x) < _ON_BOUND * (high - low)))
-    return Minimum(found.x, float(values @ values), values, slopes, bool(found.success), at_bound, tuple(history))
+    values, slopes = np.asarray(result.fun), np.asarray(result.jac)
+    at_bound = bool(np.any(np.minimum(result.x - low, high - result.x) < _ON_BOUND * (high - low)))
+    return Minimum(result.x, float(values @ values), values, slopes, bool(result.success), at_bound, tuple(history))
 
 
-def settle(problem: Problem, start: RealArray) -> Minimum:
-    """Return the minimum reached from near it by quasi-Newton steps (BFGS), which learn the whole curvature.
+def minimise_bfgs(problem: Problem, start: RealArray) -> Minimum:
+    """Return the minimum reached from near it by quasi-Newton steps (BFGS), which learn the whole Hessian.
 
-    Gauss and Newton's leaves out what the residuals' own curvature adds: where a valley is narrow and bent and the
-    misfit no small one, `minimise` stops on its floor before it has come to the lowest point. Coordinates are those in
-    which Gauss and Newton's curvature is 1 in every direction, taken anew where the steps have not arrived.
+    The Gauss-Newton Hessian lacks the second derivatives of the residuals: where a valley is narrow and bent and the
+    misfit is large, `minimise` stops on its floor before the lowest point. Steps are taken in coordinates in which the
+    Gauss-Newton Hessian is the unit matrix; these are renewed as long as the steps have not converged.
 
     Parameters
     ----------
     problem : Problem
-        With derivatives to which the cost falls: right to more digits than `derivative.forward` gives.
+        Its derivatives must be exact to more digits than `derivative.forward` gives.
     start : array, shape (n,)
+
+    Notes
+    -----
+    J. Nocedal & S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, sec. 6.1 and 10.3.
     """
-    from scipy.optimize import minimize  # here, for most commands do without
+    from scipy.optimize import minimize  # here, since most commands do not need it
 
     z = np.array(start)
     for _ in range(_RENEWALS):
         _, slopes = problem.linearised(z)
         factor = np.linalg.inv(np.linalg.cholesky(slopes.T @ slopes + np.eye(z.size))).T
-        found = minimize(
+        result = minimize(
             partial(_cost_and_slope, problem, z, factor), np.zeros(z.size), jac=True, method="BFGS",
             options={"gtol": _LEVEL, "maxiter": _BETWEEN},
         )  # fmt: skip
-        z = z + factor @ found.x
-        if found.success:
+        z = z + factor @ result.x
+        if result.success:
             break
     values, slopes = problem.linearised(z)
-    return Minimum(z, float(values @ values), values, slopes, bool(found.success))
+    return Minimum(z, float(values @ values), values, slopes, bool(result.success))
 
 
 def _cost_and_slope(problem: Problem, origin: RealArray, factor: RealArray, u: RealArray) -> tuple[float, RealArray]:
@@ -176,10 +186,10 @@ def descend(
     tolerance: float = 1e-3,
     moving: int | None = None,
 ) -> tuple[RealArray, RealArray]:
-    """Return where many starts lead, each a descent by Levenberg and Marquardt, all of them advancing together.
+    """Return where many starts lead by the Levenberg-Marquardt method, all of them advancing together.
 
-    A batch of a hundred points costs little more than one: many starts at once are cheaper than few one by one. For the
-    search of valleys; `minimise` finds their floor.
+    A batch of a hundred points costs little more than a single point, so that many starts at once are cheaper than few
+    one after the other. This finds valleys; `minimise` finds their lowest points.
 
     Parameters
     ----------
@@ -191,20 +201,20 @@ def descend(
     tolerance : float
         Relative fall of the cost below which a step counts as slow; a descent ends with two of them in a row.
     moving : int, optional
-        How many of the first coordinates move, while the others stay; all when left out.
+        How many of the first coordinates move; the others stay. All move when left out.
 
     Returns
     -------
     points : array, shape (m, n)
     costs : array, shape (m,)
-        Squared residuals, and z squared; infinite where there is no response.
+        Sum of squared residuals and of z squared; infinite where there is no response.
 
     Notes
     -----
     D. W. Marquardt, J. Soc. Ind. Appl. Math. 11 (1963) 431-441: the damping is in proportion to the diagonal.
     """
     z = np.array(starts, dtype=float)
-    values = in_pieces(residual, z)
+    values = in_batches(residual, z)
     cost = total_cost(values, z)
     m, n = len(z), z.shape[1] if moving is None else moving
     short = FORWARD * np.eye(n, z.shape[1])
@@ -213,7 +223,7 @@ def descend(
     precision, slope = np.zeros((m, n, n)), np.zeros((m, n))
     for _ in range(most):
         if (new := np.flatnonzero(going & moved)).size:
-            ahead = in_pieces(residual, (z[new, None] + short).reshape(-1, z.shape[1])).reshape(len(new), n, -1)
+            ahead = in_batches(residual, (z[new, None] + short).reshape(-1, z.shape[1])).reshape(len(new), n, -1)
             derivative = np.nan_to_num((ahead - values[new, None]) / FORWARD)
             precision[new] = derivative @ derivative.transpose(0, 2, 1) + np.eye(n)
             slope[new] = np.einsum("mid,md->mi", derivative, values[new]) + z[new, :n]
@@ -225,25 +235,25 @@ def descend(
         step = -np.linalg.solve(damped, slope[at, :, None])[..., 0]
         trial = z[at]
         trial[:, :n] += step / np.maximum(np.abs(step).max(axis=-1, keepdims=True) / _STRIDE, 1.0)
-        tried = in_pieces(residual, trial)
+        tried = in_batches(residual, trial)
         costs = total_cost(tried, trial)
         lower = costs < cost[at]
-        won, lost = at[lower], at[~lower]
-        slow[won] = np.where(cost[won] - costs[lower] < tolerance * cost[won], slow[won] + 1, 0)
-        z[won], values[won], cost[won], moved[won] = trial[lower], tried[lower], costs[lower], True
-        damping[won] = np.maximum(damping[won] / _EASED, _LEAST_DAMPING)
-        damping[lost] *= _HARDENED
+        accepted, refused = at[lower], at[~lower]
+        slow[accepted] = np.where(cost[accepted] - costs[lower] < tolerance * cost[accepted], slow[accepted] + 1, 0)
+        z[accepted], values[accepted], cost[accepted], moved[accepted] = trial[lower], tried[lower], costs[lower], True
+        damping[accepted] = np.maximum(damping[accepted] / _DECREASE, _LEAST_DAMPING)
+        damping[refused] *= _INCREASE
         going &= (slow < _SLOW) & (damping < _STUCK)
     return z, cost
 
 
-def in_pieces(function: Callable[[RealArray], RealArray], points: RealArray) -> RealArray:
-    """Return a function of many points, shape (m, n), of some of them at a time."""
+def in_batches(function: Callable[[RealArray], RealArray], points: RealArray) -> RealArray:
+    """Return a function's values at points, shape (m, n), computed in batches of limited size."""
     return np.concatenate([function(points[i : i + _AT_ONCE]) for i in range(0, len(points), _AT_ONCE)])
 
 
 def total_cost(values: RealArray, z: RealArray) -> RealArray:
-    """Return squared residuals and z squared, infinite where there is no response."""
+    """Return the sum of squared residuals and of z squared; infinite where there is no response."""
     cost = np.sum(values**2, axis=-1) + np.sum(z**2, axis=-1)
     return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
 
@@ -273,7 +283,7 @@ def search(
         How many are drawn; a power of two fills the prior evenly.
     seed : int
     few : int
-        Evaluations after which a start is given up that is not `hopeful` beside the best one so far: most of those
+        Evaluations after which a start is given up where it is not `is_competitive` with the best so far: most starts
         that need more creep along the floor of a wrong valley.
     tolerance : float
         See `minimise`.
@@ -293,21 +303,24 @@ def search(
         lambda index: None if tell is None else tell(f"start {index + 1} of {len(chosen)}"),
     )
     minima: list[Minimum] = []
-    for found in ends:
-        is_done = found.converged or few >= _MOST or not hopeful(found, minima)
-        minima.append(found if is_done else minimise(problem, found.z, tolerance=tolerance))
+    for end in ends:
+        is_done = end.converged or few >= _MOST or not is_competitive(end, minima)
+        minima.append(end if is_done else minimise(problem, end.z, tolerance=tolerance))
     return distinct(minima)
 
 
-def hopeful(minimum: Minimum, others: Sequence[Minimum]) -> bool:
-    """Tell whether the cost is within four times the least of the others, or what noise makes of that."""
+def is_competitive(minimum: Minimum, others: Sequence[Minimum]) -> bool:
+    """Tell whether a cost is within four times the least of the others, or four times what noise alone gives."""
     least = min((other.cost for other in others), default=np.inf)
-    return bool(minimum.cost <= _HOPELESS * max(least, minimum.residual.size))
+    return bool(minimum.cost <= _UNCOMPETITIVE * max(least, minimum.residual.size))
 
 
 def draw_prior(n: int, count: int, seed: int) -> RealArray:
-    """Return quasi-random points of the prior, shape (count, n), the first of them its centre."""
-    from scipy.stats import qmc  # here, for it takes as long to import as all the rest of scipy
+    """Return quasi-random points of the prior, shape (count, n), the first of them its centre.
+
+    I. M. Sobol, USSR Comput. Math. Math. Phys. 7 (1967) 86-112.
+    """
+    from scipy.stats import qmc  # here, since it takes as long to import as all the rest of scipy
 
     points = ndtri(np.clip(qmc.Sobol(n, rng=np.random.default_rng(seed)).random(count), 1e-9, 1 - 1e-9))
     points[0] = 0.0
@@ -319,27 +332,27 @@ def _cost(problem: Problem, z: RealArray) -> RealArray:
 
 
 def distinct(minima: Sequence[Minimum], apart: RealArray | None = None) -> list[Minimum]:
-    """Return one minimum of every group of near ones, the lowest first.
+    """Return the lowest minimum of every group of near ones, the lowest first.
 
     Parameters
     ----------
     minima : sequence of Minimum
     apart : array, shape (n,), optional
-        Differences of coordinates below which they are near, and the misfit tells the lowest; a tenth of a standard
-        deviation, and the cost, when left out.
+        Differences of coordinates within which minima are near; the lowest is then that of the least misfit. When left
+        out, minima are near within a tenth of a standard deviation, and the lowest is that of the least cost.
     """
 
     def level(minimum: Minimum) -> float:
         return minimum.cost if apart is None else minimum.misfit
 
-    def is_near(one: Minimum, other: Minimum) -> bool:
-        d = one.z - other.z
+    def is_near(minimum: Minimum, other: Minimum) -> bool:
+        d = minimum.z - other.z
         if apart is not None:
             return bool(np.all(np.abs(d) <= apart))
         return bool(np.sqrt(d @ other.precision @ d) <= _ALIKE * np.sqrt(d.size))
 
-    kept: list[Minimum] = []
+    lowest: list[Minimum] = []
     for minimum in sorted((m for m in minima if np.isfinite(level(m))), key=level):
-        if not any(is_near(minimum, other) for other in kept):
-            kept.append(minimum)
-    return kept
+        if not any(is_near(minimum, other) for other in lowest):
+            lowest.append(minimum)
+    return lowest

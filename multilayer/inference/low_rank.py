@@ -1,4 +1,8 @@
-"""Covariances that are the unit matrix and a few columns: noise, and errors of a model common to many data."""
+"""Covariances ``1 + B B^T`` of low rank beyond the unit matrix: noise, and model errors common to many data.
+
+Inverse root and determinant follow from the eigenvectors of ``B^T B`` (the matrix inversion and determinant lemmas:
+G. H. Golub & C. F. Van Loan, Matrix Computations, 4th ed., Johns Hopkins 2013, sec. 2.1.4).
+"""
 
 from __future__ import annotations
 
@@ -11,8 +15,8 @@ from multilayer.inference.derivative import FINE, central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Problem
 
-_LEAST = 0.003  # standard deviations of the data: smaller errors change nothing
-_ROUNDING = 1e-12  # of the largest, squared: smaller ones are not resolved
+_LEAST = 0.003  # standard deviations of the data: smaller model errors change nothing
+_ROUNDING = 1e-12  # of the largest eigenvalue: smaller ones are not resolved
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,8 @@ class LowRank:
 
     @classmethod
     def of(cls, basis: RealArray) -> LowRank:
-        """Return it from columns B, shape (n_data, m)."""
-        # of B^T B: a tenth of the time of singular values, and as good for those that are kept
+        """Return the covariance with columns B, shape (n_data, m)."""
+        # eigenvectors of B^T B take a tenth of the time of singular values, and are as exact for those that are kept
         squares, vectors = np.linalg.eigh(basis.T @ basis)
         kept = squares > max(_LEAST**2, _ROUNDING * squares.max(initial=0.0))
         sizes = np.sqrt(squares[kept])
@@ -41,7 +45,7 @@ class LowRank:
 
     @property
     def log_determinant(self) -> float:
-        """Of the covariance."""
+        """Logarithm of the covariance's determinant."""
         return float(np.sum(np.log1p(self.sizes**2)))
 
     def whitened(self, values: RealArray) -> RealArray:
@@ -50,28 +54,36 @@ class LowRank:
         return np.asarray(values - (values @ self.directions * shrink) @ self.directions.T)
 
     def log_density(self, residual: RealArray) -> float:
-        """Return the logarithm of a residual's normal density, shape (n_data,), but for the constant of its length."""
+        """Return the log density of a normal residual, shape (n_data,), without the constant ``-n/2 ln 2 pi``."""
         whitened = self.whitened(residual)
         return -0.5 * float(whitened @ whitened) - 0.5 * self.log_determinant
 
 
-def left_open(slopes: RealArray, known: RealArray) -> RealArray:
-    """Return columns B with ``B B^T = S (1 + K^T K)^-1 S^T``: what S changes, of unknowns known by slopes K.
+def prediction_root(slopes: RealArray, fitted: RealArray) -> RealArray:
+    """Return B with ``B B^T = S (1 + K^T K)^-1 S^T``: a root of the covariance of predictions.
 
-    From K itself: its square may have lost the 1 to rounding.
+    By a QR decomposition of K: ``K^T K`` may have lost the 1 to rounding.
+
+    Parameters
+    ----------
+    slopes : array S, shape (n, d)
+        Derivatives of the predictions by the unknowns, standard normal before the fit.
+    fitted : array K, shape (m, d)
+        Derivatives of the whitened data that were fitted.
     """
-    factor: RealArray = np.asarray(np.linalg.qr(np.concatenate([np.eye(known.shape[1]), known]))[1])
+    factor: RealArray = np.asarray(np.linalg.qr(np.concatenate([np.eye(fitted.shape[1]), fitted]))[1])
     return np.asarray(np.linalg.solve(factor.T, slopes.T).T)
 
 
 @dataclass(frozen=True)
-class Softened(Problem):
-    """A problem whose model may be wrong by errors of a known covariance, with residuals of unit variance again.
+class WithModelErrors(Problem):
+    """A problem whose model has errors of a known covariance beside noise; residuals are whitened by both.
 
     Attributes
     ----------
     problem : Problem
     errors : LowRank
+        Covariance of noise and model errors, in the problem's whitened residuals.
     """
 
     problem: Problem
@@ -79,7 +91,7 @@ class Softened(Problem):
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the problem."""
+        """The problem's parameters."""
         return self.problem.parameters
 
     def residual(self, z: RealArray) -> RealArray:

@@ -18,9 +18,9 @@ from multilayer.errors import InputError
 from multilayer.inference.posterior import Posterior
 from multilayer.inference.problem import Problem
 
-_TOLD = 200  # iterations between two reports
-_NOWHERE = -1e300  # ln(likelihood) where the model has no answer
-_OPEN = 1e-15  # the unit cube without its faces
+_REPORTED = 200  # iterations between two reports
+_NO_RESPONSE = -1e300  # ln(likelihood) where the model has no response
+_EDGE = 1e-15  # distance kept from the faces of the unit cube
 
 
 def nested(
@@ -39,17 +39,17 @@ def nested(
     ----------
     problem : Problem
     n_live : int
-        Live points; the error of the evidence falls with their root.
+        Live points; the error of the evidence falls with the square root of their number.
     remaining : float
-        Stop when what is left can add no more than this to ln(evidence).
+        Stop when the prior volume that remains can add no more than this to ln(evidence).
     walks : int, optional
         Steps of the random walk that finds a new point; by default 20 + n.
     at_once : int
-        How many walks go in step, so that one batched residual serves them all; far fewer than live points. 1 where
-        a residual takes less than about 0.1 ms and is faster alone.
+        How many walks advance together, so that one batched residual serves them all; far fewer than live points. 1
+        where a residual takes less than about 0.1 ms, which is faster without batches.
     seed : int
     tell : callable, optional
-        Called with a short text now and then.
+        Called with a short text from time to time.
 
     Returns
     -------
@@ -62,16 +62,16 @@ def nested(
     """
     sampler_type = require_sampler()
     n = len(problem.parameters)
-    with _InStep(problem, at_once) as pool:
+    with _BatchingPool(problem, at_once) as pool:
         sampler = sampler_type(
             pool.log_likelihood, _from_cube, n, nlive=n_live, bound="multi", sample="rwalk", walks=walks or 20 + n,
             rstate=np.random.default_rng(seed), pool=pool, queue_size=at_once,
             use_pool={"prior_transform": False, "update_bound": False},
         )  # fmt: skip
         sampler.run_nested(dlogz=remaining, print_progress=tell is not None, print_func=_reporter(tell))
-    found = sampler.results
-    samples = found.samples_equal(rstate=np.random.default_rng(seed))
-    return Posterior("nested", problem.parameters, samples, float(found.logz[-1]), float(found.logzerr[-1]))
+    results = sampler.results
+    samples = results.samples_equal(rstate=np.random.default_rng(seed))
+    return Posterior("nested", problem.parameters, samples, float(results.logz[-1]), float(results.logzerr[-1]))
 
 
 def require_sampler() -> Any:
@@ -90,25 +90,26 @@ def require_sampler() -> Any:
 
 
 def _from_cube(u: RealArray) -> RealArray:
-    return np.asarray(ndtri(np.clip(u, _OPEN, 1 - _OPEN)))
+    return np.asarray(ndtri(np.clip(u, _EDGE, 1 - _EDGE)))
 
 
 def _reporter(tell: Callable[[str], None] | None) -> Callable[..., None]:
     """Return a function that dynesty calls after every iteration."""
 
     def report(results: Any, iteration: int, calls: int, **_: object) -> None:
-        if tell is not None and iteration % _TOLD == 0:
-            found = f"ln(evidence) {results.logz:.2f} (+{results.delta_logz:.2f})"
-            tell(f"iteration {iteration}, {calls} evaluations: {found}")
+        if tell is not None and iteration % _REPORTED == 0:
+            evidence = f"ln(evidence) {results.logz:.2f} (+{results.delta_logz:.2f})"
+            tell(f"iteration {iteration}, {calls} evaluations: {evidence}")
 
     return report
 
 
-class _InStep:
-    """Walks that each want one likelihood at a time, and get theirs when all wait: one batched residual for all.
+class _BatchingPool:
+    """A pool of random walks whose likelihoods are computed in batches, as soon as all walks wait for one.
 
-    dynesty asks for one point at a time, in as many walks as its pool maps; each walk is a thread here. Every walk has
-    its own random numbers and batches are in the order of the walks, so that results repeat to the last bit.
+    dynesty asks for the likelihood of one point at a time, in as many walks as its pool maps; each walk is a thread
+    here. Every walk has random numbers of its own, and batches are in the order of the walks, so that results repeat to
+    the last bit.
     """
 
     def __init__(self, problem: Problem, size: int) -> None:
@@ -116,12 +117,12 @@ class _InStep:
         self._threads = ThreadPoolExecutor(size)
         self._changed = threading.Condition()
         self._walk = threading.local()
-        self._asked: dict[int, RealArray] = {}
+        self._waiting: dict[int, RealArray] = {}
         self._answers: dict[int, float] = {}
         self._running = 0
         self._failed = False
 
-    def __enter__(self) -> _InStep:
+    def __enter__(self) -> _BatchingPool:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -135,23 +136,23 @@ class _InStep:
         for i in range(0, len(jobs), self._size):
             part = jobs[i : i + self._size]
             self._running = len(part)
-            waiting = [self._threads.submit(self._run, number, function, job) for number, job in enumerate(part)]
+            futures = [self._threads.submit(self._run, number, function, job) for number, job in enumerate(part)]
             self._serve()
-            results += [future.result() for future in waiting]
+            results += [future.result() for future in futures]
         return results
 
     def log_likelihood(self, z: RealArray) -> float:
         """Return the logarithm of the likelihood of one point; called from the walks."""
         if self._size == 1:
             return self._log_likelihoods(z[None])[0]
-        me = self._walk.number
+        number = self._walk.number
         with self._changed:
-            self._asked[me] = z
+            self._waiting[number] = z
             self._changed.notify_all()
-            self._changed.wait_for(lambda: me in self._answers or self._failed)
+            self._changed.wait_for(lambda: number in self._answers or self._failed)
             if self._failed:
                 raise RuntimeError("the residual of another walk's point failed")
-            return self._answers.pop(me)
+            return self._answers.pop(number)
 
     def _run(self, number: int, function: Callable[[Any], Any], job: Any) -> Any:
         self._walk.number = number
@@ -166,22 +167,22 @@ class _InStep:
         """Answer until no walk runs any more."""
         with self._changed:
             while True:
-                self._changed.wait_for(lambda: len(self._asked) == self._running)
+                self._changed.wait_for(lambda: len(self._waiting) == self._running)
                 if not self._running:
                     return
-                walks = sorted(self._asked)
+                walks = sorted(self._waiting)
                 self._answers.update(zip(walks, self._answered(walks), strict=True))
-                self._asked.clear()
+                self._waiting.clear()
                 self._changed.notify_all()
 
     def _answered(self, walks: list[int]) -> list[float]:
         try:
-            return self._log_likelihoods(np.stack([self._asked[walk] for walk in walks]))
+            return self._log_likelihoods(np.stack([self._waiting[walk] for walk in walks]))
         except BaseException:
-            self._failed = True  # nobody will be answered: let the walks end before the error goes up
+            self._failed = True  # let the walks, none of which gets an answer, end before the error is raised
             self._changed.notify_all()
             raise
 
     def _log_likelihoods(self, z: RealArray) -> list[float]:
         misfit = np.sum(self._problem.residual(z) ** 2, axis=-1)
-        return [float(v) for v in np.where(np.isfinite(misfit), -0.5 * misfit, _NOWHERE)]
+        return [float(v) for v in np.where(np.isfinite(misfit), -0.5 * misfit, _NO_RESPONSE)]

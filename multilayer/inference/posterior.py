@@ -1,7 +1,8 @@
-"""What the data leave of the unknowns: samples, intervals in the parameters' own units, bands of curves, evidence.
+"""The posterior: samples, intervals in the parameters' units, bands of curves, evidence.
 
-Three ways end in the same `Posterior`: Gaussians about the minima (`laplace`, here), the profile along one parameter
-(`profile.profile_likelihood`) and nested sampling (`nested.nested`).
+Three methods give a `Posterior`: Gaussians about the minima (`laplace`, here), the profile along one parameter
+(`profile.profile_likelihood`) and nested sampling (`nested_sampling.nested`). Laplace's approximation: L. Tierney &
+J. B. Kadane, J. Am. Stat. Assoc. 81 (1986) 82-86; R. E. Kass & A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773-795.
 """
 
 from __future__ import annotations
@@ -24,15 +25,15 @@ from multilayer.inference.problem import Minimum, Problem
 Curve = Callable[[RealArray], RealArray]
 _DRAWS = 2000
 _CHECKED = 256
-_CHUNK = 64  # points of one batched call: as fast as more of them, in little memory
-_ONE_HUMP = 2.0  # equal Gaussians whose centres are nearer than two standard deviations have one maximum only
+_CHUNK = 64  # points of a batched call: as fast as more of them, in little memory
+_SAME_MODE = 2.0  # equal Gaussians whose centres are nearer than two standard deviations have a single maximum
 _NEGLIGIBLE = 30.0  # below the best in ln(evidence)
 _LEVELS = (0.68, 0.90)
 _BEYOND = 1e-6
 
 
 class Band(NamedTuple):
-    """Quantiles of a curve, each of the curve's shape: not a curve itself, but one interval per point."""
+    """Pointwise quantiles of a curve, each of the curve's shape; none of them need be a possible curve."""
 
     low: RealArray
     median: RealArray
@@ -46,15 +47,15 @@ class Posterior:
     Attributes
     ----------
     method : str
-        Where it comes from.
+        Name of the method that gave it.
     parameters : tuple of Parameter
     samples : array, shape (n_samples, n)
-        Standard normal coordinates; all count alike.
+        Standard normal coordinates, of equal weight.
     log_evidence : float
-        Logarithm of the probability of the data, but for the constant of the whitened data; as
+        Logarithm of the probability of the data, without the constant of the whitened data; as
         `Minimum.log_evidence`.
     log_evidence_error : float
-        One standard deviation of that; NaN where it was not looked into.
+        Standard deviation of the log evidence; NaN where it is not known.
     """
 
     method: str
@@ -64,7 +65,7 @@ class Posterior:
     log_evidence_error: float
 
     def index(self, name: str) -> int:
-        """Return the place of a parameter.
+        """Return the index of a parameter.
 
         Raises
         ------
@@ -78,13 +79,13 @@ class Posterior:
         return float(np.quantile(self.samples[:, index], probability))
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float]:
-        """Return the ends of a central interval, in the parameter's own unit.
+        """Return the ends of a central interval, in the parameter's unit.
 
         Parameters
         ----------
         name : str
         probability : float
-            That the parameter lies within; as much lies below as above.
+            Of the parameter to lie within; below and above the interval are equally probable.
         """
         index, p = self.index(name), _checked(probability)
         ends = (self.coordinate_quantile(index, q) for q in (0.5 - p / 2, 0.5 + p / 2))
@@ -93,19 +94,19 @@ class Posterior:
         return low, high
 
     def median(self, name: str) -> float:
-        """Return the median, in the parameter's own unit."""
+        """Return the median, in the parameter's unit."""
         index = self.index(name)
         return float(self.parameters[index].prior.value(self.coordinate_quantile(index, 0.5)))
 
     def band(self, function: Curve, probability: float = 0.9) -> Band:
-        """Return between which values a curve lies, point by point.
+        """Return the pointwise interval of a curve.
 
         Parameters
         ----------
         function : callable
             Maps coordinates of shape (m, n) to real values of shape (m, ...).
         probability : float
-            That any one point of the curve lies within.
+            Of each point of the curve to lie within.
         """
         return _quantiles(_values(function, self.samples), _checked(probability))
 
@@ -125,14 +126,14 @@ class Posterior:
             "log_evidence": self.log_evidence,
             "log_evidence_error": None if np.isnan(self.log_evidence_error) else self.log_evidence_error,
             "n_samples": len(self.samples),
-            "parameters": [self._said(parameter) for parameter in self.parameters],
+            "parameters": [self._entry(parameter) for parameter in self.parameters],
         }
 
-    def _said(self, parameter: Parameter) -> dict[str, Any]:
+    def _entry(self, parameter: Parameter) -> dict[str, Any]:
         name = parameter.name
         intervals = {f"interval_{100 * p:.0f}": list(self.interval(name, p)) for p in _LEVELS}
-        told = {"name": name, "unit": parameter.unit, "nuisance": parameter.nuisance}
-        return {**told, "median": self.median(name), **intervals}
+        described = {"name": name, "unit": parameter.unit, "nuisance": parameter.nuisance}
+        return {**described, "median": self.median(name), **intervals}
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +149,8 @@ class GaussianMixture(Posterior):
     roots : array, shape (n_minima, n, n)
         Their covariances are ``root root^T``.
     effective_share : float
-        Effective number of the draws that were checked over their number: 1 where the posterior is Gaussian indeed,
-        near 0 where the approximation is not to be trusted; NaN where it was not looked into.
+        Effective sample size of importance sampling over the number of draws: 1 where the posterior is Gaussian, near 0
+        where the approximation is not to be trusted; NaN where it is not known.
     """
 
     weights: RealArray
@@ -163,16 +164,17 @@ class GaussianMixture(Posterior):
         ends = centres + spreads * ndtri(probability)
         if len(ends) == 1:
             return float(ends[0])
-        # the quantile lies between those of the components; beyond rounding, too
+        # the quantile lies between those of the components, within rounding
         low, high = float(ends.min() - _BEYOND), float(ends.max() + _BEYOND)
         share = self.weights / self.weights.sum()
         return float(brentq(lambda z: share @ ndtr((z - centres) / spreads) - probability, low, high))
 
     def band(self, function: Curve, probability: float = 0.9) -> Band:
-        """Return between which values a curve lies, point by point, the curve taken as linear about each minimum.
+        """Return the pointwise interval of a curve, which is taken as linear about each minimum.
 
-        Laplace's Gaussian is the tangent of a posterior that may be curved. What the data determine well, though its
-        parameters trade against each other, follows the tangent; draws from the Gaussian would leave the valley.
+        Laplace's Gaussian is tangential to a posterior that may be curved. A curve that the data determine well,
+        although its parameters are correlated, follows the tangent, whereas draws from the Gaussian would leave the
+        valley.
         """
         p = _checked(probability)
         if len(self.means) == 1:
@@ -182,24 +184,24 @@ class GaussianMixture(Posterior):
         return _quantiles(self.curves(function, _DRAWS, np.random.default_rng(0)), p)
 
     def curves(self, function: Curve, count: int, rng: np.random.Generator) -> RealArray:
-        """Return about `count` equally probable curves, each minimum's taken as linear about it."""
+        """Return about `count` equally probable curves, the curve taken as linear about each minimum."""
         counts, n = np.round(count * self.weights / self.weights.sum()).astype(int), self.means.shape[1]
         drawn = []
-        for many, mean, root in zip(counts, self.means, self.roots, strict=True):
-            if many:
+        for share, mean, root in zip(counts, self.means, self.roots, strict=True):
+            if share:
                 value, slopes = self._tangent(function, mean, root)
-                drawn.append(value + np.tensordot(rng.standard_normal((many, n)), slopes, 1))
+                drawn.append(value + np.tensordot(rng.standard_normal((share, n)), slopes, 1))
         return np.concatenate(drawn)
 
     def _tangent(self, function: Curve, mean: RealArray, root: RealArray) -> tuple[RealArray, RealArray]:
         """Return a curve at a minimum, and its change along the columns of `root`, shape (n, ...)."""
-        # to one side only, that of the Jacobian behind `root`: where a parameter is on its bound the sides differ
+        # one-sided as the Jacobian behind `root`: where a parameter is on its bound the two sides differ
         value, slopes = forward(partial(_values, function), mean, WIDE, root.T)
         return value, np.moveaxis(slopes, -1, 0)
 
     @property
     def covariance(self) -> RealArray:
-        """Covariance of the coordinates: within the minima, and between them."""
+        """Covariance of the coordinates: within the components, and between them."""
         apart = self.means - self.weights @ self.means
         within = np.einsum("k,kil,kjl->ij", self.weights, self.roots, self.roots)
         return np.asarray(within + np.einsum("k,ki,kj->ij", self.weights, apart, apart))
@@ -239,46 +241,55 @@ def laplace(
     ----------
     problem : Problem
     minima : Minimum or sequence of Minimum
-        What `least_squares.search` found. Of several under one hump only the best counts.
+        As `least_squares.search` returns them. Of several minima of one mode only the best counts.
     draws : int
         Number of samples.
     checked : int
-        For how many points drawn from the mixture the true density is computed, which gives the error of the
+        For how many points drawn from the mixture the exact density is computed, which gives the error of the
         evidence; 0 for none.
     seed : int
 
     Notes
     -----
-    The evidence's error is the difference from importance sampling (Geweke, Econometrica 57, 1989, 1317-1339) and the
-    standard error of the latter, as one.
+    The evidence's error is the root of the sum of squares of its difference from importance sampling (J. Geweke,
+    Econometrica 57 (1989) 1317-1339) and of the standard error of the latter.
+
+    Raises
+    ------
+    InputError
+        Without a minimum.
     """
-    chosen = one_per_hump([minima] if isinstance(minima, Minimum) else minima)
+    chosen = distinct_modes([minima] if isinstance(minima, Minimum) else minima)
     if not chosen:
         raise InputError("there is no minimum to approximate; search again, from more starts")
     evidence = np.array([minimum.log_evidence for minimum in chosen])
     total = float(logsumexp(evidence))
     means, roots = np.array([m.z for m in chosen]), np.array([covariance_root(m) for m in chosen])
     nothing, unknown = np.empty((0, means.shape[1])), float("nan")
-    found = GaussianMixture(
+    mixture = GaussianMixture(
         "laplace", problem.parameters, nothing, total, unknown, np.exp(evidence - total), means, roots
     )  # fmt: skip
     rng = np.random.default_rng(seed)
-    found = replace(found, samples=found.draw(draws, rng))
+    mixture = replace(mixture, samples=mixture.draw(draws, rng))
     if not checked:
-        return found
-    error, share = _check(problem, found, found.draw(checked, rng))
-    return replace(found, log_evidence_error=error, effective_share=share)
+        return mixture
+    error, share = _check(problem, mixture, mixture.draw(checked, rng))
+    return replace(mixture, log_evidence_error=error, effective_share=share)
 
 
 def mixed_band(parts: Sequence[tuple[float, Posterior, Curve]], probability: float) -> Band:
-    """Return between which values a curve lies when one of several models holds.
+    """Return the pointwise interval of a curve, averaged over models.
 
     Parameters
     ----------
     parts : sequence of (weight, posterior, curve)
-        The models' probabilities, what is known of each one's coordinates, and the curve as a function of these.
+        Probability of each model, the posterior of its coordinates, and the curve as a function of these.
     probability : float
-        That any one point of the curve lies within.
+        Of each point of the curve to lie within.
+
+    Notes
+    -----
+    J. A. Hoeting, D. Madigan, A. E. Raftery & C. T. Volinsky, Stat. Sci. 14 (1999) 382-417.
     """
     if len(parts) == 1:
         _, posterior, function = parts[0]
@@ -295,25 +306,25 @@ def mixed_band(parts: Sequence[tuple[float, Posterior, Curve]], probability: flo
 
 
 def covariance_root(minimum: Minimum) -> RealArray:
-    """Return R of covariance = R R^T; from the precision, whose inverse may lose its sign to rounding."""
+    """Return R of covariance = R R^T, from the precision: its inverse may be indefinite by rounding."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(minimum.precision)).T)
 
 
-def one_per_hump(minima: Sequence[Minimum]) -> list[Minimum]:
-    """Return the most probable minimum of every hump of the density that counts, the most probable hump first."""
-    kept: list[Minimum] = []
+def distinct_modes(minima: Sequence[Minimum]) -> list[Minimum]:
+    """Return the best minimum of every mode of the density that is not negligible, the most probable mode first."""
+    modes: list[Minimum] = []
     best = max((minimum.log_evidence for minimum in minima), default=0.0)
     for minimum in sorted((m for m in minima if m.log_evidence > best - _NEGLIGIBLE), key=lambda m: m.cost):
-        apart = (minimum.z - other.z for other in kept)
-        if all(d @ other.precision @ d > _ONE_HUMP**2 for d, other in zip(apart, kept, strict=True)):
-            kept.append(minimum)
-    return sorted(kept, key=lambda m: -m.log_evidence)
+        apart = (minimum.z - other.z for other in modes)
+        if all(d @ other.precision @ d > _SAME_MODE**2 for d, other in zip(apart, modes, strict=True)):
+            modes.append(minimum)
+    return sorted(modes, key=lambda m: -m.log_evidence)
 
 
 def log_posterior(problem: Problem, z: RealArray) -> RealArray:
     """Return the logarithm of likelihood times prior, shape (m,), of coordinates of shape (m, n).
 
-    Its integral is the evidence; -infinity where the model has no answer.
+    Its integral is the evidence; -infinity where the model has no response.
     """
     parts = [np.sum(problem.residual(z[i : i + _CHUNK]) ** 2, axis=-1) for i in range(0, len(z), _CHUNK)]
     value = -0.5 * (np.concatenate(parts) + np.sum(z**2, axis=-1) + z.shape[-1] * np.log(2 * np.pi))
@@ -321,20 +332,20 @@ def log_posterior(problem: Problem, z: RealArray) -> RealArray:
 
 
 def index_of(parameters: Sequence[Parameter], name: str) -> int:
-    """Return the place of a parameter; an `InputError` with the nearest name when there is none."""
+    """Return the index of a parameter; an `InputError` with the nearest name when there is none."""
     names = [parameter.name for parameter in parameters]
     if name not in names:
         raise InputError(f"there is no parameter '{name}'; {suggest(name, names)}")
     return names.index(name)
 
 
-def _check(problem: Problem, found: GaussianMixture, z: RealArray) -> tuple[float, float]:
+def _check(problem: Problem, mixture: GaussianMixture, z: RealArray) -> tuple[float, float]:
     """Return the error of the evidence and the effective share of points drawn from the mixture."""
-    ratios = log_posterior(problem, z) - found.log_density(z)
-    truth = float(logsumexp(ratios)) - np.log(len(z))
+    ratios = log_posterior(problem, z) - mixture.log_density(z)
+    exact = float(logsumexp(ratios)) - np.log(len(z))
     share = float(np.exp(2 * logsumexp(ratios) - logsumexp(2 * ratios))) / len(z)
     scatter = (1 / share - 1) / len(z)
-    return float(np.hypot(truth - found.log_evidence, np.sqrt(max(scatter, 0.0)))), share
+    return float(np.hypot(exact - mixture.log_evidence, np.sqrt(max(scatter, 0.0)))), share
 
 
 def _values(function: Curve, z: RealArray) -> RealArray:

@@ -1,8 +1,9 @@
-"""What is known of a parameter before the measurement, and the standard normal coordinate it is sought in.
+"""Priors of parameters, and the standard normal coordinates in which parameters are sought.
 
 Every parameter is a monotonic function of a coordinate z that is normal with mean 0 and variance 1 before the data are
-seen. Least squares with the row ``z`` added finds the most probable values, nested sampling draws z, and neither
-knows what kind of prior there is.
+seen. Least squares with z added to the residuals finds the most probable values, nested sampling draws z, and neither
+needs to know the kind of prior. (Isoprobabilistic transformation: M. Rosenblatt, Ann. Math. Stat. 23 (1952) 470-472, of
+independent parameters.)
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _EDGE = 8.0  # beyond this z a uniform prior is at its bound to 15 digits
 
 
 class Prior(Model):
-    """What a file says of an unknown; exactly one of the kinds.
+    """The prior of an unknown as a file states it; exactly one of the kinds.
 
     Attributes
     ----------
@@ -36,7 +37,7 @@ class Prior(Model):
     fixed : float
         A known value.
     bounds : (low, high), optional
-        Hard limits of a normal or lognormal prior, which is cut there.
+        Hard limits at which a normal or lognormal prior is truncated.
     """
 
     normal: tuple[float, float] | None = None
@@ -51,8 +52,8 @@ class Prior(Model):
         given = [kind for kind in _KINDS if getattr(self, kind) is not None]
         if len(given) != 1:
             raise ValueError(f"a prior is exactly one of {', '.join(_KINDS)}; given: {', '.join(given) or 'none'}")
-        for problem in _problems(self):
-            raise ValueError(problem)
+        for mistake in _mistakes(self):
+            raise ValueError(mistake)
         return self
 
     @property
@@ -62,7 +63,7 @@ class Prior(Model):
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether it is about the logarithm of the value."""
+        """Whether the prior is one of the logarithm of the value."""
         return self.kind in _LOGARITHMIC
 
     def value(self, z: ArrayLike) -> RealArray:
@@ -70,7 +71,7 @@ class Prior(Model):
         return np.asarray(Priors((self,)).values(np.asarray(z, dtype=float)[..., None])[..., 0])
 
     def slope(self, z: float) -> float:
-        """Return the derivative of the value by its coordinate; of its logarithm where the prior is about that."""
+        """Return the derivative by the coordinate of the value, or of its logarithm for logarithmic priors."""
         value, slope = central(lambda points: self.value(points[..., 0]), np.array([z]))
         return float(slope[0] / value) if self.is_logarithmic else float(slope[0])
 
@@ -91,9 +92,9 @@ class Prior(Model):
 
     @property
     def line(self) -> tuple[float, float]:
-        """Offset and slope of the value, or of its logarithm.
+        """Offset and slope of the value, or of its logarithm, as a linear function.
 
-        By the standard normal number, cut or not; of a flat prior by its probability.
+        Of the standard normal variable, truncated or not; of the cumulative probability for a uniform prior.
         """
         if self.fixed is not None:
             return self.fixed, 0.0
@@ -105,7 +106,7 @@ class Prior(Model):
 
     @property
     def shares(self) -> tuple[float, float]:
-        """Probabilities below the two bounds, uncut."""
+        """Cumulative probabilities of the two bounds before truncation."""
         assert self.bounds is not None
         centre, spread = self.line
         ends = np.log(np.maximum(self.bounds, 1e-300)) if self.is_logarithmic else np.array(self.bounds)
@@ -117,25 +118,25 @@ _KINDS = ("normal", "lognormal", "uniform", "loguniform", "fixed")
 _FLAT, _LOGARITHMIC = ("uniform", "loguniform"), ("lognormal", "loguniform")
 
 
-def _problems(prior: Prior) -> list[str]:
-    said = []
+def _mistakes(prior: Prior) -> list[str]:
+    mistakes = []
     for kind in ("normal", "lognormal"):
         if (pair := getattr(prior, kind)) is not None and not pair[1] > 0:
-            said.append(f"{kind}: the spread {pair[1]:g} must be above 0")
+            mistakes.append(f"{kind}: the spread {pair[1]:g} must be above 0")
     if prior.lognormal is not None and not prior.lognormal[0] > 0:
-        said.append(f"lognormal: the median {prior.lognormal[0]:g} must be above 0")
+        mistakes.append(f"lognormal: the median {prior.lognormal[0]:g} must be above 0")
     for kind in ("uniform", "loguniform", "bounds"):
         if (pair := getattr(prior, kind)) is not None and not pair[0] < pair[1]:
-            said.append(f"{kind}: the lower end {pair[0]:g} must lie below the upper end {pair[1]:g}")
+            mistakes.append(f"{kind}: the lower end {pair[0]:g} must lie below the upper end {pair[1]:g}")
     if prior.loguniform is not None and not prior.loguniform[0] > 0:
-        said.append(f"loguniform: the lower end {prior.loguniform[0]:g} must be above 0")
+        mistakes.append(f"loguniform: the lower end {prior.loguniform[0]:g} must be above 0")
     if prior.bounds is not None and prior.kind not in ("normal", "lognormal"):
-        said.append(f"bounds: a {prior.kind} prior needs none")
-    return said
+        mistakes.append(f"bounds: a {prior.kind} prior needs none")
+    return mistakes
 
 
 class Parameter(Model):
-    """An unknown: its name, what is known of it, its unit, and whether it is of interest or a nuisance."""
+    """An unknown: its name, prior and unit, and whether it is of interest or a nuisance."""
 
     name: str = Field(min_length=1)
     prior: Prior
@@ -151,7 +152,7 @@ class Priors:
     ----------
     priors : tuple of Prior
     names : tuple of str
-        Of the parameters.
+        Names of the parameters.
     """
 
     priors: tuple[Prior, ...]
@@ -159,8 +160,10 @@ class Priors:
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter]) -> Priors:
-        """Return those of parameters."""
-        return cls(tuple(one.prior for one in parameters), tuple(one.name for one in parameters))
+        """Return the priors of parameters."""
+        return cls(
+            tuple(parameter.prior for parameter in parameters), tuple(parameter.name for parameter in parameters)
+        )
 
     @cached_property
     def _line(self) -> tuple[RealArray, RealArray]:
@@ -169,7 +172,7 @@ class Priors:
 
     @cached_property
     def _cut(self) -> tuple[IndexArray, RealArray, RealArray]:
-        """Which are cut, and the probabilities below their bounds."""
+        """Indices of truncated priors, and the cumulative probabilities of their bounds."""
         cut = np.flatnonzero([prior.bounds is not None for prior in self.priors])
         low, high = np.array([self.priors[i].shares for i in cut]).reshape(-1, 2).T
         return cut, low, high
@@ -191,10 +194,10 @@ class Priors:
         if cut.size:
             x[..., cut] = ndtri(low + (high - low) * ndtr(x[..., cut]))
         offsets, slopes = self._line
-        found = offsets + slopes * x
+        values = offsets + slopes * x
         if self._logarithmic.size:
-            found[..., self._logarithmic] = np.exp(found[..., self._logarithmic])
-        return np.asarray(found)
+            values[..., self._logarithmic] = np.exp(values[..., self._logarithmic])
+        return np.asarray(values)
 
     def named(self, z: ArrayLike) -> dict[str, RealArray]:
         """Return the parameters by name, each of shape (...), at coordinates of shape (..., n)."""

@@ -1,8 +1,8 @@
 """Inverse problems as optimisers and samplers know them: unknowns with priors, and whitened residuals.
 
-An `Experiment` says what was measured, what a model predicts of it, and how errors of both weigh; `Experiments` are a
-`Problem` of several that share their unknowns. Whoever changes what residuals count, or which unknowns move, wraps a
-problem into another one.
+An `Experiment` holds measured values, predicts them with a model, and whitens the difference; `Experiments` are a
+`Problem` of several experiments that share their unknowns. Other residuals, or fewer unknowns, are made by wrapping a
+problem into another problem. Evidence after D. J. C. MacKay, Neural Comput. 4 (1992) 415-447.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Problem(ABC):
-    """Measurements, a model, and what is unknown of it."""
+    """Measurements, a model, and its unknowns."""
 
     @property
     @abstractmethod
@@ -60,16 +60,16 @@ class Points:
 
     @cached_property
     def values(self) -> RealArray:
-        """Of all unknowns, shape (m, n_parameters)."""
+        """Values of all unknowns, shape (m, n_parameters)."""
         return self.priors.values(self.z)
 
     @cached_property
     def named(self) -> dict[str, RealArray]:
-        """Each of shape (m,), by the unknown's name."""
+        """Values by the unknown's name, each of shape (m,)."""
         return {name: self.values[:, i] for i, name in enumerate(self.priors.names)}
 
     def shared(self, key: Hashable, compute: Callable[[], T]) -> T:
-        """Return what several experiments need of these points, computed by the first that asks."""
+        """Return what several experiments need at these points; it is computed by the first of them."""
         if key not in self._shared:
             self._shared[key] = compute()
         result: T = self._shared[key]
@@ -77,7 +77,7 @@ class Points:
 
 
 class Experiment(ABC):
-    """Measured values, what a model predicts of them, and how errors of both weigh."""
+    """Measured values, a model's prediction of them, and the covariance of errors of both."""
 
     @property
     @abstractmethod
@@ -86,7 +86,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def difference(self, points: Points) -> NDArray[Any]:
-        """Return predicted minus measured values, shape (m, n), in the quantity that is compared."""
+        """Return predicted minus measured values, shape (m, n), in the quantity in which they are compared."""
 
     @abstractmethod
     def whiten(self, difference: NDArray[Any]) -> RealArray:
@@ -103,15 +103,15 @@ class Experiments(Problem):
 
     @cached_property
     def priors(self) -> Priors:
-        """Of all unknowns."""
+        """Priors of all unknowns."""
         return Priors.of(self.parameters)
 
     def points(self, z: RealArray) -> Points:
-        """Return coordinates of shape (..., n_parameters) as points, in one row."""
+        """Return coordinates of shape (..., n_parameters) as points, flattened to (m, n_parameters)."""
         return Points(z.reshape(math.prod(z.shape[:-1]), z.shape[-1]), self.priors)
 
     def differences(self, z: RealArray) -> list[NDArray[Any]]:
-        """Return predicted minus measured values, shape (..., n), of every experiment; NaN where there is none."""
+        """Return predicted minus measured values, shape (..., n), of every experiment; NaN without a response."""
         points = self.points(z)
         return [experiment.difference(points).reshape(*z.shape[:-1], -1) for experiment in self.experiments]
 
@@ -132,7 +132,7 @@ class Minimum:
     Attributes
     ----------
     z : array, shape (n,)
-        Standard normal coordinates, or whatever unknowns without priors are sought in.
+        Standard normal coordinates; of unknowns without priors any coordinates.
     misfit : float
         Sum of the squared residuals: chi-square of the data.
     residual : array, shape (n_data,)
@@ -141,7 +141,7 @@ class Minimum:
     at_bound : bool
         Whether a coordinate lies on its bound.
     history : tuple of (array, float)
-        Coordinates and norm of the residual at every evaluation on the way, where these were asked for.
+        Coordinates and norm of the residual at every evaluation, where these were recorded.
     """
 
     z: RealArray
@@ -179,7 +179,7 @@ class Minimum:
 
     @property
     def log_evidence(self) -> float:
-        """Logarithm of the evidence by Laplace's approximation, but for the constant of the whitened data.
+        """Logarithm of the evidence by Laplace's approximation, without the constant of the whitened data.
 
         ``ln p(y|z) + ln p(z) + (d/2) ln 2 pi - 1/2 ln |H|``; the prior's normalisation cancels the second constant.
         """
@@ -187,25 +187,27 @@ class Minimum:
 
 
 @dataclass(frozen=True)
-class Known:
-    """A posterior as prior: coordinates ``centre + factor u`` of the unknowns, u standard normal.
+class GaussianPrior:
+    """A Gaussian prior in place of the unknowns' own, as the posterior of an earlier measurement gives it.
+
+    Coordinates of the unknowns' own priors are ``mean + root u``, u standard normal.
 
     Attributes
     ----------
-    centre : array, shape (d,)
-    factor : array, shape (d, d)
-        Factor times its transpose is the covariance.
+    mean : array, shape (d,)
+    root : array, shape (d, d)
+        Root times its transpose is the covariance.
     """
 
-    centre: RealArray
-    factor: RealArray
+    mean: RealArray
+    root: RealArray
 
     @classmethod
-    def of(cls, minimum: Minimum, *, correlated: bool = False) -> Known:
+    def of(cls, minimum: Minimum, *, correlated: bool = False) -> GaussianPrior:
         """Return Laplace's approximation of a posterior, each unknown by itself unless `correlated`.
 
-        Correlations are as sharp as the model is right, and a model that is off a little is off in another direction as
-        soon as something changes: intervals with them are too narrow on measured plants, see
+        Correlations are only as good as the model: an error of the model moves the unknowns in another direction as
+        soon as the setup changes. With correlations, intervals come out too narrow on measured plants, see
         ``docs/validation/diagnosis_tubes.md``.
         """
         if correlated:
@@ -214,26 +216,26 @@ class Known:
 
     def coordinates(self, u: RealArray) -> RealArray:
         """Return coordinates of the unknowns' own priors, shape (..., d), of u of the same shape."""
-        return np.asarray(self.centre + u @ self.factor.T)
+        return np.asarray(self.mean + u @ self.root.T)
 
 
 @dataclass(frozen=True)
 class Scaled(Problem):
-    """A problem whose residuals count less because the model misses the data by more than noise."""
+    """A problem whose residuals are divided by a scale, where the model misses the data by more than noise."""
 
     problem: Problem
     scale: float
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the problem."""
+        """The problem's parameters."""
         return self.problem.parameters
 
     def residual(self, z: RealArray) -> RealArray:
-        """Return residuals over the scale."""
+        """Return the residuals divided by the scale."""
         return self.problem.residual(z) / self.scale
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return that and its derivative."""
+        """Return residual and derivative, divided by the scale."""
         residual, jacobian = self.problem.linearised(z)
         return residual / self.scale, jacobian / self.scale

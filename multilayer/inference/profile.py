@@ -1,7 +1,8 @@
-"""The profile along one parameter: how far it can go when all others follow.
+"""Profile likelihood: the least cost along one parameter, all others being fitted at each of its values.
 
-Knows no Gaussian along its own parameter, and one across: curved and one-sided posteriors come out right, where the
-other parameters are well behaved.
+No Gaussian is supposed along that parameter, only across it: curved and one-sided posteriors come out right as long as
+the other parameters are nearly Gaussian. Identifiability by profiles: A. Raue et al., Bioinformatics 25 (2009)
+1923-1929.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
 
 _HIGHEST = 12.0  # rise of the cost where a walk ends: 3.5 standard deviations
-_RISE = 0.5  # sought from point to point, of the root of the cost
+_RISE = 0.5  # of the root of the cost, from point to point
 _MOST = 60  # points to either side
 _FINE = 2001
 _DRAWS = 2000
-_SPEAKS = 1.0  # least rise of all but the parameter's own prior, by which an end of the profile is not an open one
+_SIGNIFICANT = 1.0  # rise of the cost, without the parameter's own prior, above which an end of the profile is not open
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +38,13 @@ class Profile(Posterior):
     name : str
         Of that parameter.
     z : array, shape (n_points,)
-        Its coordinates, rising.
+        The parameter's coordinates, rising.
     cost : array, shape (n_points,)
-        Least misfit plus prior, with all others free.
+        Least misfit plus priors, all other parameters being free.
     misfit : array, shape (n_points,)
-        The data's part of that.
+        The misfit in `cost`.
     marginal : array, shape (2, n_fine)
-        Coordinates along the profile, and the probability of lying below.
+        Coordinates along the profile, and the cumulative probability there.
     """
 
     name: str
@@ -53,33 +54,33 @@ class Profile(Posterior):
     marginal: RealArray = field(repr=False)
 
     def coordinate_quantile(self, index: int, probability: float) -> float:
-        """Return a quantile of one coordinate; that of the profile's own parameter without sampling."""
+        """Return a quantile of one coordinate; that of the profiled parameter without sampling."""
         if index != self.index(self.name):
             return super().coordinate_quantile(index, probability)
         return float(np.interp(probability, self.marginal[1], self.marginal[0]))
 
     @property
     def best(self) -> float:
-        """The parameter where the profile is lowest, in its unit; not the minimum's where that is not the best."""
+        """The parameter's value where the profile is lowest, in its unit; it may be lower than the minimum."""
         return float(self.values[np.argmin(self.cost)])
 
     @property
     def values(self) -> RealArray:
-        """The parameter at the points of the profile, in its unit."""
+        """The parameter's values at the points of the profile, in its unit."""
         return self.parameters[self.index(self.name)].prior.value(self.z)
 
     @property
     def open_ends(self) -> tuple[bool, bool]:
-        """Whether nothing but the parameter's own prior ended the walk down, and up.
+        """Whether only the parameter's own prior limits it downwards, and upwards.
 
-        Neither the data nor what is known of the other parameters then says anything against going further.
+        Neither the data nor the priors of the other parameters then exclude values further out.
         """
         others = self.cost - self.z**2
         rise = others[[0, -1]] - others[np.argmin(self.cost)]
-        return bool(rise[0] < _SPEAKS), bool(rise[1] < _SPEAKS)
+        return bool(rise[0] < _SIGNIFICANT), bool(rise[1] < _SIGNIFICANT)
 
     def confidence(self, probability: float = 0.9) -> tuple[float, float]:
-        """Return the ends of the likelihood-ratio interval, in the parameter's own unit, prior included.
+        """Return the ends of the likelihood-ratio interval, in the parameter's unit, prior included.
 
         All values whose cost is within the quantile of chi-square with one degree of freedom; of several ranges the
         outermost ends. S. S. Wilks, Ann. Math. Stat. 9 (1938) 60-62.
@@ -100,8 +101,8 @@ class Profile(Posterior):
 
 
 @dataclass(frozen=True)
-class _Held(Problem):
-    """A problem with one coordinate held: of the others."""
+class _FixedCoordinate(Problem):
+    """A problem of all coordinates but one, which is fixed."""
 
     problem: Problem
     index: int
@@ -137,9 +138,14 @@ def profile_likelihood(
 
     Notes
     -----
-    Samples are drawn along the profile by ``exp(-cost/2) |H|^(-1/2)``, H being the Hessian of all others, and across it
-    from their Gaussian: L. Tierney & J. B. Kadane, J. Am. Stat. Assoc. 81 (1986) 82-86. The evidence is the integral of
-    that density; its error is not known.
+    Samples are drawn along the profile with the density ``exp(-cost/2) |H|^(-1/2)``, H being the Hessian of all others,
+    and across it from their Gaussian: L. Tierney & J. B. Kadane, J. Am. Stat. Assoc. 81 (1986) 82-86. The evidence is
+    the integral of that density; its error is not known.
+
+    Raises
+    ------
+    InputError
+        For a parameter that does not exist.
     """
     index = index_of(problem.parameters, parameter) if isinstance(parameter, str) else parameter
     if not 0 <= index < len(problem.parameters):
@@ -158,44 +164,44 @@ def profile_likelihood(
 
 
 def _others(minimum: Minimum, index: int) -> Minimum:
-    """Return a minimum as one of the other parameters alone."""
+    """Return a minimum as that of the other parameters alone."""
     z, slopes = np.delete(minimum.z, index), np.delete(minimum.jacobian, index, axis=1)
     return Minimum(z, minimum.misfit, minimum.residual, slopes, minimum.converged)
 
 
 def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tuple[float, Minimum]]:
-    """Return coordinates and minima of the others, from the minimum to one side."""
+    """Return coordinates and minima of the other parameters, from the minimum to one side."""
     covariance = minimum.covariance
     spread = float(np.sqrt(covariance[index, index]))
     at, others, lowest = float(minimum.z[index]), _others(minimum, index), minimum.cost
-    # where the others go for one unit of this coordinate: Laplace's guess, later what they did last
+    # how the others move per unit of this coordinate: first by Laplace's covariance, then as in the last step
     slope = np.delete(covariance[:, index], index) / covariance[index, index]
-    step, root, found = _RISE * spread, 0.0, []
+    step, root, points = _RISE * spread, 0.0, []
     for _ in range(_MOST):
         there = at + side * step
-        moved = _least(_Held(problem, index, there), others.z + side * step * slope)
+        moved = _least(_FixedCoordinate(problem, index, there), others.z + side * step * slope)
         slope = (moved.z - others.z) / (there - at)
         at, others = there, moved
-        found.append((at, others))
+        points.append((at, others))
         cost = others.cost + at**2
         lowest = min(lowest, cost)
         if cost - lowest >= _HIGHEST:
             break
         climbed, root = abs(np.sqrt(cost - lowest) - root), np.sqrt(cost - lowest)
         step *= float(np.clip(_RISE / max(climbed, 1e-3), 0.5, 2.0))
-    return found
+    return points
 
 
-def _least(held: _Held, start: RealArray) -> Minimum:
+def _least(problem: _FixedCoordinate, start: RealArray) -> Minimum:
     """Return the minimum of the other parameters, if there are any."""
     if start.size:
-        return minimise(held, start)
-    values = held.residual(start)
+        return minimise(problem, start)
+    values = problem.residual(start)
     return Minimum(start, float(values @ values), values, np.empty((values.size, 0)))
 
 
 def _marginal(points: list[tuple[float, Minimum]]) -> tuple[RealArray, float]:
-    """Return coordinates with the probability below each, and the logarithm of the evidence."""
+    """Return coordinates with their cumulative probabilities, and the logarithm of the evidence."""
     z = np.array([at for at, _ in points])
     fine = np.linspace(z[0], z[-1], _FINE)
     logs = [-0.5 * (m.cost + at**2 + np.linalg.slogdet(m.precision)[1] + np.log(2 * np.pi)) for at, m in points]
@@ -206,10 +212,10 @@ def _marginal(points: list[tuple[float, Minimum]]) -> tuple[RealArray, float]:
 
 
 def _across(points: list[tuple[float, Minimum]], along: RealArray, rng: np.random.Generator) -> RealArray:
-    """Return the other coordinates at points of the profile, scattered by their Gaussian there."""
+    """Return samples of the other coordinates at points of the profile, by their Gaussian there."""
     z = np.array([at for at, _ in points])
     path = CubicSpline(z, np.array([others.z for _, others in points]))(along)
     roots = np.array([covariance_root(others) for _, others in points])
-    # the nearest point's scatter: it changes little from one to the next
+    # the nearest point's covariance: it changes little from point to point
     nearest = np.argmin(np.abs(along[:, None] - z), axis=1)
     return np.asarray(path + np.einsum("kij,kj->ki", roots[nearest], rng.standard_normal(path.shape)))

@@ -1,4 +1,4 @@
-"""What a fit leaves known, by any of the three ways to a posterior: one interface for joint fits and fits of stacks."""
+"""The posterior and the identifiability of a fit, by any of the three methods: joint fits and fits of stacks."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from multilayer.inference.profile import Profile, profile_likelihood
 
 LAPLACE = "laplace"
 METHODS = (LAPLACE, "profile", "nested")
-_DRAWS = 8000  # quantiles of what is derived from samples are then within 0.025 standard deviations
-_LEAST_SHARE = 0.3
+_DRAWS = 8000  # quantiles of samples are then exact to 0.025 standard deviations
+_LEAST_SHARE = 0.3  # effective share of draws below which a reader is warned
 _OUTER = 0.9
 Tell = Callable[[str], None]
 
 
 def refuse_unusable(method: str) -> None:
-    """Refuse a way that there is not, or whose package is missing, before anything is computed.
+    """Refuse a method that does not exist, or whose package is missing, before anything is computed.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def refuse_unusable(method: str) -> None:
 
 @dataclass(frozen=True)
 class PosteriorSummary:
-    """Intervals of all parameters, and what the data determine of them.
+    """Intervals of all parameters, and which of them the data determine.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class PosteriorSummary:
 
     @property
     def remark(self) -> str:
-        """What a reader of the intervals should know; empty where there is nothing."""
+        """A warning to readers of the intervals; empty where none is needed."""
         share = self.posterior.effective_share if isinstance(self.posterior, GaussianMixture) else 1.0
         if not share < _LEAST_SHARE:
             return ""
@@ -65,9 +65,9 @@ class PosteriorSummary:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON: evidence, intervals, what is determined and the sentences that say so."""
-        said = self.posterior.to_dict()
-        of_method = {name: value for name, value in said.items() if name not in ("parameters", "method", "profile")}
+        """Return plain data for JSON: evidence, intervals, identifiability and its sentences."""
+        entries = self.posterior.to_dict()
+        of_method = {name: value for name, value in entries.items() if name not in ("parameters", "method", "profile")}
         intervals = [
             {
                 "name": f.name, "unit": f.unit, "nuisance": f.nuisance, "median": f.median,
@@ -92,7 +92,7 @@ def summarise(
     seed: int = 0,
     tell: Tell | None = None,
 ) -> PosteriorSummary:
-    """Return what is known after a fit.
+    """Return posterior and identifiability of a fit.
 
     Parameters
     ----------
@@ -100,28 +100,28 @@ def summarise(
     minima : sequence of Minimum
         The most probable first.
     method : {'laplace', 'profile', 'nested'}
-        ``profile`` follows every parameter that is no nuisance; curves then come from the profile that departs most
+        ``profile`` follows every parameter that is not a nuisance; curves then come from the profile that departs most
         from the Gaussian.
     derived : sequence of Derived
-        Quantities to speak of in place of coordinates.
+        Quantities to report in place of coordinates.
     draws : int
         Samples.
     checked : int, optional
         Points for which Laplace's approximation is checked; see `laplace`.
     seed : int
     tell : callable, optional
-        Called with a short text now and then.
+        Called with a short text from time to time.
     """
     refuse_unusable(method)
     if method == "nested":
         posterior = nested(problem, seed=seed, tell=tell)
-        found = identifiability(problem, minima[0], posterior=posterior, derived=derived)
-        return PosteriorSummary(method, posterior, found)
+        identified = identifiability(problem, minima[0], posterior=posterior, derived=derived)
+        return PosteriorSummary(method, posterior, identified)
     amount = {} if checked is None else {"checked": checked}
     gaussian = laplace(problem, minima, draws=draws, seed=seed, **amount)
     if method == LAPLACE:
-        found = identifiability(problem, minima[0], posterior=gaussian, derived=derived)
-        return PosteriorSummary(method, gaussian, found)
+        identified = identifiability(problem, minima[0], posterior=gaussian, derived=derived)
+        return PosteriorSummary(method, gaussian, identified)
     profiles = []
     for number, parameter in enumerate(problem.parameters):
         if not parameter.nuisance:
@@ -129,13 +129,13 @@ def summarise(
             if tell is not None:
                 tell(f"profile of {parameter.name}")
     chosen = max(profiles, key=lambda profile: _departure(profile, gaussian), default=gaussian)
-    found = identifiability(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
-    return PosteriorSummary(method, chosen, found)
+    identified = identifiability(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
+    return PosteriorSummary(method, chosen, identified)
 
 
 def _departure(profile: Profile, gaussian: GaussianMixture) -> float:
-    """Return how far the ends of a profile's interval are from Laplace's, over the width of that."""
+    """Return how far the ends of a profile's interval are from Laplace's, over the width of Laplace's interval."""
     index = profile.index(profile.name)
     quantiles = (0.5 - _OUTER / 2, 0.5 + _OUTER / 2)
-    own, other = (np.array([p.coordinate_quantile(index, q) for q in quantiles]) for p in (profile, gaussian))
-    return float(np.abs(own - other).max() / np.ptp(other))
+    ends, laplace_ends = (np.array([p.coordinate_quantile(index, q) for q in quantiles]) for p in (profile, gaussian))
+    return float(np.abs(ends - laplace_ends).max() / np.ptp(laplace_ends))

@@ -1,4 +1,8 @@
-"""Measured values as independent numbers of unit variance: noise of every value, and a model's own error."""
+"""Whitening: differences from measured values as independent numbers of unit variance, by noise and model error.
+
+Kernels of model errors: C. E. Rasmussen & C. K. I. Williams, Gaussian Processes for Machine Learning, MIT Press 2006,
+sec. 4.2 (exponential, squared exponential).
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
 
-_ROUGH = 0.01  # of the variance of a smooth error: what is not smooth in it
+_ROUGH = 0.01  # share of the variance of a smooth error that has no correlation
 
 
 @dataclass(frozen=True)
@@ -28,18 +32,19 @@ class ValueNoise:
 class CorrelatedError:
     """Error of a model, relative to the values, correlated along frequency.
 
-    As ``exp(-|d|)``, d = ln(f1/f2)/length: continuous and no smoother. A covariance with derivatives holds kinks and
-    steps, such as a resonance that is not in the model, for next to impossible, and bends all parameters to avoid them.
-    Where the model is known to be right but for the error of its solver, which has no kinks, it is smooth: as
-    ``exp(-d^2/2)``, with a hundredth of the variance that has no correlation at all, for what bins differ by.
+    By default the kernel is exponential, ``exp(-|d|)`` with d = ln(f1/f2)/length, whose errors are continuous but not
+    differentiable. A smoother kernel takes kinks and steps, such as a resonance that the model lacks, for next to
+    impossible, and biases all parameters to avoid them. Where the model is right but for the error of its solver, which
+    has no kinks, the kernel is squared exponential, ``exp(-d^2/2)``; a hundredth of the variance is then uncorrelated.
 
     Attributes
     ----------
     relative : float
         Standard deviation of each part.
     length : float
-        Of the correlation, in ln f.
+        Correlation length in ln f.
     smooth : bool
+        Whether the kernel is squared exponential.
     """
 
     relative: float
@@ -56,15 +61,15 @@ class CorrelatedError:
 
 @dataclass(frozen=True)
 class Whitening:
-    """What turns differences of fitted quantities into independent numbers of unit variance.
+    """A linear map of differences of fitted quantities to independent numbers of unit variance.
 
     Attributes
     ----------
     pointwise : array, shape (n, k, k), or None
-        One factor for every value of k parts: 2 of complex, 1 of real ones.
+        A matrix for every value, where values are not correlated; k = 2 parts of complex values, 1 of real ones.
     dense : array, shape (k n, k n) or (n, n), or None
-        One factor for all values, real parts first, where they are correlated; or for all values of each part, where
-        the parts are not.
+        A matrix for all values, real parts first, where these are correlated; shape (n, n) where real and imaginary
+        parts are independent of each other and equally distributed.
     """
 
     pointwise: RealArray | None
@@ -105,12 +110,13 @@ def whitening(
     frequency : array, shape (n,)
         Hz.
     slope : array, shape (n,)
-        dy/dv; complex values need an analytic y.
+        dy/dv; of complex values y must be analytic.
     values : array, shape (n,)
-        v; the model's error is relative to them.
+        v, to which the model's error is relative.
     noise : ValueNoise
-        Of v.
+        Of the measured values.
     error : CorrelatedError, optional
+        Of the model.
     """
     n = len(frequency)
     pointwise = _noise_covariance(slope, noise, np.iscomplexobj(values))

@@ -7,8 +7,8 @@ from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
 from multilayer.diagnosis.model_discrepancy import Embedded, law_basis
-from multilayer.inference.least_squares import minimise, settle
-from multilayer.inference.low_rank import LowRank, Softened
+from multilayer.inference.least_squares import minimise, minimise_bfgs
+from multilayer.inference.low_rank import LowRank, WithModelErrors
 from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
 from tests.fits.gaussian import linear
@@ -41,7 +41,7 @@ def test_evidence_is_that_of_the_marginal_distribution():
     rng = np.random.default_rng(2)
     slopes, measured = rng.standard_normal((30, 3)), 3 * rng.standard_normal(30)
     errors = LowRank.of(basis())
-    soft = Softened(linear(slopes, measured), errors)
+    soft = WithModelErrors(linear(slopes, measured), errors)
     fitted = Fitted(soft.problem, minimise(soft, np.zeros(3)), errors)
     covariance = np.eye(30) + basis() @ basis().T + slopes @ slopes.T
     truth = -0.5 * (measured @ np.linalg.solve(covariance, measured) + np.linalg.slogdet(covariance)[1])
@@ -111,7 +111,7 @@ def test_where_errors_of_a_law_are_taken_does_not_matter():
     embedded, near = Embedded(hypothesis), fit(hypothesis, nominal.minimum.z).minimum
     rng = np.random.default_rng(5)
     spread = np.linalg.cholesky(near.covariance)
-    ends = [settle(embedded, near.z + spread @ rng.standard_normal(len(near.z))) for _ in range(3)]
+    ends = [minimise_bfgs(embedded, near.z + spread @ rng.standard_normal(len(near.z))) for _ in range(3)]
     for end in ends:
         assert end.converged
         assert end.cost == pytest.approx(ends[0].cost, abs=1e-3)

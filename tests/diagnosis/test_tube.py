@@ -12,7 +12,7 @@ from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
 from multilayer.experiments.hypothesis import Data, Hypothesis
-from multilayer.inference.problem import Known
+from multilayer.inference.problem import GaussianPrior
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
 from tests.diagnosis.tubes import CASES, NOISE, PRIORS, foam, measured, reflection, table
@@ -128,9 +128,9 @@ def test_what_a_reference_says_is_known(tmp_path):
     (tmp_path / "cavity").mkdir()
     chosen = ["rear_air_gap", "thickness_error"]
     file = measured(tmp_path / "cavity", {"rear_air_gap": {"depth": 0.004}}, (0.03,), effects=chosen)
-    known = Known.of(nominal_minimum(reference))
-    hypothesis = replace(file.hypothesis, known=known)
-    np.testing.assert_array_equal(hypothesis.own_coordinates(hypothesis.start), known.centre)
+    known = GaussianPrior.of(nominal_minimum(reference))
+    hypothesis = replace(file.hypothesis, earlier=known)
+    np.testing.assert_array_equal(hypothesis.own_coordinates(hypothesis.start), known.mean)
     values = diagnose_tube(file.given(reference)).record["unknowns"]
     corrected = values["layers.foam.flow_resistivity"]["corrected"]
     assert corrected == pytest.approx(1.2e4, rel=0.05)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multilayer.inference.least_squares import descend, minimise, settle
+from multilayer.inference.least_squares import descend, minimise, minimise_bfgs
 from tests.fits.gaussian import Plain, linear, standard
 
 
@@ -47,7 +47,7 @@ def test_a_bent_valley_is_followed_to_its_lowest_point():
         return np.stack([30 * (y - x**2), 2 - x, 5 + x * y], axis=-1)
 
     problem = Plain(bent, standard(2))
-    found = settle(problem, np.array([0.3, 0.2]))
+    found = minimise_bfgs(problem, np.array([0.3, 0.2]))
     assert found.converged
     near = found.z + np.stack(np.meshgrid(*[np.linspace(-0.2, 0.2, 401)] * 2), axis=-1)
     costs = np.sum(bent(near) ** 2, axis=-1) + np.sum(near**2, axis=-1)

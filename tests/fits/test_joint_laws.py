@@ -14,7 +14,7 @@ from multilayer.fits.joint.fit import fit_joint, number_of_steps
 from multilayer.fits.joint.laws import LAWS_COMPARED
 from multilayer.fits.joint.posterior import modulus_band
 from multilayer.fits.settings import FitSettings
-from multilayer.inference.stated import far_off, nuisance_p_value
+from multilayer.inference.pulls import largest_pulls, nuisance_p_value
 from multilayer.media.kramers_kronig import check_kramers_kronig
 from tests.fits.rods import PAPER, STATED, campaign_of_rods, fractional_zener, havriliak_negami
 
@@ -150,7 +150,7 @@ def test_statements_are_tested_by_themselves(fit_of_one_burst):
     z[: len(fit_of_one_burst.problem.law_parameters)] = 9.0  # laws are no statements
     assert nuisance_p_value(parameters, z) == 1.0
     z[-1], z[-2] = -4.0, 3.5
-    assert [s.deviations for s in far_off(parameters, z)] == [-4.0, 3.5]
+    assert [s.deviations for s in largest_pulls(parameters, z)] == [-4.0, 3.5]
     assert nuisance_p_value(parameters, z) < 1e-3
     assert nuisance_p_value(parameters[:3], z[:3]) == 1.0
 

@@ -21,7 +21,7 @@ from multilayer.errors import InputError
 from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.inference.least_squares import search
-from multilayer.inference.problem import Known, Minimum
+from multilayer.inference.problem import GaussianPrior, Minimum
 from multilayer.simulation.warned import collected_warnings
 
 _FAR = 0.7  # standard deviations of a prior
@@ -60,7 +60,7 @@ def diagnose_tube(
     tell = progress or (lambda text: None)
     hypothesis = file.hypothesis
     if file.known_from is not None:
-        hypothesis = replace(hypothesis, known=Known.of(nominal_minimum(file.known_from)))
+        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.known_from)))
     nominal = Fitted(hypothesis, _minimum(hypothesis, file))
     tell("nominal model")
     every = file.chosen() if effects is None else effects

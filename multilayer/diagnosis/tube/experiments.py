@@ -89,7 +89,7 @@ def _predict(fitted: Fitted, change: Change) -> tuple[ComplexArray, ComplexArray
     z, covariance = fitted.minimum.z[own], fitted.minimum.covariance[np.ix_(own, own)]
     stacks = {name: change.stack(stack) for name, stack in hypothesis.stacks.items()}
     changed = replace(hypothesis, stacks=stacks, tube=change.tube(hypothesis.tube), effects=kept)
-    r, slopes = central(lambda points: changed.of(changed.data[:1]).predict(points)[0], z, WIDE)
+    r, slopes = central(lambda points: changed.with_data(changed.data[:1]).predict(points)[0], z, WIDE)
     return np.asarray(r, dtype=complex), np.asarray(slopes @ np.linalg.cholesky(covariance), dtype=complex)
 
 

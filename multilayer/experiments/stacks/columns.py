@@ -1,4 +1,4 @@
-"""The values of one measurement of a stack fit, from a table or from the fit file itself."""
+"""The values of a measurement of a stack fit, from a table or from the fit file itself."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def read_values(measurement: Measurement, folder: Path) -> MeasuredValues:
     ----------
     measurement : Measurement
     folder : Path
-        Where its file lies.
+        Folder of its file.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def _wanted(measurement: Measurement) -> list[Column]:
     unit = measurement.unit
     if not measurement.is_complex:
         parts = [Column(role, measurement.roles[role], unit) for role in REAL]
-    else:  # real and imaginary part are not looked for by name where the file names amplitude or phase
+    else:  # real and imaginary part are not sought by name where the file names amplitude or phase
         names = {} if set(POLAR) & set(measurement.columns) else measurement.roles
         parts = [Column(role, names.get(role, ()), unit) for role in COMPLEX]
         parts += [Column("amplitude", (), unit), Column("phase", (), "radian")]
@@ -119,17 +119,17 @@ def _values(kept: dict[str, RealArray]) -> NDArray[Any]:
 def _with_noise(
     measurement: Measurement, frequency: RealArray, values: NDArray[Any], given: dict[str, RealArray]
 ) -> MeasuredValues:
-    share, amount = measurement.spread
-    variance = (share * np.abs(values)) ** 2 + amount**2
+    relative, absolute = measurement.spread
+    variance = (relative * np.abs(values)) ** 2 + absolute**2
     parts = []
     for names in (("std", "std_real"), ("std", "std_imag")):
-        own = sum((given[name] ** 2 for name in names if name in given), np.zeros(len(frequency)))
-        parts.append(np.sqrt(variance + own))
+        of_columns = sum((given[name] ** 2 for name in names if name in given), np.zeros(len(frequency)))
+        parts.append(np.sqrt(variance + of_columns))
     return MeasuredValues(frequency, values, ValueNoise(*parts))
 
 
 def zero_noise(measured: MeasuredValues) -> Iterator[float]:
-    """Yield the frequencies, Hz, at which a value would have no noise at all."""
+    """Yield the frequencies, Hz, at which the stated noise of a value is 0."""
     parts = [measured.noise.real, *([measured.noise.imaginary] if np.iscomplexobj(measured.values) else [])]
     for f, *spreads in zip(measured.frequency, *parts, strict=True):
         if not min(spreads) > 0:

@@ -1,4 +1,8 @@
-"""What an unmodelled effect of an impedance tube is, and the tube as effects see it."""
+"""Unmodelled effects of an impedance tube, and the tube as effects see it.
+
+Transfer functions between two microphones: ISO 10534-2; J. Y. Chung & D. A. Blaser, J. Acoust. Soc. Am. 68 (1980)
+907-913.
+"""
 
 from __future__ import annotations
 
@@ -38,21 +42,22 @@ class Tube(Model):
     diameter : float
         m; of a square tube its width.
     error : float
-        How far tube, mounting and model may be off: standard deviation of each part of R, correlated over `length` in
-        ln f. A measurement's own `model_error` takes its place.
+        Error of tube, mounting and model: standard deviation of each part of R. A measurement's `model_error` takes its
+        place.
     length : float
+        Correlation length of that error in ln f.
     """
 
     microphone_spacing: Length | None = None
     microphone_distance: Length = 0.1
     diameter: Length = 0.1
-    error: Ratio = 0.01  # what mounting a sample again changes
+    error: Ratio = 0.01  # repeatability of mounting
     length: PositiveRatio = 0.3
 
 
 @dataclass(frozen=True)
 class TubeSetting:
-    """One measurement in a tube, as effects see it.
+    """A measurement in a tube, as effects see it.
 
     Attributes
     ----------
@@ -79,7 +84,7 @@ class TubeSetting:
 
     @cached_property
     def gas(self) -> Gas:
-        """The gas that the evaluation supposes."""
+        """The gas that the evaluation of the measurement assumes."""
         return self.stack.ambient.gas
 
     @cached_property
@@ -95,7 +100,7 @@ class TubeSetting:
         return min(_SPACING, _OF_THE_LIMIT * self.gas.sound_speed / float(self.frequency.max()))
 
     def reflection(self, stack: Stack) -> ComplexArray:
-        """Return the reflection coefficient of a stack, for its own gas, shape (..., n)."""
+        """Return the reflection coefficient of a stack in its ambient gas, shape (..., n)."""
         return np.asarray(WaveResponse("reflection", self.frequency, PlaneIncidence(angle=self.angle))(stack))
 
     def transfer_function(self, reflection: ComplexArray, wavenumber: Numeric) -> ComplexArray:
@@ -104,7 +109,7 @@ class TubeSetting:
         return transfer_function(reflection, wavenumber, near, near + self.spacing)
 
     def evaluated(self, read: ComplexArray) -> ComplexArray:
-        """Return the reflection coefficient that the evaluation makes of a transfer function; ISO 10534-2, eq. (17)."""
+        """Return the reflection coefficient that is evaluated from a transfer function; ISO 10534-2, eq. (17)."""
         far = self.tube.microphone_distance + self.spacing
         return reflection_coefficient(read, self.wavenumber, self.spacing, far)
 
@@ -112,14 +117,14 @@ class TubeSetting:
 class TubeEffect(BaseEffect):
     """An unmodelled effect of a tube; subclass it and override what it changes.
 
-    The model of a datum is made in this order: the sample (`stack`), what lies beside it (`surface`), what the
-    microphones make of that (`reading`). Every hook returns what it was given where the effect does not act. Values of
+    The model of a datum is computed in this order: the sample (`stack`), what lies beside it (`surface`), what the
+    microphones report (`reading`). Every hook returns what it was given where the effect does not act. Values of
     parameters have the shape (m, 1), frequencies (n,).
 
     Attributes
     ----------
     changes_gas : bool
-        Whether the gas of the stack changes, which takes no arrays: one sample is solved after the other.
+        Whether the gas of the stack changes, which takes no arrays: samples are then solved one after the other.
     """
 
     kind = "tube"
@@ -130,11 +135,11 @@ class TubeEffect(BaseEffect):
         return True
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """Return the sample as it is; fields may hold arrays of shape (m, 1) or (m, n)."""
+        """Return the stack with the effect; fields may hold arrays of shape (m, 1) or (m, n)."""
         return stack
 
     def surface(self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """Return the reflection coefficient of the tube's end, shape (m, n), of that of the sample."""
+        """Return the reflection coefficient of the tube's end, shape (m, n), given that of the sample."""
         return reflection
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
@@ -143,11 +148,11 @@ class TubeEffect(BaseEffect):
 
 
 def sample_index(stack: Stack) -> int | None:
-    """Return which layer is the sample: the thickest with pores, else the thickest that is no fluid; None without."""
+    """Return the sample's index: the thickest layer with pores, else the thickest that is no fluid; None without."""
     for kinds in (PoreLayer, Layer):
-        found = [i for i, layer in enumerate(stack.layers) if isinstance(layer, kinds) and _is_slab(layer)]
-        if found:
-            return max(found, key=lambda i: thickness_of(stack.layers[i]))
+        slabs = [i for i, layer in enumerate(stack.layers) if isinstance(layer, kinds) and _is_slab(layer)]
+        if slabs:
+            return max(slabs, key=lambda i: thickness_of(stack.layers[i]))
     return None
 
 
@@ -162,12 +167,12 @@ def thickness_of(layer: Layer) -> float:
 
 
 def with_layers(stack: Stack, layers: Sequence[Layer]) -> Stack:
-    """Return a stack of other layers; contacts that were spoken of no longer hold and are left out."""
+    """Return the stack with other layers; its contacts, which refer to the old layers, are left out."""
     return stack.model_copy(update={"layers": tuple(layers), "contacts": ()})
 
 
 def with_layer(stack: Stack, index: int, layer: Layer) -> Stack:
-    """Return a stack with another layer in the place of one."""
+    """Return the stack with one of its layers replaced."""
     return stack.model_copy(update={"layers": (*stack.layers[:index], layer, *stack.layers[index + 1 :])})
 
 

@@ -1,4 +1,4 @@
-"""Priors in the units of the fields they are for, within what these fields may be."""
+"""Priors in the units of the fields they are for, truncated at the limits of these fields."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from multilayer.inference.priors import Prior
 from multilayer.paths import Located
 from multilayer.units import Unit, UnitLabel, parse_quantity
 
-_FAR = 6.0  # standard deviations: beyond is next to nothing
+_FAR = 6.0  # standard deviations: the probability beyond is negligible
 Place = tuple[str | int, ...]
 Limits = tuple[float, float]
 
 
 class MistakeError(Exception):
-    """Something wrong in a part of a file: where, what with a remedy, and what was written."""
+    """A mistake in a part of a file: its place, the message with a remedy, and the value that was written."""
 
     def __init__(self, place: Place, text: str, value: Any) -> None:
         super().__init__(text)
         self.place, self.text, self.value = place, text, value
 
 
-def _said(field: Located) -> Iterator[Any]:
-    """Yield what annotates a field, also inside ``T | None``."""
+def _annotations(field: Located) -> Iterator[Any]:
+    """Yield the annotations of a field, also those inside ``T | None``."""
     info = type(field.owner).model_fields[field.field]
     inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
     for item in (*info.metadata, *inner):
@@ -41,14 +41,14 @@ def _metadata(annotation: Any) -> tuple[Any, ...]:
 
 def is_modulus(field: Located) -> bool:
     """Tell whether a field takes a modulus: a number or a law."""
-    labels = [item for item in _said(field) if isinstance(item, UnitLabel)]
+    labels = [item for item in _annotations(field) if isinstance(item, UnitLabel)]
     return any(label.symbol == "Pa" and not isinstance(label, Unit) for label in labels)
 
 
 def field_limits(field: Located) -> Limits:
-    """Return between which values a field may lie, the ends perhaps excluded."""
+    """Return the limits of a field; the ends may be excluded."""
     low, high = (0.0 if is_modulus(field) else -np.inf), np.inf
-    for item in _said(field):
+    for item in _annotations(field):
         low = max([low, *(float(getattr(item, name)) for name in ("gt", "ge") if hasattr(item, name))])
         high = min([high, *(float(getattr(item, name)) for name in ("lt", "le") if hasattr(item, name))])
     return low, high
@@ -60,7 +60,7 @@ def pair(place: Place, written: Any, unit: str) -> tuple[float, float]:
     Raises
     ------
     MistakeError
-        When they are none.
+        When these are not two finite numbers of that unit.
     """
     if not isinstance(written, list | tuple) or len(written) != 2:
         raise MistakeError(place, f"two values are needed, not {show(written)}", written)
@@ -87,31 +87,31 @@ def _spread(place: Place, written: Any, mean: float, unit: str) -> float:
     return _value(place, written, unit)
 
 
-def prior_of(said: Any, unit: str, limits: Limits) -> Prior:
-    """Return the prior that a file says of a field.
+def prior_of(entry: Any, unit: str, limits: Limits) -> Prior:
+    """Return the prior of a field as a file states it.
 
-    A normal or lognormal prior that reaches beyond what the field may be is cut there.
+    A normal or lognormal prior that reaches beyond the field's limits is truncated there.
 
     Parameters
     ----------
-    said : UnknownFile
+    entry : UnknownFile
     unit : str
-        Of the field.
+        Unit of the field.
     limits : (low, high)
-        Of the field.
+        Limits of the field.
 
     Raises
     ------
     MistakeError
-        When the numbers are none, in another unit, or outside the limits.
+        When the values are not numbers, in another unit, or outside the limits.
     """
-    kind = said.kind
-    numbers = _numbers(kind, getattr(said, kind), unit)
+    kind = entry.kind
+    numbers = _numbers(kind, getattr(entry, kind), unit)
     ends = numbers if kind in ("uniform", "loguniform") else numbers[:1]
     _refuse_outside((kind,), ends, limits)
     bounds = None
-    if said.bounds is not None:
-        bounds = pair(("bounds",), said.bounds, unit)
+    if entry.bounds is not None:
+        bounds = pair(("bounds",), entry.bounds, unit)
         _refuse_outside(("bounds",), bounds, limits)
     elif len(ends) == 1:
         bounds = _cut(kind, numbers, limits)
@@ -137,7 +137,7 @@ def _refuse_outside(place: Place, values: tuple[float, ...], limits: Limits) -> 
 
 
 def _cut(kind: str, numbers: tuple[float, float], limits: Limits) -> Limits | None:
-    """Return bounds where the field's limits cut off some of the prior."""
+    """Return bounds where the field's limits truncate the prior."""
     centre, reach = numbers[0], _FAR * numbers[1]
     low, high = centre - reach, centre + reach
     if kind == "lognormal":

@@ -27,7 +27,7 @@ Mistake = tuple[tuple[str | int, ...], str, Any]
 
 
 class Observed(Protocol):
-    """A measurement with its data: which stack it is of, and frequencies in Hz."""
+    """A measurement with its data: the name of its stack, and frequencies."""
 
     @property
     def stack(self) -> str:
@@ -39,7 +39,7 @@ class Observed(Protocol):
 
 
 class SearchSettings(Model):
-    """How hard the minima are sought."""
+    """Effort of the search for minima."""
 
     candidates: Annotated[int, Field(ge=1, le=100_000)] = 256
     starts: Annotated[int, Field(ge=1, le=1000)] = 8
@@ -52,12 +52,12 @@ class StackFitFile(Model):
     Attributes
     ----------
     nominal : Stack, optional
-        The only stack,
+        The only stack.
     stacks : mapping
-        or several by name; files beside this one.
+        Several stacks by name, instead; files are relative to this file.
     measurements : tuple of Measurement
     unknowns : mapping
-        By path of a field, or by a name of one's own.
+        By the path of a field, or by a name of the author's choice.
     search : SearchSettings
     """
 
@@ -79,9 +79,9 @@ class StackFitFile(Model):
         refuse(self, self._wrong_names())
         mistakes: list[Mistake] = []
         self._observations = tuple(self._observed(Path((info.context or {}).get("folder", Path())), mistakes))
-        if not mistakes:  # a law is sought where there are data
-            self._resolved = tuple(self._found(mistakes))
-            mistakes += self._written_twice()
+        if not mistakes:  # the range of a law's parameters follows from the data
+            self._resolved = tuple(self._resolve_unknowns(mistakes))
+            mistakes += self._overlapping_fields()
         refuse(self, mistakes)
         return self
 
@@ -107,8 +107,10 @@ class StackFitFile(Model):
             if measurement.stack is not None and measurement.stack not in stacks:
                 text = f"there is no such stack; {suggest(measurement.stack, stacks)}"
                 yield (*place, "stack"), text, measurement.stack
-        unsaid = any(measurement.stack not in stacks for measurement in self.measurements) and len(stacks) > 1
-        for name in sorted(set(stacks) - {self._stack_of(m) for m in self.measurements}) if not unsaid else ():
+        is_stack_missing = any(measurement.stack not in stacks for measurement in self.measurements) and len(stacks) > 1
+        for name in (
+            sorted(set(stacks) - {self._stack_of(m) for m in self.measurements}) if not is_stack_missing else ()
+        ):
             yield ("stacks", name), "no measurement is of this stack; remove it", name
 
     def _names(self) -> list[str]:
@@ -133,19 +135,19 @@ class StackFitFile(Model):
                 mistakes.append((("measurements", i, field), f"{error}{hint}", str(measurement.file)))
 
     def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> Observed:
-        """Return a measurement with its data; what takes it otherwise overrides this."""
+        """Return a measurement with its data; subclasses that read it otherwise override this."""
         return observe(measurement, name, stack, self.by_name[stack], folder)
 
-    def _found(self, mistakes: list[Mistake]) -> Iterator[Unknown]:
+    def _resolve_unknowns(self, mistakes: list[Mistake]) -> Iterator[Unknown]:
         measured = {name: [o.frequency for o in self._observations if o.stack == name] for name in self.by_name}
         frequencies = {name: np.concatenate(parts) for name, parts in measured.items()}
-        for name, said in self.unknowns.items():
+        for name, entry in self.unknowns.items():
             try:
-                yield resolve(name, said, self.by_name, frequencies)
+                yield resolve(name, entry, self.by_name, frequencies)
             except MistakeError as error:
                 mistakes.append((("unknowns", name, *error.place), error.text, error.value))
 
-    def _written_twice(self) -> Iterator[Mistake]:
+    def _overlapping_fields(self) -> Iterator[Mistake]:
         taken: dict[Target, str] = {}
         for unknown in self._resolved:
             for stack, path in unknown.targets:
@@ -164,7 +166,7 @@ class StackFitFile(Model):
     @property
     def observations(self) -> tuple[Observation, ...]:
         """The measurements with their data."""
-        return tuple(one for one in self._observations if isinstance(one, Observation))
+        return tuple(observed for observed in self._observations if isinstance(observed, Observation))
 
     @property
     def resolved(self) -> tuple[Unknown, ...]:
@@ -190,7 +192,7 @@ def load_stack_fit(source: str | Path | Document) -> StackFitFile:
 
 
 def name_of(source: Path) -> str:
-    """Return what a fit is called: as its file, or as its folder where the file has the name that all have."""
+    """Return the name of a fit: that of its file, or of its folder where the file has the usual name."""
     if source.is_dir():
         return source.resolve().name
     return source.resolve().parent.name if source.name == FIT_FILE else source.stem

@@ -1,4 +1,4 @@
-"""What a stack-fit file says of one measurement: which quantity, where it stands, how good it is."""
+"""Measurements as a stack-fit file describes them: the quantity, where its values are, and their noise."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from multilayer.units import Frequency, Length, PositiveRatio, Ratio, parse_comp
 
 COMPLEX, POLAR, REAL = ("real", "imag"), ("amplitude", "phase"), ("value",)
 SPREADS = ("std", "std_real", "std_imag")
-NOISE_ESTIMATED = "noise_estimated"  # of a validation context: whoever reads the data estimates what is not said
+NOISE_ESTIMATED = "noise_estimated"  # key of a validation context: noise that is not stated will be estimated
 _NOISE = "write a share, as 0.02 or '2 %', or {relative: 0.02, absolute: ...}"
 
 
 class Spread(NamedTuple):
-    """Standard deviation of each part of a measured value: a share of its amount, and an amount; independent."""
+    """Standard deviations of each part of a measured value: relative to its modulus, and absolute; independent."""
 
     relative: float
     absolute: float
 
 
 class ModelError(Model):
-    """How far the model itself may be off: relative to the values, one standard deviation, correlated in ln f."""
+    """Standard deviation of the model's error, relative to the values, and its correlation length in ln f."""
 
     relative: Ratio
     length: PositiveRatio = 0.3
@@ -41,21 +41,21 @@ def _parse_model_error(value: Any) -> Any:
 
 
 class Measurement(Model, populate_by_name=True):
-    """What all measurements have.
+    """Fields that all measurements have.
 
     Attributes
     ----------
     kind : str
     name : str, optional
-        In tables and figures; made from kind and file when left out.
+        For tables and figures; made from kind and file when left out.
     stack : str, optional
-        Of which stack, where the file has several.
+        Name of its stack, where the file has several.
     file : Path, optional
         A table with named columns, as text or in another format with a reader, relative to the fit file.
     columns : mapping
-        By role, what the header calls it, with a unit in brackets where the header has none.
+        By role, the column's name in the header, with a unit in brackets where the header has none.
     rows : mapping
-        By column, the text that stands in the rows wanted.
+        By column, the text that selects rows.
     start, to : float, optional
         First (`from`) and last frequency, Hz.
     noise : optional
@@ -65,7 +65,7 @@ class Measurement(Model, populate_by_name=True):
 
     is_complex: ClassVar[bool] = True
     in_db: ClassVar[bool] = False
-    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # what headers call them, if `columns` does not say
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {}  # usual names of columns, where `columns` gives none
 
     kind: str
     name: str | None = Field(default=None, min_length=1)
@@ -113,23 +113,23 @@ class Measurement(Model, populate_by_name=True):
 
     @property
     def unit(self) -> str:
-        """Unit of the values, SI; ``dB`` where it is that, empty for pure numbers."""
+        """Unit of the values, SI; ``dB`` of levels, empty for pure numbers."""
         return "dB" if self.in_db else ""
 
     @property
     def default_name(self) -> str:
-        """What it is called where the file gives no name."""
-        what = self.kind if self.file is None else f"{self.kind} {self.file.stem}"
-        return ", ".join([what, *self.rows.values()])
+        """Name of the measurement where the file gives none."""
+        name = self.kind if self.file is None else f"{self.kind} {self.file.stem}"
+        return ", ".join([name, *self.rows.values()])
 
     @property
     def spread(self) -> Spread:
-        """Standard deviations of the noise: of `noise`, a share (of what is in dB, dB), or by both names.
+        """Standard deviations from `noise`: a relative one (of levels in dB, an absolute one), or both by name.
 
         Raises
         ------
         ValueError
-            When it says none.
+            When `noise` is not a standard deviation.
         """
         given = self.noise
         if given is None:
@@ -144,7 +144,7 @@ class Measurement(Model, populate_by_name=True):
 
 
 def _amount(written: Any, unit: str) -> float:
-    # pint knows dB of powers and of amplitudes: here it is what the column holds
+    # pint distinguishes dB of powers and of amplitudes: here dB is the unit of the column
     text = written.strip().removesuffix("dB") if unit == "dB" and isinstance(written, str) else written
     value = parse_quantity(text, "" if unit == "dB" else unit)
     if not 0 <= value < float("inf"):
@@ -191,7 +191,7 @@ class SurfaceImpedance(_PlaneWave):
 
     @property
     def unit(self) -> str:
-        """Of the values."""
+        """Unit of the values."""
         return "" if self.normalised else "Pa*s/m"
 
 
@@ -203,7 +203,7 @@ def _parse_bands(value: Any) -> Any:
 
 
 class _Energy(_FromFile):
-    """What knows no phase; `bands` where each value is a mean over one."""
+    """A measurement without phase; `bands` where each value is a mean over a band."""
 
     is_complex: ClassVar[bool] = False
     incidence: Incidence = PlaneIncidence()
@@ -253,7 +253,7 @@ class DynamicModulus(_FromFile):
 
     @property
     def unit(self) -> str:
-        """Of the values."""
+        """Unit of the values."""
         return "Pa"
 
 
@@ -288,7 +288,7 @@ class Stiffness(Measurement):
 
     @property
     def unit(self) -> str:
-        """Of the values."""
+        """Unit of the values."""
         return "N/m"
 
     @model_validator(mode="after")

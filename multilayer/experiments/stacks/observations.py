@@ -1,13 +1,13 @@
-"""Measured data beside what a stack predicts of them: in which quantity they are compared, and how they are weighed.
+"""Measured data of stacks: the quantity in which they are compared with predictions, and their covariance.
 
 Each kind is fitted in a quantity in which errors are additive and a model has neither poles nor branches:
 
-- an impedance as the reflection coefficient: bounded by 1 for any passive stack, where Z has poles (and ln Z with it)
-  wherever a stack reflects as a rigid wall does; what a tube measures with errors alike is R, too;
-- transmissibility, modulus and stiffness as complex logarithms: relative errors of the amount and of the phase;
+- an impedance as the reflection coefficient, which is bounded by 1 for any passive stack, whereas Z (and ln Z) has
+  poles wherever a stack reflects as a rigid wall does; also, the errors of a tube are uniform in R;
+- transmissibility, modulus and stiffness as complex logarithms: errors of relative amplitude and of phase;
 - absorption and transmission loss (dB) as they are.
 
-Noise of the measured quantity is carried over by the derivative, so that it weighs as the file says.
+Noise of the measured quantity is propagated by the derivative, so that it weighs as the file states.
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ from multilayer.simulation.settings import Bands
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
-_MOST_CORRELATED = 2000  # values whose covariance is taken in full
-_GROUPS = 12  # of frequencies that are left out together
+_MOST_CORRELATED = 2000  # values with a dense covariance
+_GROUPS = 12  # of frequencies that cross-validation leaves out together
 Function = Callable[[NDArray[Any]], NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The quantity that is fitted.
+    """Transformation of a measured quantity to the fitted one.
 
     Attributes
     ----------
     of_measured, slope : callable
-        It, and its derivative, from the measured quantity.
+        The fitted quantity, and its derivative, as functions of the measured quantity.
     of_response, shown : callable
-        It, and the measured quantity, from what a `Response` gives.
+        The fitted quantity, and the measured quantity, as functions of the value of a `Response`.
     has_phase : bool
-        Whether its imaginary part is an angle.
+        Whether the imaginary part of the fitted quantity is an angle.
     """
 
     of_measured: Function
@@ -89,7 +89,7 @@ def _impedance_of(front: float) -> Function:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """One measurement, ready to be compared.
+    """A measurement with its data, ready to be compared with predictions.
 
     Attributes
     ----------
@@ -99,26 +99,26 @@ class Observation:
     measured : array, shape (n,)
         In `unit`.
     response : callable
-        What predicts it.
+        Predicts it from a stack.
     one_by_one : bool
-        Whether that takes one stack at a time.
+        Whether the response takes a single stack at a time.
     scale : Scale
     noise : ValueNoise
         Of the measured values.
     amounts : array, shape (n,)
-        What a model error is relative to.
+        Values that a model error is relative to.
     error : CorrelatedError, optional
         Of the model.
     points : int
-        Frequencies that are solved for one stack.
+        Number of frequencies that are solved for a stack.
     burst : array of int, shape (n,)
-        Group of neighbouring frequencies: what is left out together.
+        Index of the group of neighbouring frequencies; cross-validation leaves out whole groups.
     centres : array, shape (n_groups,)
-        Hz.
+        Mean frequencies of the groups, Hz.
     angle : float
-        Of incidence, degrees.
+        Angle of incidence, degrees.
     estimated : float or None
-        Standard deviation of the noise of each part of R, where it is estimated.
+        Standard deviation of the noise of each part of R, where that is estimated.
     """
 
     name: str
@@ -146,7 +146,7 @@ class Observation:
 
     @property
     def is_complex(self) -> bool:
-        """Whether amount and phase are measured."""
+        """Whether amplitude and phase are measured."""
         return bool(np.iscomplexobj(self.measured))
 
     @cached_property
@@ -156,7 +156,7 @@ class Observation:
 
     @cached_property
     def whitening(self) -> Whitening:
-        """What makes differences of the fitted quantity independent numbers of unit variance."""
+        """The map of differences of the fitted quantity to independent numbers of unit variance."""
         return whitening(self.frequency, self.scale.slope(self.measured), self.amounts, self.noise, self.error)
 
     @cached_property
@@ -170,7 +170,7 @@ class Observation:
 
     def difference(self, response: NDArray[Any]) -> NDArray[Any]:
         """Return responses minus measured values in the fitted quantity, both of shape (..., n)."""
-        with np.errstate(divide="ignore", invalid="ignore"):  # a prior may reach where nothing moves
+        with np.errstate(divide="ignore", invalid="ignore"):  # priors may include stacks without any motion
             difference = self.scale.of_response(response) - self.target
         if self.scale.has_phase and np.iscomplexobj(difference):
             difference = difference.real + 1j * half_turn(difference.imag)
@@ -181,7 +181,7 @@ class Observation:
         return self.whitening(self.difference(response))
 
     def selected(self, index: IndexArray) -> Observation:
-        """Return the values of some frequencies, in the groups that they were in, numbered anew."""
+        """Return the data at some frequencies, in the same groups, renumbered."""
         groups, burst = np.unique(self.burst[index], return_inverse=True)
         frequency = self.frequency[index]
         return replace(
@@ -191,7 +191,7 @@ class Observation:
         )  # fmt: skip
 
     def part(self, kept: IndexArray) -> Observation:
-        """Return the data of some groups, by their indices, which are numbered anew."""
+        """Return the data of some groups, by their indices, and renumbered."""
         return self.selected(np.flatnonzero(np.isin(self.burst, kept)))
 
 
@@ -216,22 +216,22 @@ def observe(measurement: Measurement, name: str, stack_name: str, stack: Stack, 
     ----------
     measurement : Measurement
     name, stack_name : str
-        What it and its stack are called.
+        Names of the measurement and of its stack.
     stack : Stack
         With nominal values.
     folder : Path
-        Where the data lie.
+        Folder of the data.
 
     Raises
     ------
     InputError
-        When the data cannot be used, or the stack cannot have been measured so.
+        When the data cannot be used, or the stack cannot be measured so.
     """
     values = read_values(measurement, folder)
     grid = _grid(measurement, name, values.frequency)
     response, one_by_one = response_of(measurement, stack, grid, np.iscomplexobj(values.values))
     with collected_warnings():
-        response(stack)  # refuses a stack that cannot have been measured so
+        response(stack)  # raises for a stack that cannot be measured so
     scale = scale_of(measurement, stack)
     return Observation(
         name, measurement.kind, stack_name, measurement.unit, grid.frequency, values.values, response, one_by_one,
@@ -254,15 +254,15 @@ def scale_of(measurement: Measurement, stack: Stack) -> Scale:
     """Return the quantity in which a measurement of a stack is compared."""
     match measurement:
         case SurfaceImpedance():
-            own = 1.0 if measurement.normalised else stack.ambient.gas.impedance
-            return _impedance(own / float(np.cos(np.deg2rad(measurement.angle))))
+            unit = 1.0 if measurement.normalised else stack.ambient.gas.impedance
+            return _impedance(unit / float(np.cos(np.deg2rad(measurement.angle))))
         case Reflection() | Absorption() | TransmissionLoss():
             return AS_IT_IS
     return _LOGARITHM
 
 
 def _model_error(measurement: Measurement, name: str, scale: Scale, values: MeasuredValues) -> CorrelatedError | None:
-    """Return the model's error; refuse values that cannot be weighed."""
+    """Return the model's error; refuse values without noise, or without a phase that is needed."""
     for f in zero_noise(values):
         raise InputError(f"{name}: the noise is 0 at {f:g} Hz; add an absolute one, as {{absolute: ...}}")
     if scale.has_phase and np.any(values.values == 0):

@@ -1,4 +1,4 @@
-"""Fields of stacks and measurements of them as one inverse problem, with unmodelled effects of a tube or without."""
+"""Measurements of stacks and unknown fields of these as one inverse problem, with effects of a tube or without."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from multilayer.experiments.stacks.responses import respond
 from multilayer.experiments.stacks.unknowns import UnknownFields, placed
 from multilayer.inference.derivative import central, forward
 from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Experiment, Known, Points
+from multilayer.inference.problem import Experiment, GaussianPrior, Points
 from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
-_WILD, _WILDEST = 8.0, 12.0  # beyond the first, coordinates of unknowns count less and less, up to the second
+_FAR, _FARTHEST = 8.0, 12.0  # coordinates beyond the first are compressed smoothly to at most the second
 
 
 @dataclass(frozen=True, eq=False)
 class StackExperiment(Experiment):
-    """One measurement of a stack.
+    """A measurement of a stack.
 
     Attributes
     ----------
     observation : Observation
     fields : UnknownFields
-        Their parameters are the first of the points'.
-    known : Known, optional
-        What an earlier measurement says of them.
+        Their parameters are the first unknowns.
+    earlier : GaussianPrior, optional
+        Of these, from an earlier measurement.
     setting : TubeSetting
         The measurement as effects see it.
     effects : tuple of TubeEffect
-        Their parameters are the last of the points'.
+        Their parameters are the last unknowns.
     """
 
     observation: Observation
     fields: UnknownFields
-    known: Known | None
+    earlier: GaussianPrior | None
     setting: TubeSetting
     effects: tuple[TubeEffect, ...] = ()
 
@@ -67,10 +67,10 @@ class StackExperiment(Experiment):
         return self.observation.whitening(parts)
 
     def predict(self, points: Points) -> NDArray[Any]:
-        """Return the response, shape (m, n); see `Observation.scale` for what that is. NaN where there is none."""
+        """Return the response, shape (m, n), whose kind `Observation.scale` tells; NaN where there is none."""
         samples = points.shared("fields", partial(self._samples, points.z))[self.observation.stack]
         every = zip(self.effects, values_of(self.effects, points), strict=True)
-        values = [(effect, own) for effect, own in every if effect.applies(self.setting)]
+        values = [(effect, parameters) for effect, parameters in every if effect.applies(self.setting)]
         count, step = len(points.z), max(1, _AT_ONCE // self.observation.points)
         stack = self.fields.stacks[self.observation.stack]
         if not samples and not values:
@@ -80,52 +80,57 @@ class StackExperiment(Experiment):
         for first in range(0, count, step):
             piece = np.s_[first : first + step]
             here = {path: column[piece] for path, column in samples.items()}
-            acting = [(effect, {name: column[piece] for name, column in own.items()}) for effect, own in values]
+            acting = _rows_of(values, piece)
             size = min(step, count - first)
             pieces.append(respond(partial(self._respond, acting), stack, here, size, one_by_one))
         return np.concatenate(pieces)
 
     def _samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
         """Return by stack and path the values, shape (m,), of the unknown fields."""
-        return self.fields.samples(_own_coordinates(z, len(self.fields.field_parameters), self.known))
+        return self.fields.samples(_own_coordinates(z, len(self.fields.field_parameters), self.earlier))
 
     def _respond(self, acting: Sequence[tuple[TubeEffect, Values]], stack: Stack, rows: slice) -> NDArray[Any]:
         """Return the response of some samples, shape (k, n) or (n,) where it is the same for all."""
         if not acting:
             return self.observation.response(stack)
-        pairs = [(effect, {name: column[rows] for name, column in own.items()}) for effect, own in acting]
-        for effect, own in pairs:
-            stack = effect.stack(self.setting, stack, own)
+        pairs = _rows_of(acting, rows)
+        for effect, parameters in pairs:
+            stack = effect.stack(self.setting, stack, parameters)
         response = self.observation.response(stack)
-        count = max((len(column) for _, own in pairs for column in own.values()), default=1)
+        count = max((len(column) for _, parameters in pairs for column in parameters.values()), default=1)
         reflection = np.array(np.broadcast_to(response, (count, response.shape[-1])))  # an effect may write into it
-        for effect, own in pairs:
-            reflection = effect.surface(self.setting, stack, reflection, own)
-        for effect, own in pairs:
-            reflection = effect.reading(self.setting, reflection, own)
+        for effect, parameters in pairs:
+            reflection = effect.surface(self.setting, stack, reflection, parameters)
+        for effect, parameters in pairs:
+            reflection = effect.reading(self.setting, reflection, parameters)
         return np.asarray(reflection)
+
+
+def _rows_of(acting: Sequence[tuple[TubeEffect, Values]], rows: slice) -> list[tuple[TubeEffect, Values]]:
+    """Return effects with some rows of their parameters' values."""
+    return [(effect, {name: column[rows] for name, column in values.items()}) for effect, values in acting]
 
 
 @dataclass(frozen=True)
 class StackProblem(UnknownFields, Hypothesis):
-    """Stacks, unknown fields of theirs, and measurements; with unmodelled effects, those of reflection in a tube.
+    """Measurements of stacks with unknown fields; with unmodelled effects, measurements of reflection in a tube.
 
     Attributes
     ----------
     observations : tuple of Observation
     tube : Tube
     effects : tuple of TubeEffect
-    known : Known, optional
-        What an earlier fit says of the unknowns, in place of their own priors.
-    seen : tuple of Observation, optional
+    earlier : GaussianPrior, optional
+        The posterior of an earlier fit, in place of the unknowns' own priors.
+    used : tuple of Observation, optional
         The data that residuals are made of; all when left out.
     """
 
     observations: tuple[Observation, ...]
     tube: Tube = field(default_factory=Tube)
     effects: tuple[TubeEffect, ...] = ()
-    known: Known | None = None
-    seen: tuple[Observation, ...] | None = None
+    earlier: GaussianPrior | None = None
+    used: tuple[Observation, ...] | None = None
 
     @classmethod
     def of_file(cls, file: StackFitFile) -> StackProblem:
@@ -135,7 +140,7 @@ class StackProblem(UnknownFields, Hypothesis):
     @property
     def data(self) -> tuple[Observation, ...]:
         """The measurements in use."""
-        return self.observations if self.seen is None else self.seen
+        return self.observations if self.used is None else self.used
 
     @property
     def nominal_parameters(self) -> tuple[Parameter, ...]:
@@ -144,39 +149,39 @@ class StackProblem(UnknownFields, Hypothesis):
 
     @cached_property
     def start(self) -> RealArray:
-        """Coordinates of the unknowns near the nominal values, or at what is known of them."""
-        return self.nominal_start if self.known is None else np.zeros(len(self.nominal_parameters))
+        """Coordinates of the unknowns near the nominal values, or at the mean of an earlier posterior."""
+        return self.nominal_start if self.earlier is None else np.zeros(len(self.nominal_parameters))
 
     def own_coordinates(self, z: RealArray) -> RealArray:
         """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
-        return _own_coordinates(z, len(self.nominal_parameters), self.known)
+        return _own_coordinates(z, len(self.nominal_parameters), self.earlier)
 
     @cached_property
     def settings(self) -> tuple[TubeSetting, ...]:
-        """What effects see of every measurement."""
+        """Every measurement in use, as effects see it."""
         return tuple(
             TubeSetting(data.name, data.frequency, data.angle, self.stacks[data.stack], self.tube) for data in self.data
         )
 
     @cached_property
     def experiments(self) -> tuple[StackExperiment, ...]:
-        """One of each measurement in use."""
+        """An experiment for each measurement in use."""
         fields = UnknownFields(self.stacks, self.unknowns)
         return tuple(
-            StackExperiment(data, fields, self.known, setting, self.effects)
+            StackExperiment(data, fields, self.earlier, setting, self.effects)
             for data, setting in zip(self.data, self.settings, strict=True)
         )
 
     def predict(self, z: RealArray) -> list[NDArray[Any]]:
         """Return the response of every measurement, shape (..., n_frequency), of coordinates of shape (..., n)."""
         points = self.points(z)
-        with collected_warnings():  # a search leaves the range of formulae; the solution's warnings are told
-            found = [experiment.predict(points) for experiment in self.experiments]
-        return [values.reshape(*z.shape[:-1], values.shape[-1]) for values in found]
+        with collected_warnings():  # a search leaves the range of formulae; the solution's warnings are reported
+            responses = [experiment.predict(points) for experiment in self.experiments]
+        return [values.reshape(*z.shape[:-1], values.shape[-1]) for values in responses]
 
     def differences(self, z: RealArray) -> list[NDArray[Any]]:
         """Return predicted minus measured values, shape (..., n), of every measurement, in the fitted quantity."""
-        with np.errstate(all="ignore"):  # a search leaves the range of formulae, and of numbers
+        with np.errstate(all="ignore"):  # a search leaves the range of formulae, and of floating-point numbers
             return [data.difference(response) for data, response in zip(self.data, self.predict(z), strict=True)]
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
@@ -184,7 +189,7 @@ class StackProblem(UnknownFields, Hypothesis):
         return (forward if self.effects else central)(self.residual, z)
 
     def warnings(self, z: RealArray) -> list[str]:
-        """Return where the formulae do not hold at one point, shape (n,)."""
+        """Return warnings where formulae do not hold at a point, shape (n,)."""
         with collected_warnings() as texts:
             for experiment in self.experiments:
                 experiment.predict(self.points(z))
@@ -192,33 +197,33 @@ class StackProblem(UnknownFields, Hypothesis):
 
     @property
     def quantities(self) -> tuple[str, str]:
-        """What the parts of R are called."""
+        """Names of the parts of R."""
         return ("real", "imag")
 
     @property
     def blocks(self) -> int:
-        """A sixth of the band of a single measurement is left out at a time."""
+        """Each fold leaves out a sixth of the band of a single measurement."""
         return 6
 
     @property
     def held_out_decides(self) -> bool:
-        """What tube and mounting do wrong is smooth in frequency, and common to the data kept and left out."""
+        """False: errors of tube and mounting are smooth in frequency, and common to the data kept and left out."""
         return False
 
     def admits(self, effect: BaseEffect) -> bool:
-        """Tell whether an effect can act in some measurement: only one of tubes can."""
+        """Tell whether an effect can act in some measurement: it must be one of tubes."""
         return isinstance(effect, TubeEffect) and any(effect.applies(setting) for setting in self.settings)
 
     def with_effects(self, *effects: TubeEffect) -> StackProblem:
-        """Return the hypothesis of other effects."""
+        """Return the hypothesis with these effects instead."""
         return replace(self, effects=effects)
 
-    def of(self, data: Sequence[Observation]) -> StackProblem:
-        """Return the same with residuals of some data only."""
-        return replace(self, seen=tuple(data))
+    def with_data(self, data: Sequence[Observation]) -> StackProblem:
+        """Return the hypothesis with residuals of these data only."""
+        return replace(self, used=tuple(data))
 
-    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
-        """Return residuals, shape (..., n), each part of a reflection coefficient being allowed to be off by `size`."""
+    def inflated_residual(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals, shape (..., n), each part of R having an additional error of `size`."""
         if not size:
             return self.residual
         widths = [np.sqrt(np.stack(data.spread, axis=-1) ** 2 + size**2).reshape(-1) for data in self.data]
@@ -230,20 +235,20 @@ class StackProblem(UnknownFields, Hypothesis):
         return residual
 
 
-def _own_coordinates(z: RealArray, count: int, known: Known | None) -> RealArray:
+def _own_coordinates(z: RealArray, count: int, earlier: GaussianPrior | None) -> RealArray:
     """Return the first coordinates, shape (..., count), in the unknowns' own priors.
 
-    Those far out are drawn in, for values must not overflow: smoothly, so that minima stay minima. At a bound the
-    derivative, and with it the evidence, would hang on the side that rounding chooses.
+    Large coordinates are compressed, since values must not overflow; smoothly, so that minima stay minima. With a sharp
+    bound the derivative there, and with it the evidence, would depend on rounding.
     """
-    u, room = z[..., :count], _WILDEST - _WILD
-    far = np.maximum(np.abs(u) - _WILD, 0.0)
-    drawn = np.where(far > 0, np.sign(u) * (_WILD + room * np.tanh(far / room)), u)
-    return drawn if known is None else known.coordinates(drawn)
+    u, room = z[..., :count], _FARTHEST - _FAR
+    far = np.maximum(np.abs(u) - _FAR, 0.0)
+    compressed = np.where(far > 0, np.sign(u) * (_FAR + room * np.tanh(far / room)), u)
+    return compressed if earlier is None else earlier.coordinates(compressed)
 
 
 def at_values(problem: StackProblem, z: RealArray) -> dict[str, Stack]:
-    """Return the stacks by name with the unknowns' values of coordinates of shape (n,) in their fields."""
+    """Return the stacks by name, with the values of the unknowns at coordinates of shape (n,) in their fields."""
     return {
         name: with_values(problem.stacks[name], {path: column.item() for path, column in samples.items()})
         for name, samples in problem.samples(problem.own_coordinates(z)[None]).items()

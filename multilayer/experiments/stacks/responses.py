@@ -1,4 +1,7 @@
-"""What a stack predicts of a measurement, for one stack or for many samples of it at once."""
+"""Responses that predict a measurement from a stack, or from many samples of it at once.
+
+A sample is a stack with some values in its unknown fields.
+"""
 
 from __future__ import annotations
 
@@ -46,20 +49,20 @@ def respond(
     Parameters
     ----------
     response : callable
-        Of a stack, and of which samples it is.
+        Function of a stack, and of the slice of samples that it holds.
     stack : Stack
     samples : mapping
-        Fields that change, if any.
+        Values of the fields that vary, if any.
     count : int
         Number of samples.
     one_by_one : bool
-        For a response that takes no arrays. What is no field of a layer never may be one.
+        For a response that takes no arrays. Fields that are not of a layer never take arrays.
     """
     if not one_by_one and all(path.startswith("layers.") for path in samples):
         try:
             columns = {path: column[:, None] for path, column in samples.items()}
             value = response(with_values(stack, columns), np.s_[:])
-        except MultilayerError:  # one sample without a response spoils the batch
+        except MultilayerError:  # a single sample without a response fails the whole batch
             pass
         else:
             return np.broadcast_to(value, (count, value.shape[-1]))
@@ -81,7 +84,7 @@ def _or_none(response: Callable[[Stack, slice], NDArray[Any]], stack: Stack, row
 
 @dataclass(frozen=True)
 class WaveResponse:
-    """A quantity of a simulation, see `simulation.tasks`."""
+    """A quantity as simulations compute it, see `simulation.tasks`."""
 
     quantity: str
     points: RealArray
@@ -89,21 +92,21 @@ class WaveResponse:
     size: FiniteSize | None = None
 
     def __call__(self, stack: Stack) -> NDArray[Any]:
-        """Return it over the frequencies, or bands."""
+        """Return the quantity over frequencies, or bands."""
         task = Task(stack, self.points, self.incidence, size=self.size)
-        found = run_task(task)
-        for text in found.warnings:
+        result = run_task(task)
+        for text in result.warnings:
             warnings.warn(text, ValidityWarning, stacklevel=2)
-        if self.quantity not in found.quantities:
+        if self.quantity not in result.quantities:
             raise InputError(f"this stack has no {self.quantity}; end it with 'termination: ambient'")
-        return found.quantities[self.quantity]
+        return result.quantities[self.quantity]
 
 
 @dataclass(frozen=True)
 class ImpedanceResponse:
-    """Surface impedance, as the reflection coefficient of a front medium of fixed `impedance`, Pa s/m.
+    """Surface impedance, as the reflection coefficient for a front medium of fixed `impedance`, Pa s/m.
 
-    With `impedance` None it is that of the stack's own gas: an impedance measured relative to it.
+    With `impedance` None the front medium is the stack's gas: the impedance is measured relative to that.
     """
 
     frequency: RealArray
@@ -111,7 +114,7 @@ class ImpedanceResponse:
     impedance: float | None
 
     def __call__(self, stack: Stack) -> ComplexArray:
-        """Return it over frequency."""
+        """Return the response over frequency."""
         reflection = WaveResponse("reflection", self.frequency, PlaneIncidence(angle=self.angle))(stack)
         if self.impedance is None:
             return reflection
@@ -127,7 +130,7 @@ class MotionResponse:
     frequency: RealArray
 
     def __call__(self, stack: Stack) -> ComplexArray:
-        """Return it over frequency."""
+        """Return the response over frequency."""
         return base_motion(stack, self.frequency).transmissibility
 
 
@@ -139,7 +142,7 @@ class ModulusResponse:
     layer: str
 
     def __call__(self, stack: Stack) -> ComplexArray:
-        """Return it over frequency."""
+        """Return the response over frequency."""
         layer = stack.layers[stack.index(self.layer)]
         return _modulus(layer, self.frequency)
 
@@ -151,7 +154,10 @@ def _modulus(layer: Layer, frequency: RealArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class StiffnessResponse:
-    """Stiffness of a glued disc in slow compression, N/m: E g(nu, S) pi R^2 / h."""
+    """Stiffness of a glued disc in slow compression, N/m: ``E g(nu, S) pi R^2 / h``, S = R/2h.
+
+    Shape factor g: A. N. Gent & P. B. Lindley, Proc. Inst. Mech. Eng. 173 (1959) 111-122; here by `rig.shape_factor`.
+    """
 
     frequency: RealArray
     layer: str
@@ -160,7 +166,7 @@ class StiffnessResponse:
     is_complex: bool
 
     def __call__(self, stack: Stack) -> NDArray[Any]:
-        """Return it over frequency."""
+        """Return the response over frequency."""
         layer = stack.layers[stack.index(self.layer)]
         factor = shape_factor(getattr(layer, "poisson_ratio"), self.radius / (2 * self.thickness))  # noqa: B009
         stiffness = _modulus(layer, self.frequency) * factor * np.pi * self.radius**2 / self.thickness
@@ -168,7 +174,7 @@ class StiffnessResponse:
 
 
 def shape_factor(poisson_ratio: Numeric, shape: float) -> Numeric:
-    """Return `rig.static_shape_factor`; of arrays of Poisson's ratio interpolated, finite elements being slow."""
+    """Return `rig.static_shape_factor`, interpolated for arrays of Poisson's ratio, as finite elements are slow."""
     from multilayer.rig.shape_factor import interpolated_shape_factor, static_shape_factor  # heavy: finite elements
 
     if np.ndim(poisson_ratio) == 0:
@@ -177,12 +183,12 @@ def shape_factor(poisson_ratio: Numeric, shape: float) -> Numeric:
 
 
 def response_of(measurement: Measurement, stack: Stack, grid: Grid, is_complex: bool) -> tuple[Response, bool]:
-    """Return what predicts a measurement, and whether it takes one stack at a time.
+    """Return the response that predicts a measurement, and whether it takes a single stack at a time.
 
     Raises
     ------
     InputError
-        When the stack cannot have what was measured.
+        When the stack has no such quantity.
     """
     f = grid.points
     match measurement:

@@ -1,4 +1,4 @@
-"""The unknowns of a stack fit: which fields of which stacks they are, and how they follow from what is sought."""
+"""The unknowns of a stack fit: the fields of stacks that they are, and their values at coordinates."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from multilayer.paths import Located, locate, unit_of, with_values
 from multilayer.stack import Stack
 
 KINDS = ("normal", "lognormal", "uniform", "loguniform")
-_NEAR = 2.0  # no start lies further out: priors are flat there
+_NEAR = 2.0  # largest coordinate of a start: further out uniform priors hardly change
 
 
 class UnknownFile(Model):
-    """An unknown as a file says it, units and all.
+    """An unknown as a file states it, with units.
 
     Attributes
     ----------
     paths : tuple of str
         The fields that share it; the unknown's own name is the path where it is left out.
     normal, lognormal, uniform, loguniform : pair, optional
-        One of these, see `Prior`, or `law`.
+        Exactly one of these, see `Prior`, or `law`.
     bounds : pair, or mapping of pairs
-        Where a normal or lognormal prior is cut; with `law`, where its fields are sought.
+        Limits at which a normal or lognormal prior is truncated; with `law`, ranges in which its fields are sought.
     law : str, optional
         Name of a modulus law that takes the place of a modulus.
     elements : int, optional
-        Of a law with lists of entries.
+        Number of elements, of a law with lists of entries.
     fixed : mapping, optional
         Fields of the law that are known.
     nuisance : bool
-        Not of interest in itself.
+        Whether it is not of interest in itself.
     """
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in (*KINDS, "law")]})
@@ -98,11 +98,11 @@ class Unknown:
     parameters : tuple of Parameter
         The coordinates that are sought.
     names, units : tuple of str
-        Of the quantities that follow from them, one each.
+        Of the quantities that follow from the coordinates.
     start : array
         Coordinates near the nominal values.
     space : LawSpace, optional
-        Of a law.
+        Parameters of a law.
     """
 
     name: str
@@ -131,7 +131,7 @@ class Unknown:
                 yield Target(target.stack, target.path + field), column
 
     def placed(self, stacks: Mapping[str, Stack]) -> dict[Target, Any]:
-        """Return what must stand in the nominal stacks first: a law whose fields can be written."""
+        """Return laws, by field, that must be put into the nominal stacks before their fields can be set."""
         if self.space is None:
             return {}
         middle = 0.5 * (self.space.low + self.space.high)
@@ -140,7 +140,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class UnknownFields:
-    """Stacks and unknown fields of theirs: what coordinates say of the fields.
+    """Stacks and unknown fields of these: values of the fields at coordinates.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class UnknownFields:
         return np.concatenate([unknown.start for unknown in self.unknowns])
 
     def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
-        """Yield every unknown with its own coordinates, shape (..., n)."""
+        """Yield every unknown with its coordinates, shape (..., n)."""
         first = 0
         for unknown in self.unknowns:
             yield unknown, z[..., first : first + len(unknown.parameters)]
@@ -171,78 +171,80 @@ class UnknownFields:
 
     def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
         """Return by stack and path the values, shape (m,), of coordinates of shape (m, n)."""
-        found: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
-        for unknown, own in self.parts(z):
-            for (stack, path), column in unknown.columns(own):
-                found[stack][path] = column
-        return found
+        values: dict[str, dict[str, RealArray]] = {name: {} for name in self.stacks}
+        for unknown, coordinates in self.parts(z):
+            for (stack, path), column in unknown.columns(coordinates):
+                values[stack][path] = column
+        return values
 
     def field_values(self, z: RealArray) -> dict[str, tuple[float, str]]:
         """Return values and units by name, of coordinates of shape (n,)."""
-        found: dict[str, tuple[float, str]] = {}
-        for unknown, own in self.parts(z):
-            values = zip(unknown.values(own).tolist(), unknown.units, strict=True)
-            found |= dict(zip(unknown.names, values, strict=True))
-        return found
+        by_name: dict[str, tuple[float, str]] = {}
+        for unknown, coordinates in self.parts(z):
+            values = zip(unknown.values(coordinates).tolist(), unknown.units, strict=True)
+            by_name |= dict(zip(unknown.names, values, strict=True))
+        return by_name
 
 
 def placed(stacks: Mapping[str, Stack], unknowns: Sequence[Unknown]) -> dict[str, Stack]:
-    """Return stacks in which laws stand where unknowns are fields of laws."""
-    found = dict(stacks)
+    """Return the stacks with laws in place of the moduli whose laws are unknown."""
+    changed = dict(stacks)
     for unknown in unknowns:
-        for (name, path), value in unknown.placed(found).items():
-            found[name] = with_values(found[name], {path: value})
-    return found
+        for (name, path), value in unknown.placed(changed).items():
+            changed[name] = with_values(changed[name], {path: value})
+    return changed
 
 
-def resolve(name: str, said: UnknownFile, stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]) -> Unknown:
-    """Return an unknown whose fields are found and whose numbers are SI.
+def resolve(
+    name: str, entry: UnknownFile, stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]
+) -> Unknown:
+    """Return an unknown with its fields located and its numbers in SI.
 
     Parameters
     ----------
     name : str
-    said : UnknownFile
+    entry : UnknownFile
     stacks : mapping
         By name.
     frequencies : mapping
-        Hz, of all measurements of a stack.
+        By stack, those of all its measurements, Hz.
 
     Raises
     ------
     MistakeError
-        With the first thing wrong, placed within the unknown.
+        With the first mistake, at its place within the unknown's entry.
     """
-    targets = _targets(name, said, stacks)
-    fields = [_located(stacks[target.stack], target, i, said) for i, target in enumerate(targets)]
+    targets = _targets(name, entry, stacks)
+    fields = [_located(stacks[target.stack], target, i, entry) for i, target in enumerate(targets)]
     if len({field.unit for field in fields}) > 1:
         units = " and ".join(sorted({str(field.unit or "1") for field in fields}))
-        raise MistakeError(("paths",), f"these fields are in {units}; one value cannot be all of them", said.paths)
-    if said.law is not None:
-        return _law(name, said, targets, stacks, frequencies)
+        raise MistakeError(("paths",), f"these fields are in {units}; one value cannot be all of them", entry.paths)
+    if entry.law is not None:
+        return _law(name, entry, targets, stacks, frequencies)
     limits = np.array([field_limits(field) for field in fields])
-    prior = prior_of(said, fields[0].unit or "", (float(limits[:, 0].max()), float(limits[:, 1].min())))
-    parameter = Parameter(name=name, prior=prior, unit=fields[0].unit or "", nuisance=said.nuisance)
+    prior = prior_of(entry, fields[0].unit or "", (float(limits[:, 0].max()), float(limits[:, 1].min())))
+    parameter = Parameter(name=name, prior=prior, unit=fields[0].unit or "", nuisance=entry.nuisance)
     start = np.clip(prior.coordinate([float(fields[0].value)]), -_NEAR, _NEAR)
     return Unknown(name, targets, (parameter,), (name,), (parameter.unit,), start)
 
 
-def _targets(name: str, said: UnknownFile, stacks: Mapping[str, Stack]) -> tuple[Target, ...]:
-    found: list[Target] = []
-    for path in said.paths or (name,):
+def _targets(name: str, entry: UnknownFile, stacks: Mapping[str, Stack]) -> tuple[Target, ...]:
+    targets: list[Target] = []
+    for path in entry.paths or (name,):
         head, _, rest = path.partition(".")
-        own = [Target(head, rest)] if head in stacks and rest else [Target(stack, path) for stack in stacks]
-        found += [target for target in own if target not in found]
-    return tuple(found)
+        of_path = [Target(head, rest)] if head in stacks and rest else [Target(stack, path) for stack in stacks]
+        targets += [target for target in of_path if target not in targets]
+    return tuple(targets)
 
 
-def _located(stack: Stack, target: Target, index: int, said: UnknownFile) -> Located:
-    place = ("paths", min(index, len(said.paths) - 1)) if said.paths else ("[key]",)
+def _located(stack: Stack, target: Target, index: int, entry: UnknownFile) -> Located:
+    place = ("paths", min(index, len(entry.paths) - 1)) if entry.paths else ("[key]",)
     try:
         field = locate(stack, target.path)
     except InputError as error:
-        hint = "" if said.paths or target.path.startswith("layers.") else "; or give its fields by 'paths'"
+        hint = "" if entry.paths or target.path.startswith("layers.") else "; or give its fields by 'paths'"
         raise MistakeError(place, f"{target.path}: {error}{hint}", target.path) from None
-    if problem := _no_number(field) if said.law is None else _no_modulus(field):
+    if problem := _no_number(field) if entry.law is None else _no_modulus(field):
         raise MistakeError(place, f"{target.path}: {problem}", target.path)
     return field
 
@@ -271,21 +273,21 @@ def _no_modulus(field: Located) -> str:
 
 def _law(
     name: str,
-    said: UnknownFile,
+    entry: UnknownFile,
     targets: tuple[Target, ...],
     stacks: Mapping[str, Stack],
     frequencies: Mapping[str, RealArray],
 ) -> Unknown:
-    assert said.law is not None
+    assert entry.law is not None
     f, moduli = _nominal_moduli(targets, stacks, frequencies)
     try:
-        template = law_template(said.law, said.elements, f)
-        space = LawSpace.of(template, said.fixed, _law_bounds(template, said), f, moduli)
+        template = law_template(entry.law, entry.elements, f)
+        space = LawSpace.of(template, entry.fixed, _law_bounds(template, entry), f, moduli)
     except MultilayerError as error:
-        raise MistakeError(("law",), "; ".join(str(error).splitlines()), said.law) from None
+        raise MistakeError(("law",), "; ".join(str(error).splitlines()), entry.law) from None
     boxes = zip(space.coordinates, space.low.tolist(), space.high.tolist(), strict=True)
     parameters = tuple(
-        Parameter(name=f"ln {name}.{field}", prior=Prior(uniform=(low, high)), nuisance=said.nuisance)
+        Parameter(name=f"ln {name}.{field}", prior=Prior(uniform=(low, high)), nuisance=entry.nuisance)
         for field, low, high in boxes
     )
     first = space.first(f, moduli)
@@ -298,7 +300,7 @@ def _law(
 def _nominal_moduli(
     targets: tuple[Target, ...], stacks: Mapping[str, Stack], frequencies: Mapping[str, RealArray]
 ) -> tuple[RealArray, Any]:
-    """Return what the stack files say of the moduli, which shows where to seek a law: Hz and Pa."""
+    """Return frequencies, Hz, and the moduli of the stack files there, Pa, around which a law is sought."""
     parts = []
     for target in targets:
         field = locate(stacks[target.stack], target.path)
@@ -311,14 +313,14 @@ def _nominal_moduli(
     return f, moduli
 
 
-def _law_bounds(template: ModulusLaw, said: UnknownFile) -> dict[str, tuple[float, float]]:
-    if said.bounds is None:
+def _law_bounds(template: ModulusLaw, entry: UnknownFile) -> dict[str, tuple[float, float]]:
+    if entry.bounds is None:
         return {}
-    if not isinstance(said.bounds, Mapping):
-        raise MistakeError(("bounds",), "the bounds of a law are a mapping, as {order: [0.2, 0.8]}", said.bounds)
-    found = {}
-    for name, written in said.bounds.items():
+    if not isinstance(entry.bounds, Mapping):
+        raise MistakeError(("bounds",), "the bounds of a law are a mapping, as {order: [0.2, 0.8]}", entry.bounds)
+    bounds = {}
+    for name, written in entry.bounds.items():
         if name not in type(template).model_fields:
             raise MistakeError(("bounds", name, "[key]"), suggest(str(name), type(template).model_fields), name)
-        found[name] = pair(("bounds", name), written, unit_of(template, name) or "")
-    return found
+        bounds[name] = pair(("bounds", name), written, unit_of(template, name) or "")
+    return bounds

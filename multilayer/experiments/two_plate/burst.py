@@ -1,4 +1,8 @@
-"""One burst as an inverse problem: unknowns (ln E1, loss factor), data in the band of the burst."""
+"""One burst as an inverse problem: unknowns (ln E1, loss factor), data in the band of the burst.
+
+After P. Bonfiglio & F. Pompoli, Polymer Testing 48 (2015) 89-96, whose equations are cited by number. The causal law of
+constant loss factor: E. Kjartansson, J. Geophys. Res. 84 (1979) 4737-4748.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +19,11 @@ from multilayer.signals.spectra import Noise, band, frequencies, padded_length, 
 from multilayer.signals.time_of_flight import time_of_flight
 
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
-_WIDE_THRESHOLD = 0.002  # for signals that go back to time
-_CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is cut
-_STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond it and the main lobe are noise, and harmonics
-_MOST_BINS = 32  # a burst of ten cycles has about ten independent ones
-_LOCAL = 0.2  # of a burst's frequency: as far as the main lobe of ten cycles reaches, one local law holds
+_WIDE_THRESHOLD = 0.002  # for signals that are transformed back to time
+_CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is truncated
+_STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond it and the main lobe lie noise and harmonics
+_MOST_BINS = 32  # a burst of ten cycles has about ten independent bins
+_LOCAL = 0.2  # of a burst's frequency: half the main lobe of ten cycles, within which a local law holds
 _PERIODS = 20  # of a burst's frequency in a transform: eight bins within reach of the local law
 
 
@@ -42,7 +46,7 @@ class BurstData:
         Periods of the burst under its Hann window: its spectrum's main lobe is 4/cycles wide, relative to the
         frequency.
     calibration_std : float
-        Standard deviation of the calibration that was taken out of the top channel: of its ratio, relative, and of its
+        Standard deviation of the calibration by which the top channel was corrected: of its ratio, relative, and of its
         phase, rad.
     """
 
@@ -62,9 +66,9 @@ class BurstData:
 
     @cached_property
     def n_fft(self) -> int:
-        """Transform length: twice the record, so that the ring-down does not wrap round; more for a long one.
+        """Transform length: twice the record, so that the ring-down does not wrap; four times a truncated record.
 
-        At least twenty periods, for bins enough within reach of the local law.
+        At least twenty periods, for enough bins within the band of the local law.
         """
         periods = int(np.ceil(_PERIODS * self.sampling_rate / self.frequency))
         return padded_length(max((4 if self.cut_short else 2) * self.n_samples, periods), 1)
@@ -83,7 +87,7 @@ class BurstData:
 
     @cached_property
     def stride(self) -> int:
-        """Every how many bins of the `local` band are kept."""
+        """Stride between the bins that are used of the `local` band."""
         return _stride(self._within_local_law)
 
     @cached_property
@@ -99,15 +103,15 @@ class BurstData:
 
     @cached_property
     def in_band(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
-        """The same in the band where the burst has energy, thinned to at most 32 bins."""
+        """Frequencies and spectra in the band where the burst has energy, thinned to at most 32 bins."""
         return self._thinned(self._main_lobe)
 
     @cached_property
     def local(self) -> tuple[RealArray, ComplexArray, ComplexArray]:
-        """The same in that part of the band where one modulus and its local law hold: within 20 % of the frequency.
+        """Frequencies and spectra in the band where one modulus with its local law holds: within 20 % of the frequency.
 
-        A burst of few cycles reaches further, where a loss factor that varies with frequency would be taken for
-        another one. Of ten cycles and more it is all of the band.
+        The band of a burst of few cycles is wider, and a loss factor that varies with frequency would bias the fit. Of
+        ten cycles and more it is the whole band.
         """
         return self._thinned(self._within_local_law)
 
@@ -118,7 +122,7 @@ class BurstData:
 
     @cached_property
     def time_of_flight(self) -> float:
-        """Measured, with sub-sample resolution, s."""
+        """Measured time of flight, with sub-sample resolution, s."""
         return float(time_of_flight(self.base, self.top, self.sampling_rate))
 
     @cached_property
@@ -130,8 +134,8 @@ class BurstData:
     def stretch_moments(self) -> ComplexArray:
         """Means of the stretch's amplitude |x| and of its square, m and m2, as they act on each bin of `in_band`.
 
-        Spectra of |x|^k x over that of x, k = 1 and 2: x(t) is the analytic signal of the motion of top against base.
-        Real and constant for a steady tone; in a burst what depends on amplitude comes and goes, and differs by bin.
+        Spectra of |x|^k x over that of x, k = 1 and 2, where x(t) is the analytic signal of the motion of top relative
+        to base. Real and constant for a steady tone; in a burst the amplitude varies, and with it the moments by bin.
         """
         f, base, top = self.spectra
         low, high = _STRETCH_REACH
@@ -145,7 +149,7 @@ class BurstData:
 
     @cached_property
     def head_start(self) -> float:
-        """How much the top plate moves before the base does, relative to its maximum."""
+        """Largest motion of the top plate in the first hundredth of the record, relative to its maximum."""
         edge = max(self.n_samples // 100, 4)
         return float(np.abs(self.top[:edge]).max() / np.abs(self.top).max())
 
@@ -174,7 +178,7 @@ class BurstProblem:
     dispersive : bool
         Whether the modulus follows ``E (f/fc)^n``, ``n = (2/pi) atan(E2/E1)``, within the band: the causal law of
         constant loss factor, (i w)^n, which one complex number determines. Its slope is that of eq. (12) for small
-        losses. Without it the modulus is constant within the band, as in the paper.
+        losses. Otherwise the modulus is constant within the band, as in the paper.
     bend : float
         Second derivative of ln E by ln f in the band, which one burst does not determine, see `modulus`.
     """
@@ -205,7 +209,7 @@ class BurstProblem:
     def predict(self, x: ArrayLike) -> ComplexArray:
         """Return the modelled spectrum of the top plate in the `local` band, shape (..., n_bins).
 
-        Where the record ends before the ring-down, the model is cut at the same time as the measurement.
+        Where the record ends before the ring-down, the model is truncated at the same time as the measurement.
         """
         if self.data.cut_short:
             return self._predict_cut_short(x)
@@ -234,8 +238,8 @@ class BurstProblem:
     def residual(self, x: ArrayLike) -> RealArray:
         """Return modelled minus measured, relative, shape (..., 2 n_bins).
 
-        Its norm is the distance of the two analytic signals over the burst (Parseval): it holds the envelope and the
-        time of flight at once, and is smooth in the unknowns, unlike eq. (9).
+        Its norm is the distance of the two analytic signals over the burst (Parseval's theorem): it contains both the
+        envelope and the time of flight, and is smooth in the unknowns, unlike eq. (9).
         """
         return self.as_real(self.predict(x) - self.data.local[2])
 
@@ -254,12 +258,12 @@ class BurstProblem:
     def signal(self, x: ArrayLike) -> RealArray:
         """Return the modelled acceleration of the top plate, shape (n_samples,), from all bins up to Fs/2.
 
-        Steps 1 of the paper's inversion: spectrum of the base times transmissibility, back to time. Beyond the reach
+        Step 1 of the paper's inversion: spectrum of the base times transmissibility, back to time. Beyond the reach
         of the rig's model the burst has next to no energy, and the plate is taken to move as the base does.
         """
         f, base, _ = self.data.spectra
         inside = self._within_reach(f)
-        ratio = np.ones(len(f), dtype=complex)  # at 0 Hz all moves as one
+        ratio = np.ones(len(f), dtype=complex)  # at 0 Hz base and plate move alike
         ratio[inside] = self.rig.transmissibility(f[inside], self.modulus(x, f[inside]))
         return to_signal(ratio * base, self.data.n_fft, self.data.n_samples)
 

@@ -1,7 +1,7 @@
-"""All bursts of a campaign at once: one causal modulus law, and what the laboratory does not know of its rig.
+"""All bursts of a campaign as one problem: one causal modulus law, and the stated uncertainties of the rig.
 
-With E1 and E2 free at every burst a model swallows almost any effect. One law for all bursts and configurations leaves
-it no such freedom: what it cannot explain shows.
+With E1 and E2 free at every burst a model absorbs almost any unmodelled effect. One law for all bursts and
+configurations does not: effects that it cannot explain show in the residuals.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from multilayer.media.laws.parameters import LawSpace
 
 MODEL_ERROR = 0.002  # relative, of a solver and of the plates' idealisation: one standard deviation
 _DENSITY_STEP = 0.01
-_TINY = 1e-200  # motions that underflow are far off, not infinitely
+_TINY = 1e-200  # added to motions: the logarithm of one that underflows stays finite
 _STEP = 1e-3  # of ln E
-_THINNED = 3  # every how many bins of a burst are kept for a first search
+_THINNED = 3  # one in so many bins of a burst is used in a first search
 _FAR_OFF = 50.0  # of ln(ratio)
 
 
@@ -47,7 +47,7 @@ class Material:
     space : LawSpace
         The law's parameters; its coordinates are uniform within the space's box.
     deviation : LawDeviation, optional
-        Not at all when left out.
+        None when left out.
     """
 
     space: LawSpace
@@ -83,7 +83,7 @@ class Material:
         return np.asarray(modulus * self.deviation.factor(heights, frequency))
 
     def at(self, points: Points, kept: IndexArray, frequency: RealArray) -> ComplexArray:
-        """Return the modulus, shape (k, n), at k of some points: of each different law computed once."""
+        """Return the modulus, shape (k, n), at k of the points; it is computed once for each distinct law."""
 
         def distinct() -> tuple[ComplexArray, IndexArray]:
             first, like = distinct_rows(points.z[:, : len(self.parameters)])
@@ -95,7 +95,7 @@ class Material:
 
 @dataclass(frozen=True, eq=False)
 class EndEffect:
-    """What the records' ends change in ln(ratio), to first order about a point.
+    """The change of ln(ratio) by the records' ends, to first order about a point.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class EndEffect:
 
     @property
     def is_finite(self) -> bool:
-        """Whether all of it is."""
+        """Whether all its values are finite."""
         return all(np.all(np.isfinite(values)) for part in (self.change, self.slope) for values in part.values())
 
 
@@ -129,15 +129,15 @@ class RigExperiment(Experiment):
     setting : Setting
         The configuration, its data, and when they were measured.
     material : Material
-        Its parameters are the first of the points'.
+        Its parameters are the first unknowns.
     nuisances : Nuisances
     near : Neighbourhood
-        The rig, and others near it.
+        The rig, and rigs near it.
     whitening : Whitening
     effects : tuple of Effect
-        Their parameters are the last of the points'.
+        Their parameters are the last unknowns.
     end_effect : EndEffect, optional
-        What the ends of the records change; computed anew at every point, at many times the cost, when left out.
+        The change by the ends of the records; computed anew at every point, at many times the cost, when left out.
     """
 
     setting: Setting
@@ -158,20 +158,20 @@ class RigExperiment(Experiment):
         return self.whitening(np.asarray(difference, dtype=complex))
 
     def difference(self, points: Points) -> ComplexArray:
-        """Return ln(model/measured), the phase within half a turn, shape (m, n).
+        """Return ln(model/measured), the phase wrapped to half a turn, shape (m, n).
 
-        Most samples of a derivative differ only in the channels, or in another configuration: the motion that they
-        share is computed once.
+        Most points of a derivative differ only in parameters of the channels or of another configuration: the motion
+        that they share is computed once.
         """
         first, last = len(self.material.parameters), sum(len(effect.parameters) for effect in self.effects)
         z = points.z
         parts = self.nuisances.of_rig(points.named, self.data).parts
         kept, place = distinct_rows(z[:, :first], z[:, z.shape[1] - last :], *parts)
-        moved = self._log_shown(points, kept)
-        difference = (moved - self.data.log_ratio)[place] + self.nuisances.of_channels(points.named, self.data)
+        logarithms = self._log_shown(points, kept)
+        difference = (logarithms - self.data.log_ratio)[place] + self.nuisances.of_channels(points.named, self.data)
         if self.end_effect is not None and self.data.ends:
             difference = difference + self.end_effect.at(self.data.name, z)
-        return _turned(difference)
+        return _wrapped(difference)
 
     def log_shown(self, points: Points) -> ComplexArray:
         """Return ln(top/base) as the channels show it, shape (m, n)."""
@@ -181,34 +181,35 @@ class RigExperiment(Experiment):
         """Return ln(top/base) as the plate moves, shape (m, n), at frequencies (n,) in Hz; no effects."""
         return np.asarray(np.log(self._motion(points, np.arange(len(points.z)), frequency, [])))
 
-    @np.errstate(all="ignore")  # a search may try what has no response: NaN, which is no minimum
+    @np.errstate(all="ignore")  # a search may try points without a response: NaN, which is no minimum
     def motions(self, points: Points) -> tuple[ComplexArray, ComplexArray]:
-        """Return top over base, shape (m, n), as the plate moves, and as effects on the reading show it."""
+        """Return top over base, shape (m, n), as the plate moves, and as the channels show it under the effects."""
         return self._motions(points, np.arange(len(points.z)))
 
     def _motions(self, points: Points, kept: IndexArray) -> tuple[ComplexArray, ComplexArray]:
-        values = [{name: column[kept] for name, column in own.items()} for own in values_of(self.effects, points)]
+        every = values_of(self.effects, points)
+        values = [{name: column[kept] for name, column in of_effect.items()} for of_effect in every]
         moved = self._motion(points, kept, self.setting.frequency, values)
         shown = moved
-        for effect, own in zip(self.effects, values, strict=True):
-            shown = effect.motion(self.setting, shown, own)
+        for effect, parameters in zip(self.effects, values, strict=True):
+            shown = effect.motion(self.setting, shown, parameters)
         return moved, shown
 
     @np.errstate(all="ignore")
     def _log_shown(self, points: Points, kept: IndexArray) -> ComplexArray:
-        """Return ln(top/base) of some of the points, cut where the records are, without the channels' errors."""
+        """Return ln(top/base) at some of the points, truncated as the records are, without errors of the channels."""
         if self.data.ends and self.end_effect is None:
             motion = self._motion(points, kept, self.data.needed, [])
             return np.asarray(np.log(self.data.cut(motion)))
         return np.asarray(np.log(self._motions(points, kept)[1] + _TINY))
 
     def _motion(self, points: Points, kept: IndexArray, frequency: RealArray, values: Sequence[Values]) -> ComplexArray:
-        """Return top over base as the plate moves, shape (k, n), of some of the points."""
+        """Return top over base as the plate moves, shape (k, n), at some of the points."""
         setting, campaign = self.setting, self.setting.campaign
         acting = list(zip(self.effects, values, strict=False))
         modulus = self.material.at(points, kept, frequency)
-        for effect, own in acting:
-            modulus = effect.modulus(setting, modulus, own)
+        for effect, parameters in acting:
+            modulus = effect.modulus(setting, modulus, parameters)
         change = self.nuisances.of_rig({name: column[kept] for name, column in points.named.items()}, self.data)
         density, thickness, mass = (part[..., None] for part in change.parts)
         chain = Chain(
@@ -217,13 +218,13 @@ class RigExperiment(Experiment):
             setting.configuration.specimen_thickness + thickness,
             setting.plate_mass * (1 + mass),
         )
-        for effect, own in acting:
-            chain = effect.chain(setting, chain, own)
+        for effect, parameters in acting:
+            chain = effect.chain(setting, chain, parameters)
         return top_over_base(self.near, setting, frequency, chain)
 
 
 class _Stiffer(Effect):
-    """A modulus that is larger by a little, for derivatives."""
+    """A modulus that is a little larger, for derivatives."""
 
     name = "stiffer"
 
@@ -239,23 +240,23 @@ class CampaignProblem(Hypothesis):
     ----------
     campaign : Campaign
     configurations : sequence of ConfigurationData
-        All data; the unknowns are those of all configurations.
+        All data; the unknowns are those of all configurations, whichever data are in use.
     rigs : mapping
         The model of every configuration, by name.
     space : LawSpace
         The law's parameters.
     known : Uncertainty
-        What the laboratory states of itself.
+        Uncertainties that the laboratory states.
     model_error : float
         Standard deviation of the model's own relative error, smooth in ln f.
     deviation : LawDeviation, optional
-        How far the material may depart from the law; not at all when left out.
+        How far the material may depart from the law; none when left out.
     end_effect : EndEffect, optional
-        What the ends of the records change near a solution; computed anew at every point when left out.
+        The change by the ends of the records near a solution; computed anew at every point when left out.
     effects : tuple of Effect
     finite : mapping
         Finite-element rigs by configuration, for effects that need them.
-    seen : tuple of ConfigurationData, optional
+    used : tuple of ConfigurationData, optional
         The data that residuals are made of; all when left out.
     """
 
@@ -269,16 +270,16 @@ class CampaignProblem(Hypothesis):
     end_effect: EndEffect | None = None
     effects: tuple[Effect, ...] = ()
     finite: Mapping[str, Rig] = field(default_factory=dict)
-    seen: tuple[ConfigurationData, ...] | None = None
+    used: tuple[ConfigurationData, ...] | None = None
 
     @property
     def data(self) -> tuple[ConfigurationData, ...]:
         """The data in use."""
-        return tuple(self.configurations) if self.seen is None else self.seen
+        return tuple(self.configurations) if self.used is None else self.used
 
     @cached_property
     def nuisances(self) -> Nuisances:
-        """What is uncertain of the rig and the channels."""
+        """Uncertain quantities of the rig and the channels."""
         names = tuple(data.name for data in self.configurations)
         return Nuisances(self.known, names, tuple(data.thickness for data in self.configurations))
 
@@ -289,12 +290,12 @@ class CampaignProblem(Hypothesis):
 
     @property
     def law_parameters(self) -> tuple[Parameter, ...]:
-        """Those of the law."""
+        """Parameters of the law."""
         return self.material.law_parameters
 
     @property
     def modulus_parameters(self) -> tuple[Parameter, ...]:
-        """What the modulus depends on: law, then its deviation."""
+        """Parameters of the modulus: law, then its deviation."""
         return self.material.parameters
 
     @cached_property
@@ -312,21 +313,21 @@ class CampaignProblem(Hypothesis):
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
-        """What effects see of every configuration."""
-        turns = _turns(self.campaign)
+        """Every configuration in use, as effects see it."""
+        order = _measurement_order(self.campaign)
         return tuple(
             Setting(
                 self.campaign,
                 self.campaign.configuration(data.name),
                 data,
-                np.array([turns[data.name, float(f)] for f in data.centres])[data.burst],
+                np.array([order[data.name, float(f)] for f in data.centres])[data.burst],
             )
             for data in self.data
         )
 
     @cached_property
     def experiments(self) -> tuple[RigExperiment, ...]:
-        """One of each configuration in use."""
+        """An experiment for each configuration in use."""
         rigs = self.finite if any(effect.needs_finite_elements for effect in self.effects) else self.rigs
         return tuple(
             RigExperiment(
@@ -342,9 +343,10 @@ class CampaignProblem(Hypothesis):
         )
 
     def predict(self, setting: Setting, z: RealArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return top over base in any setting, shape (..., n), as the plate moves, and as effects on the reading show.
+        """Return top over base in any setting, as the plate moves, and as the channels show it under the effects.
 
-        Of coordinates of shape (..., d). The setting may be planned: of another size, level or order than measured.
+        Both of shape (..., n), at coordinates of shape (..., d). The setting may be a planned one, of another size,
+        level or order than measured.
         """
         described = next(e for e in self.experiments if e.data.name == setting.data.name)
         moved, shown = replace(described, setting=setting).motions(self.points(z))
@@ -356,93 +358,95 @@ class CampaignProblem(Hypothesis):
 
     @property
     def quantities(self) -> tuple[str, str]:
-        """What real and imaginary part of ln(ratio) are."""
+        """Quantities in the real and in the imaginary part of ln(ratio)."""
         return ("level", "phase")
 
     @property
     def blocks(self) -> int:
-        """A third of a single configuration's bursts is left out at a time."""
+        """Each fold leaves out a third of a single configuration's bursts."""
         return 3
 
     @property
     def held_out_decides(self) -> bool:
-        """Every configuration is mounted and every burst recorded anew."""
+        """True: every configuration is mounted and every burst recorded anew."""
         return True
 
     def admits(self, effect: BaseEffect) -> bool:
-        """Tell whether an effect can act in this campaign: only one of the rig can."""
+        """Tell whether an effect can act in this campaign: it must be one of the rig."""
         return isinstance(effect, Effect) and effect.applies(self.campaign)
 
     def with_effects(self, *effects: Effect) -> CampaignProblem:
-        """Return the hypothesis of other effects."""
+        """Return the hypothesis with these effects instead."""
         return replace(self, effects=effects)
 
-    def of(self, data: Sequence[ConfigurationData]) -> CampaignProblem:
-        """Return the same with residuals of some data only."""
-        return replace(self, seen=tuple(data))
+    def with_data(self, data: Sequence[ConfigurationData]) -> CampaignProblem:
+        """Return the hypothesis with residuals of these data only."""
+        return replace(self, used=tuple(data))
 
     @cached_property
-    def _few(self) -> CampaignProblem:
-        return self.of([data.thinned(_THINNED) for data in self.data])
+    def _thinned(self) -> CampaignProblem:
+        return self.with_data([data.thinned(_THINNED) for data in self.data])
 
-    def roughly(self, size: float) -> Callable[[RealArray], RealArray]:
-        """Return residuals of some bins of each burst, shape (..., n), each being allowed to be off by `size` more.
+    def inflated_residual(self, size: float) -> Callable[[RealArray], RealArray]:
+        """Return residuals of some bins of each burst, shape (..., n), with an additional relative error of `size`.
 
         Where that is not 0 they are ``2 (a - b)/(|a| + |b|)`` over the standard deviation, of modelled a and measured
-        b: smooth where the phase turns over.
+        b: bounded, and smooth where the phase wraps.
         """
         if not size:
-            return self._few.residual
-        spread = [np.sqrt(data.variance + size**2) for data in self._few.data]
+            return self._thinned.residual
+        spread = [np.sqrt(data.variance + size**2) for data in self._thinned.data]
 
         def residual(z: RealArray) -> RealArray:
-            pairs = zip(self._few.differences(z), spread, strict=True)
+            pairs = zip(self._thinned.differences(z), spread, strict=True)
             return np.concatenate([(_bounded(difference) / width).view(float) for difference, width in pairs], axis=-1)
 
         return residual
 
-    def law_change(self, index: int, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
-        """Return what the law of one of the effects, wrong by its whole size, would change in `differences`.
+    def law_change(
+        self, index: int, z: RealArray, differences: Sequence[ComplexArray] | None = None
+    ) -> list[ComplexArray]:
+        """Return the change of `differences` for a relative error of 1 in the law of one of the effects.
 
-        Where it acts on the reading, what it adds over what is read: of a tenth more crosstalk c the logarithm of T + c
-        feels 0.1 c/(T + c), however deep T lies below c. Of one that acts on the sample, what the change of modulus
-        does that comes nearest to it, by configuration: a resonance that moves changes ln(ratio) by no factor.
-        What is `Effect.aside` is as in the middle of its prior.
+        Of an effect on the reading it is what the effect adds, over the reading: with a tenth more crosstalk c,
+        ln(T + c) changes by 0.1 c/(T + c), however small T is beside c. Of an effect on the sample, whose resonance
+        moves, it is the nearest change (least squares, by configuration) that a change of modulus makes. Parameters in
+        `Effect.aside` are at the centre of their priors.
         """
-        full = self.differences(z) if shown is None else shown
+        full = self.differences(z) if differences is None else differences
         slopes = self.modulus_slopes(z, full) if self.effects[index].moves_resonances else None
         if aside := [f"{self.effects[index].name}.{name}" for name in self.effects[index].aside]:
             z = np.where(np.isin([parameter.name for parameter in self.parameters], aside), 0.0, z)
             full = self.differences(z)
         others, rest = self.without(index, z)
-        changes = [_turned(a - b) for a, b in zip(full, others.differences(rest), strict=True)]
+        changes = [_wrapped(a - b) for a, b in zip(full, others.differences(rest), strict=True)]
         if slopes is None:
-            # where it takes the reading away: an error of what little is left is no small one, see `model_discrepancy`
+            # bounded where the effect nearly cancels the reading: such an error is not small, see `model_discrepancy`
             return [1 - np.exp(-np.maximum(change.real, -1.0) - 1j * change.imag) for change in changes]
         return [
             np.asarray(np.abs(_product(slope, change)) / np.maximum(_product(slope, slope).real, _TINY) * slope)
             for slope, change in zip(slopes, changes, strict=True)
         ]
 
-    def modulus_slopes(self, z: RealArray, shown: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
-        """Return the derivative of `differences` by ln of the sample's modulus; `shown` is that, where known."""
-        here = self.differences(z) if shown is None else shown
+    def modulus_slopes(self, z: RealArray, differences: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
+        """Return the derivative of `differences`, which may be given, by the logarithm of the sample's modulus."""
+        here = self.differences(z) if differences is None else differences
         stiffer = self.with_effects(_Stiffer(), *self.effects).differences(z)
-        return [_turned(high - low) / _STEP for high, low in zip(stiffer, here, strict=True)]
+        return [_wrapped(high - low) / _STEP for high, low in zip(stiffer, here, strict=True)]
 
     def without_ends(self) -> CampaignProblem:
         """Return the problem as if all ring-downs were over."""
         return replace(self, configurations=[replace(d, ends={}) for d in self.configurations], end_effect=None)
 
     def end_effect_at(self, z: RealArray) -> EndEffect:
-        """Return what the ends of the records change near a point."""
+        """Return the change by the ends of the records near a point."""
         stencil = Stencil.forward(z)
         points = self.points(stencil.points)
         change, slope = {}, {}
         for experiment in self.experiments:
             data = experiment.data
             if data.ends:
-                with np.errstate(all="ignore"):  # a law that is not the sample's may have none: `is_finite`
+                with np.errstate(all="ignore"):  # a law far from the sample's may have no finite one: `is_finite`
                     motion = experiment.log_motion(points, data.needed)
                     shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
                 shown.imag = half_turn(shown.imag)
@@ -450,19 +454,19 @@ class CampaignProblem(Hypothesis):
         return EndEffect(z, change, slope)
 
 
-def _turns(campaign: Campaign) -> dict[tuple[str, float], float]:
-    """Return when each burst was measured, from 0 to 1, in the order of the campaign."""
+def _measurement_order(campaign: Campaign) -> dict[tuple[str, float], float]:
+    """Return when each burst was measured, from 0 for the first to 1 for the last, in the order of the campaign."""
     keys = [(c.name, float(burst.frequency)) for c in campaign.configurations for burst in c.bursts]
     return {key: number / max(len(keys) - 1, 1) for number, key in enumerate(keys)}
 
 
-def _turned(difference: ComplexArray) -> ComplexArray:
-    """Return a difference of ln(ratio), its phase within half a turn."""
+def _wrapped(difference: ComplexArray) -> ComplexArray:
+    """Return a difference of ln(ratio), its phase wrapped to half a turn."""
     return np.asarray(difference.real + 1j * half_turn(difference.imag))
 
 
 def _product(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return the inner product over the last axis, which stays with length 1."""
+    """Return the inner product over the last axis, which is kept with length 1."""
     return np.asarray(np.sum(a.conj() * b, axis=-1, keepdims=True))
 
 

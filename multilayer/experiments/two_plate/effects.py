@@ -1,4 +1,4 @@
-"""What an unmodelled effect of the two-plate rig is, and where it enters the model of a configuration."""
+"""Unmodelled effects of the two-plate rig, and where they enter the model of a configuration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
 
-_CREST = (16 / 3) ** 0.5  # of a Hann burst over its rms
+_CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
 GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
 VACUUM = "in vacuum"
@@ -44,17 +44,17 @@ class Setting:
 
     @property
     def is_described(self) -> bool:
-        """Whether the campaign has such a configuration, and not only a plan."""
+        """Whether the campaign has this configuration, rather than a planned one."""
         return any(self.configuration == described for described in self.campaign.configurations)
 
     @property
     def omega(self) -> RealArray:
-        """The same in rad/s."""
+        """Angular frequencies of the data, rad/s."""
         return 2 * np.pi * self.data.frequency
 
     @cached_property
     def area(self) -> float:
-        """Of the sample's face, m2."""
+        """Area of the sample's face, m2."""
         return float(np.pi * self.configuration.specimen_radius**2)
 
     @cached_property
@@ -66,8 +66,8 @@ class Setting:
     def stretch_moments(self) -> ComplexArray:
         """Mean amplitude of the sample's stretch, m, and mean of its square, m2, as they act on each bin, shape (2, n).
 
-        From the channels, at the level of the campaign; where they are not known, those of a steady tone as high as a
-        Hann burst is.
+        From the channels, at the level of the campaign; where these are not given, the moments of a steady tone with
+        the peak amplitude of a Hann burst.
         """
         if self.data.stretch_moments is not None:
             return self.data.stretch_moments
@@ -84,7 +84,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Chain:
-    """The rig in plane motion: rods from base to top, and what hangs on the plate.
+    """The rig in plane motion: rods from base to top, masses, and parallel paths.
 
     Attributes
     ----------
@@ -95,15 +95,15 @@ class Chain:
     plate_mass : array
         kg.
     glue : complex array or None
-        Stiffness of one layer of glue per area, Pa/m; there is one at each face.
+        Stiffness per area of a layer of glue, Pa/m; there is a layer at each face.
     glue_mass : array
-        Of one layer of glue per area, kg/m2.
+        Mass per area of a layer of glue, kg/m2.
     skin : tuple of array or None
         Thickness (m) of a layer at each face, and its modulus over that of the core.
     spring : complex array or None
-        Stiffness of a path beside the sample, N/m.
+        Stiffness of a path parallel to the sample, N/m.
     resistivity : array or None
-        To flow of air in the sample's pores, N s/m4.
+        Flow resistivity of the sample's pores, N s/m4.
     """
 
     modulus: ComplexArray
@@ -121,7 +121,7 @@ class Chain:
         return replace(self, **changes)  # type: ignore[arg-type]
 
     def glued(self, stiffness: Numeric, mass: Numeric = 0.0) -> Chain:
-        """Return a chain with one more layer at each face: its stiffness, Pa/m, and mass, kg/m2, per area."""
+        """Return a chain with a further layer at each face: its stiffness, Pa/m, and mass, kg/m2, per area."""
         both = stiffness if self.glue is None else 1 / (1 / self.glue + 1 / stiffness)
         return replace(self, glue=both, glue_mass=self.glue_mass + mass)
 
@@ -129,17 +129,18 @@ class Chain:
 class Effect(BaseEffect):
     """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
 
-    The model of a datum is made in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the motion
-    of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not act.
+    The model of a datum is computed in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the
+    motion of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not
+    act.
 
     Attributes
     ----------
     moves_resonances : bool
-        Whether it acts as a change of the sample's modulus does, rather than on what is read.
+        Whether it acts as a change of the sample's modulus does, rather than on the reading.
     aside : tuple of str
-        Parameters that do not say how large the effect is: its law's error does not follow them.
+        Parameters that are not a size of the effect: the error of its law does not grow with them.
     absent_in : str
-        The change of the rig that takes it away, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
+        The change of the rig that removes the effect, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
     """
 
     kind = "two-plate rig"

@@ -18,10 +18,10 @@ from multilayer.rig.reduced import Ranges, ReducedRig
 from multilayer.rig.two_plate import TwoPlateRig
 
 REACH = (0.5, 1.5)  # of a burst's frequency: where its spectrum is above 2e-3 of its largest value
-_WIDER = 2.0  # a range whose end holds the solution is made so much wider
-_SPREAD = 1.5  # by which the modulus may vary within that, by its own dispersion
-_ROOM = 1.5  # around what the plane-wave model finds
-_ROOM_WITH_AIR = 2.0  # what of the stiffness is the air's, it only guesses
+_WIDER = 2.0  # factor by which a range is widened whose end holds the solution
+_SPREAD = 1.5  # factor by which the modulus may vary within that band, by dispersion
+_ROOM = 1.5  # factor around the solutions of the plane-wave model
+_ROOM_WITH_AIR = 2.0  # the same with pores, whose air the plane-wave model takes into account only roughly
 _TOLERANCE_WITH_AIR = 1e-4  # of the reduced basis: with air in it, it has to be much larger
 _PARTS = 0.05  # relative range of density, thickness and mass
 
@@ -36,7 +36,7 @@ class FiniteRig:
     density, thickness, plate_mass : float
         Relative to the nominal ones.
     extrapolate : bool
-        Whether to answer for moduli beyond the range of the reduced model.
+        Whether moduli beyond the range of the reduced model are allowed.
     """
 
     reduced: ReducedRig
@@ -47,12 +47,12 @@ class FiniteRig:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Frequencies it answers for, relative to a burst's."""
+        """Frequency range of the model, relative to a burst's frequency."""
         return REACH
 
     @property
     def scales(self) -> bool:
-        """Without air, and an accelerometer whose mass is known, masses and moduli in one proportion move alike."""
+        """Without air and accelerometer, masses and moduli times one factor leave the motion unchanged."""
         return self.reduced.rig.porosity is None and not self.reduced.rig.sensor_mass
 
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
@@ -67,17 +67,17 @@ class FiniteRig:
 
     @property
     def is_chain(self) -> bool:
-        """A free rim is no rod's."""
+        """False: a disc with a free rim is no rod."""
         return False
 
     @property
     def sensor_mass(self) -> float:
-        """Of the accelerometer, kg; part of the finite elements."""
+        """Mass of the accelerometer, kg; part of the finite elements."""
         return self.reduced.rig.sensor_mass
 
     @property
     def takes_arrays(self) -> bool:
-        """Partial fractions answer for many moduli of one rig."""
+        """False: the reduced model takes many moduli, but one rig at a time."""
         return False
 
     def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> FiniteRig:
@@ -89,7 +89,7 @@ class FiniteRig:
 
 @dataclass(frozen=True)
 class ModulusRange:
-    """Where the finite-size modulus of a configuration is sought, Pa and loss factor."""
+    """Range in which the modulus of a configuration is sought with finite elements, Pa and loss factor."""
 
     low: float
     high: float
@@ -101,13 +101,13 @@ class ModulusRange:
     ) -> ModulusRange:
         """Return the range that holds the moduli whose plane-wave values are (ln E1, loss factor).
 
-        The plane-wave model holds the sample sideways: it finds at least E (1 + nu)(1 - 2 nu)/(1 - nu), and at most E
-        where inertia holds the sample as well. With `air` in the pores there is more room.
+        The plane-wave model constrains the sample laterally: its modulus is at least E (1 + nu)(1 - 2 nu)/(1 - nu), and
+        at most E, where inertia constrains the sample as well. With `air` in the pores the range is wider.
         """
         room = _ROOM_WITH_AIR if air else _ROOM
-        found = np.exp([x[0] for x in plane_wave])
-        held = float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
-        return cls(float(found.min() / room), float(found.max() * held * room), highest_loss)
+        moduli = np.exp([x[0] for x in plane_wave])
+        ratio = float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
+        return cls(float(moduli.min() / room), float(moduli.max() * ratio * room), highest_loss)
 
     def widened(self) -> ModulusRange:
         """Return a range for a solution that was found at an end of this one."""
@@ -115,13 +115,13 @@ class ModulusRange:
 
     @cached_property
     def of_model(self) -> tuple[float, float]:
-        """The range that the reduced model needs: a burst's modulus varies over its band."""
+        """The range that the reduced model needs, as a burst's modulus varies over its band."""
         return self.low / _SPREAD, self.high * _SPREAD
 
 
 @dataclass(frozen=True)
 class Fineness:
-    """How exact reduced finite elements are, and of which frequencies.
+    """Accuracy and frequency ranges of reduced finite elements.
 
     Attributes
     ----------

@@ -1,7 +1,9 @@
 """How far a material may depart from a modulus law: a causal, smooth deviation whose size is stated.
 
-No polymer follows a law of four numbers. Where a fit supposes it does, its bands are those of the law, not of the
-material: they narrow with the data while the law's own error stays.
+No polymer follows a law of four parameters exactly. A fit of such a law gives intervals of the law, not of the
+material: they narrow with more data, while the law's error stays. Relaxation steps: C. Zener, Elasticity and
+Anelasticity of Metals, Univ. of Chicago Press 1948; loss as the slope of ln E: H. C. Booij & G. P. J. M. Thoone, Rheol.
+Acta 21 (1982) 15-24.
 """
 
 from __future__ import annotations
@@ -13,8 +15,8 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.inference.priors import Parameter, Prior
 
-PER_DECADE = 3  # a step is 1.14 decades wide: more of them cannot be told apart
-_MARGIN = 10.0  # beyond the data on either side: what acts there tilts the band
+PER_DECADE = 3  # a step is 1.14 decades wide: more of them cannot be distinguished
+_MARGIN = 10.0  # factor beyond the data on either side: steps there change the slope within the band
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,16 +26,16 @@ class LawDeviation:
     ``d(f) = share eta sum_k a_k i w t_k / (1 + i w t_k)``, a_k standard normal, the times t_k evenly spaced in their
     logarithm. ln E of a passive law is analytic in the half-plane where E is, for E vanishes nowhere in it, and so is
     every step: the product obeys the Kramers-Kronig relations like the law. The real part of d walks at random along
-    ln f, smoothed over a decade; the imaginary part is its slope, as eq. (12) has it.
+    ln f, smoothed over a decade; the imaginary part is its slope times pi/2.
 
     Attributes
     ----------
     share : float
-        How far the material's relaxation departs from the law's, relative: its loss factor by about as much anywhere.
+        Relative departure of the material's relaxation from the law's; its loss factor departs by about as much.
     loss : float
-        The law's loss factor eta, a mean over the data: what relaxes little departs little.
+        The law's loss factor eta, a mean over the data: a material of little relaxation departs little.
     times : array, shape (n,)
-        s.
+        Relaxation times, s.
     """
 
     share: float
@@ -49,7 +51,7 @@ class LawDeviation:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The heights of the steps: nuisances."""
+        """The heights of the steps, as nuisances."""
         standard = Prior(normal=(0.0, 1.0))
         return tuple(
             Parameter(name=f"law_deviation[{1 / (2 * np.pi * t):.3g} Hz]", prior=standard, nuisance=True)
@@ -59,5 +61,5 @@ class LawDeviation:
     def factor(self, heights: RealArray, frequency: RealArray) -> ComplexArray:
         """Return ``exp(d(f))``, shape (..., n_frequency), for standard normal heights of shape (..., n)."""
         s = 2j * np.pi * np.asarray(frequency) * self.times[:, None]
-        # against the middle of the band, or the law's own moduli would trade with the sum of the steps
+        # relative to the middle of each step, or the law's moduli would be collinear with the sum of the steps
         return np.asarray(np.exp(self.share * self.loss * (heights @ (s / (1 + s) - 0.5))))

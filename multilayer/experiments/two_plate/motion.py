@@ -1,4 +1,7 @@
-"""How the top plate moves over the base: rods and masses in closed form, or any rig near its description."""
+"""Motion of the top plate over the base: rods and masses in closed form, or any rig near its description.
+
+The equations of rods stand in `media.rod`, those of air in `media.pumped_disc`.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +36,9 @@ class Neighbourhood:
     ----------
     rig : Rig
     density_step, thickness_step : float
-        Relative, and m; about as large as the changes asked for. A step of 0 for a thickness that is known.
+        Relative, and m; about as large as the changes to come. 0 for a thickness that is known.
     mass_step : float
-        Relative; 0 where the plate's mass is known, or follows from density and modulus (`Rig.scales`).
+        Relative; 0 where the plate's mass is known, or equivalent to density and modulus (`Rig.scales`).
     """
 
     rig: Rig
@@ -74,7 +77,7 @@ class Neighbourhood:
         here = self.rig.transmissibility(frequency, modulus)
         total = np.log(here)
         if self.mass_step and plate_mass is not None and np.any(plate_mass):
-            # known to so few thousandths that its product with the other changes is nothing
+            # uncertain by so few thousandths that its products with the other changes are negligible
             ahead, behind = (np.log(rig.transmissibility(frequency, modulus) / here) for rig in self._plates)
             total = total + _parabola(ahead, behind, plate_mass / self.mass_step)
         if not (np.any(density) or np.any(thickness)):
@@ -107,22 +110,22 @@ def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, c
     frequency : array, shape (n,)
         Hz.
     chain : Chain
-        What stands on the base.
+        What stands on the base, effects included.
     """
     ratio = setting.campaign.specimen.poisson_ratio
     if near.rig.is_chain:
-        held = held_factor(ratio)
+        held = constrained_modulus_ratio(ratio)
         moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
-        return moved * _with_air(setting, frequency, chain, ratio, held)
+        return moved * _air_factor(setting, frequency, chain, ratio, held)
     if setting.is_described:
-        return np.asarray(np.exp(_changed(near, setting, frequency, chain))) * _with_air(
+        return np.asarray(np.exp(_perturbed(near, setting, frequency, chain))) * _air_factor(
             setting, frequency, chain, ratio, 1.0
         )
-    # another geometry, asked for when the next experiment is planned: a rod of the static stiffness
+    # another geometry, for a planned experiment: a rod of the static stiffness of the disc
     shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
     held = float(interpolated_shape_factor(round(shape, 6))(max(ratio, 0.0)))
     moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
-    return moved * _with_air(setting, frequency, chain, ratio, 1.0)
+    return moved * _air_factor(setting, frequency, chain, ratio, 1.0)
 
 
 def _chain_motion(
@@ -140,7 +143,7 @@ def _chain_motion(
         glue: Rod = (chain.glue * _GLUE, np.maximum(chain.glue_mass, _LIGHT) / _GLUE, _GLUE)
         rods = [glue, *rods, glue]
     if chain.spring is not None:
-        return _beside(setting, frequency, rods, chain)
+        return _with_parallel_spring(setting, frequency, rods, chain)
     thickness = setting.configuration.top_plate_thickness
     heavy = (chain.plate_mass + sensor_mass) / (setting.area * thickness)
     top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
@@ -149,8 +152,8 @@ def _chain_motion(
     return chain_transmissibility(frequency, [below, *rods, top])
 
 
-def _changed(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
-    """Return ln(top/base) of a rig that is no chain, with what changes it."""
+def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
+    """Return ln(top/base) of a rig that is no chain, with the changes that the chain describes."""
     modulus, height = chain.modulus, setting.configuration.specimen_thickness
     if chain.skin is not None:
         share = 2 * chain.skin[0] / height
@@ -163,18 +166,18 @@ def _changed(near: Neighbourhood, setting: Setting, frequency: RealArray, chain:
     denser = chain.density / setting.campaign.specimen.density - 1
     density, thicker, mass = (np.asarray(x).real for x in (denser, chain.thickness - height, heavier))
     if near.rig.scales:
-        # force, stiffness and all masses in one proportion move alike: the plate's mass is exact
+        # stiffness and all masses times one factor leave the motion unchanged: the plate's mass is exact
         modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
     return near.log_motion(frequency, modulus, density, thicker, mass)
 
 
-def held_factor(poisson_ratio: float) -> float:
-    """Return the modulus of laterally held compression over Young's."""
+def constrained_modulus_ratio(poisson_ratio: float) -> float:
+    """Return the modulus of laterally constrained compression over Young's."""
     return float(np.real(np.asarray(p_wave_modulus(1.0, poisson_ratio))))
 
 
-def _with_air(setting: Setting, frequency: RealArray, chain: Chain, poisson_ratio: float, held: float) -> Numeric:
-    """Return what the air in the sample's pores, if any, multiplies the motion by."""
+def _air_factor(setting: Setting, frequency: RealArray, chain: Chain, poisson_ratio: float, held: float) -> Numeric:
+    """Return the factor on the motion by air in the sample's pores; 1 without."""
     if chain.resistivity is None:
         return 1.0
     return pumped_disc_factor(
@@ -190,22 +193,22 @@ def _with_air(setting: Setting, frequency: RealArray, chain: Chain, poisson_rati
     )
 
 
-def _beside(setting: Setting, frequency: RealArray, rods: Sequence[Rod], chain: Chain) -> ComplexArray:
+def _with_parallel_spring(setting: Setting, frequency: RealArray, rods: Sequence[Rod], chain: Chain) -> ComplexArray:
     """Return the motion of a plate on rods with a spring beside them.
 
-    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``:
-    two masses tell both. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
+    The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``,
+    which follow from the motions of two masses. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
     """
     omega2 = (2 * np.pi * frequency) ** 2
     mass = np.asarray(chain.plate_mass)
-    light, heavy = (_loaded(setting, frequency, rods, m) for m in (0.5 * mass, mass))
+    light, heavy = (_with_mass(setting, frequency, rods, m) for m in (0.5 * mass, mass))
     q = (1 / light - 1 / heavy) / (omega2 * 0.5 * mass)
     p = 1 / heavy + omega2 * mass * q
     spring = np.asarray(chain.spring)
     return np.asarray((1 + spring * q) / (p - omega2 * mass * q + spring * q))
 
 
-def _loaded(setting: Setting, frequency: RealArray, rods: Sequence[Rod], mass: RealArray) -> ComplexArray:
+def _with_mass(setting: Setting, frequency: RealArray, rods: Sequence[Rod], mass: RealArray) -> ComplexArray:
     """Return the motion of a rigid mass on rods."""
     thin = 1e-6
     plate: Rod = (1e14, mass / (setting.area * thin), thin)

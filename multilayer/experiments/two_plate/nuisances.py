@@ -1,4 +1,4 @@
-"""What a laboratory states of itself, with uncertainties: unknowns of its rig and of its channels."""
+"""Nuisance parameters: the uncertainties that a laboratory states of its rig and of its channels."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Nuisances:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """One of gain and delay of the channels, per remounting, per height, of density and of the plates' mass."""
+        """Gain and delay of the channels, density, plate mass, each thickness, and the gain of each remounting."""
         known = self.known
         named = {
             "channel_gain": known.channel_gain,
@@ -63,7 +63,7 @@ class Nuisances:
         return RigChange(*(values.get(name, np.zeros(())) for name in names))
 
     def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
-        """Return what the channels add to ln(ratio), shape (..., n)."""
+        """Return what errors of the channels add to ln(ratio), shape (..., n)."""
         zero = np.zeros(())
         gain = values.get("channel_gain", zero) + values.get(f"remount_gain[{data.name}]", zero)
         delay = values.get("channel_delay", zero)

@@ -1,4 +1,7 @@
-"""The two-plate rig as a stack of plane layers: support plate, sample, top plate, and what lies above."""
+"""The two-plate rig as a stack of plane layers: support plate, sample, top plate, and what lies above.
+
+P. Bonfiglio & F. Pompoli, Polymer Testing 48 (2015) 89-96.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,11 @@ _FIELDS: dict[str, tuple[str, str]] = {
     "density": (SPECIMEN, "density"),
     "top_plate_mass": ("top_plate", "density"),
 }
-_POROUS_DENSITY = "frame_density"  # what a campaign weighs is the frame, to a thousandth
+_POROUS_DENSITY = "frame_density"  # a campaign's density is that of the frame: the air weighs a thousandth of it
 
 
 class Rig(Protocol):
-    """What an inverse problem asks of a model of the rig."""
+    """A model of the rig, as inverse problems need it."""
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -39,15 +42,15 @@ class Rig(Protocol):
 
     @property
     def scales(self) -> bool:
-        """Whether masses and moduli of sample and plate in one proportion leave the motion as it is."""
+        """Whether all masses and moduli of sample and plate times one factor leave the motion unchanged."""
 
     @property
     def is_chain(self) -> bool:
-        """Whether it is a chain of rods, a mass on top, in which other rods and springs may stand."""
+        """Whether it is a chain of rods with a mass on top, to which rods and springs may be added."""
 
     @property
     def sensor_mass(self) -> float:
-        """Of the accelerometer on the top plate, kg."""
+        """Mass of the accelerometer on the top plate, kg."""
 
     @property
     def takes_arrays(self) -> bool:
@@ -61,17 +64,17 @@ class Rig(Protocol):
 class PlaneWaveRig:
     """The model of Bonfiglio & Pompoli 2015: three solid layers of infinite extent in plane motion.
 
-    The sample's free rim is not in it: with a Poisson's ratio above 0 its apparent modulus comes out too low.
+    The sample's free rim is not modelled: with a Poisson's ratio above 0 the modulus comes out too low.
 
     Attributes
     ----------
     stack : Stack
-        With a poroelastic sample, whose 6x6 matrix takes the elastic solid's place, where pores are given.
+        With a poroelastic sample in place of the elastic solid where pores are given.
     pumped : PumpedAir, optional
-        Air that leaves through an open rim, as a mere stiffness beside an elastic sample's: a first guess for finite
-        elements.
+        Air that leaves through an open rim, as a stiffness in parallel to that of an elastic sample: a first guess for
+        finite elements.
     sensor_mass : float
-        kg of the accelerometer that is part of the top plate's density.
+        Mass of the accelerometer, kg, which is contained in the top plate's density.
     """
 
     stack: Stack
@@ -85,12 +88,12 @@ class PlaneWaveRig:
 
     @property
     def scales(self) -> bool:
-        """Without air, masses and moduli in one proportion move alike."""
+        """Without air, masses and moduli times one factor leave the motion unchanged."""
         return self.pumped is None and not self._porous
 
     @property
     def is_chain(self) -> bool:
-        """Without air, three solids at normal incidence are a chain of compression waves."""
+        """Without air, three solids at normal incidence are a chain of rods."""
         return self.stack.termination == "free" and self.scales
 
     @property
@@ -122,9 +125,9 @@ class PlaneWaveRig:
         pores : Pores, optional
             Of the sample, whose stated density then is that of its frame.
         open_rim : bool
-            Whether their air leaves through the rim, see `PumpedAir`, or is held like the sample.
+            Whether the pores' air leaves through the rim, see `PumpedAir`, or is confined laterally as the sample.
         sensor_mass : float
-            kg of the accelerometer, spread over the top plate.
+            Mass of the accelerometer, kg, spread over the top plate.
         """
         base, top, gas = campaign.base_plate, campaign.top_plate, (ambient or Ambient()).gas
         area = math.pi * configuration.specimen_radius**2
@@ -159,7 +162,7 @@ class PlaneWaveRig:
         frequency : array, shape (n_frequency,)
             Hz.
         modulus : complex array, shape (..., n_frequency) or broadcastable to it
-            Young's modulus E1 + i E2 of the sample, of its frame where it has pores, Pa.
+            Young's modulus E1 + i E2 of the sample, or of its frame where it has pores, Pa.
         """
         if self.stack.termination == "free" and not self._porous:
             return self._chain(frequency, modulus)
@@ -167,7 +170,7 @@ class PlaneWaveRig:
         return base_motion(stack, frequency).transmissibility
 
     def _chain(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
-        """Return the same in closed form: at normal incidence three solids are a chain of compression waves."""
+        """Return top over base motion in closed form: at normal incidence three solids are a chain of rods."""
         f, sample = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
         chain = []
         for layer in self.stack.layers:
@@ -181,7 +184,7 @@ class PlaneWaveRig:
 
     @property
     def takes_arrays(self) -> bool:
-        """One number per sample, as of any stack."""
+        """True, as any stack takes a number per sample."""
         return True
 
     def shifted(self, quantity: Uncertain, amount: Numeric, *, relative: bool) -> PlaneWaveRig:

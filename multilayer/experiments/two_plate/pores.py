@@ -1,4 +1,8 @@
-"""Air in the pores of the sample, as a fit file states it."""
+"""Air in the pores of the sample, as a fit file states it.
+
+D. L. Johnson, J. Koplik & R. Dashen, J. Fluid Mech. 176 (1987) 379-402; Y. Champoux & J.-F. Allard, J. Appl. Phys. 70
+(1991) 1975-1979. The formulae stand in `media.porous` and `media.pumped_air`.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from multilayer.units import FlowResistivity, Length, Porosity, Tortuosity
 
 
 class Pores(Model):
-    """Pores of a sample whose faces the plates seal: Biot's frame, pores after Johnson, Champoux and Allard.
+    """Pores of a sample whose faces the plates seal: Biot's frame, Johnson-Champoux-Allard pores.
 
     Attributes
     ----------
@@ -25,10 +29,11 @@ class Pores(Model):
         N s/m4.
     tortuosity : float
     viscous_length, thermal_length : float, optional
-        m; those of cylindrical pores when left out, the thermal one twice that, and at least the viscous one.
+        m. When left out: the length of cylindrical pores, and for the thermal length twice that or, if larger, the
+        viscous length.
     rim : {'open', 'sealed'} or None
-        Whether air passes through the sample's rim; by default what the model has: ``open`` for the finite one,
-        ``sealed`` for plane waves, which have no rim.
+        Whether air passes through the sample's rim; by default ``open`` with finite elements and ``sealed`` with plane
+        waves, which have no rim.
     """
 
     porosity: Porosity
@@ -53,9 +58,9 @@ class Pores(Model):
 
 @dataclass(frozen=True)
 class PumpedAir:
-    """What air that leaves through an open rim adds to the stiffness of a disc in a plane-wave model.
+    """The stiffness that air leaving through an open rim adds to a disc in a plane-wave model.
 
-    A first guess for the finite elements: the sample is compressed evenly, and held at its rim.
+    A first guess for the finite elements: the sample is compressed uniformly, and constrained at its rim.
 
     Attributes
     ----------
@@ -70,11 +75,11 @@ class PumpedAir:
     gas: Gas
 
     def stiffness(self, frequency: RealArray) -> ComplexArray:
-        """Return it, Pa, at frequencies in Hz."""
-        own = self.pores.fields(self.gas)
+        """Return the additional modulus, Pa, at frequencies in Hz."""
+        fields = self.pores.fields(self.gas)
         omega = 2 * np.pi * np.maximum(frequency, np.finfo(float).tiny)
-        thermal = own.pop("thermal_length")
-        density = johnson_density(omega, **own, gas=self.gas)
+        thermal = fields.pop("thermal_length")
+        density = johnson_density(omega, **fields, gas=self.gas)
         return pumped_air_stiffness(
             omega, self.radius, density, champoux_allard_modulus(omega, self.pores.porosity, thermal, self.gas)
         )

@@ -1,4 +1,7 @@
-"""What a campaign measures: ratios of the spectra of top and base, in the main lobe of every burst."""
+"""Measured ratios of the spectra of top and base, in the main lobe of every burst.
+
+Noise of a ratio of spectra to first order: J. S. Bendat & A. G. Piersol, Random Data, 4th ed., Wiley 2010, ch. 9.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,8 @@ from multilayer.experiments.two_plate.record_end import RecordEnd
 from multilayer.inference.whitening import CorrelatedError
 from multilayer.measurements.description import Campaign
 
-SMOOTH = 0.3  # correlation length of the model's own error in ln f
-_BINS = 6  # kept of each burst: its main lobe holds about as many independent ones
+SMOOTH = 0.3  # correlation length of the model's error in ln f
+_BINS = 6  # used of each burst: its main lobe holds about as many independent bins
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class ConfigurationData:
     frequency : array, shape (n,)
         Hz; the bins of all bursts, one burst after the other.
     burst : array of int, shape (n,)
-        Index of the burst that each belongs to.
+        Index of the burst of each bin.
     ratio : complex array, shape (n,)
     variance : array, shape (n,)
         Of the real and of the imaginary part of the noise in ln(ratio).
@@ -41,7 +44,7 @@ class ConfigurationData:
     stretch_moments : complex array, shape (2, n), optional
         Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
     ends : mapping
-        By index of the burst, what its record lacks of the ring-down, where that matters.
+        By index of the burst, the ring-down beyond its record's end, where that matters.
     calibration_std : array, shape (n_bursts,), optional
         Standard deviation of each part of ln(ratio), the same at all bins of a burst.
     """
@@ -59,11 +62,11 @@ class ConfigurationData:
 
     @cached_property
     def needed(self) -> RealArray:
-        """Frequencies of which the model's motion is needed, Hz: the bins, then those of the records' ends."""
+        """Frequencies at which the model's motion is needed, Hz: those of the bins, then of the records' ends."""
         return np.concatenate([self.frequency, *(end.frequency for end in self.ends.values())])
 
     def cut(self, motion: ComplexArray) -> ComplexArray:
-        """Return a model's ratio (..., n) as the records show it, from its motion at `needed`."""
+        """Return a model's ratio, shape (..., n), of truncated records, from its motion at `needed`."""
         n = len(self.frequency)
         if not self.ends:
             return motion
@@ -80,7 +83,7 @@ class ConfigurationData:
         return np.asarray(np.log(self.ratio))
 
     def covariance(self, model_error: float) -> RealArray:
-        """Return the covariance of one part of ln(ratio): noise, and a model's own error, smooth in ln f."""
+        """Return the covariance of one part of ln(ratio): noise, and the model's error, smooth in ln f."""
         covariance = np.diag(self.variance) + CorrelatedError(model_error, SMOOTH, smooth=True).covariance(
             self.frequency
         )
@@ -90,7 +93,7 @@ class ConfigurationData:
         return np.asarray(covariance)
 
     def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
-        """Return the data of some bursts, by their indices, which are numbered anew."""
+        """Return the data of some bursts, by their indices, and renumbered."""
         inside = np.isin(self.burst, kept)
         renumbered = np.searchsorted(kept, self.burst[inside])
         moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
@@ -102,7 +105,7 @@ class ConfigurationData:
         )  # fmt: skip
 
     def thinned(self, every: int) -> ConfigurationData:
-        """Return the data with one in so many of each burst's bins, the same number from either end."""
+        """Return the data with every so many-th bin of each burst, centred within the burst."""
         place = np.arange(len(self.burst)) - np.searchsorted(self.burst, self.burst)
         count = np.bincount(self.burst)[self.burst]
         inside = place % every == (np.minimum(every, count) - 1) // 2
@@ -117,34 +120,34 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
     """Return the data of every configuration from its bursts.
 
     A burst whose record ends before its ring-down is left out: its ratio of spectra is not the transmissibility. The
-    error of a calibration is common to all configurations: its variance counts as many times as there are of them, so
-    that their mean is as uncertain as the calibration, and their difference by more than that.
+    error of a calibration is common to all configurations: its variance is multiplied by their number, so that their
+    mean is as uncertain as the calibration, and their difference more than that.
 
     Raises
     ------
     InputError
         When no burst of a configuration is left.
     """
-    found = []
+    configurations = []
     for configuration in campaign.configurations:
-        own = [b for b in bursts if b.configuration == configuration.name and not b.cut_short]
-        if not own:
+        complete = [b for b in bursts if b.configuration == configuration.name and not b.cut_short]
+        if not complete:
             raise InputError(
                 f"{configuration.name}: every record ends before the top plate's ring-down does; record longer"
             )
-        parts = [_ratios(burst) for burst in own]
-        index = np.repeat(np.arange(len(own)), [len(part[0]) for part in parts])
+        parts = [_ratios(burst) for burst in complete]
+        index = np.repeat(np.arange(len(complete)), [len(part[0]) for part in parts])
         f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
-        centres = np.array([burst.frequency for burst in own])
+        centres = np.array([burst.frequency for burst in complete])
         height = configuration.specimen_thickness
-        std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in own])
-        found.append(
+        std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in complete])
+        configurations.append(
             ConfigurationData(
                 configuration.name, height, f, index, ratio, variance, centres, moments,
                 calibration_std=std if np.any(std) else None,
             )
         )  # fmt: skip
-    return found
+    return configurations
 
 
 def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray]:

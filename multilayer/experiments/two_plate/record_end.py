@@ -1,8 +1,8 @@
-"""What a record lacks: the ring-down beyond its end, and what that does to a ratio of spectra.
+"""Truncated records: the ring-down beyond the end of a record, and its effect on a ratio of spectra.
 
-The ratio of the spectra of two records is the transmissibility only where both have died away. A sample of loss factor
-0.02 rings for fifty periods: cut off at a hundredth of its maximum, the ratio at its resonance is several per cent off,
-and E2 with it. The model is therefore cut where the record ends.
+The ratio of the spectra of two records is the transmissibility only where both have decayed within the record. A
+sample of loss factor 0.02 rings for fifty periods: truncated at a hundredth of its maximum, the ratio at its resonance
+is several per cent off, and E2 with it. The model is therefore truncated where the record ends.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 
 Motion = Callable[[RealArray], ComplexArray]
-_LEAST = 2e-4  # of the base's largest bin: what a Hann window leaves beyond a band of twice its frequency
-_NOISE = 2.0  # standard deviations of a bin's noise; what lies below is not motion
-_GROWTH = 4  # of the period, in records, to begin with
+_LEAST = 2e-4  # of the base's largest bin: the level of a Hann window beyond a band of twice its frequency
+_NOISE = 2.0  # standard deviations of a bin's noise below which it is not taken for motion
+_GROWTH = 4  # first period that is tried, in lengths of the record
 _MOST_GROWN = 32
-_STANDS_OUT = 4.0  # noise alone: once in some ten thousand records
-_SILENT = 1e-6  # of the largest sample: no channel is quieter
-_DIED = 0.01  # of what it is at the record's end, at the end of the period
+_STANDS_OUT = 4.0  # noise alone exceeds it once in some ten thousand records
+_SILENT = 1e-6  # of the largest sample: the least noise of a channel
+_DECAYED = 0.01  # level at the end of the period, relative to that at the record's end
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +34,11 @@ class RecordEnd:
     Attributes
     ----------
     frequency : array, shape (m,)
-        Hz; where the transmissibility is needed.
+        Frequencies at which the transmissibility is needed, Hz.
     direct, mirrored : complex array, shape (n, m)
-        What is missing of the ratio at n bins: ``direct T + mirrored conj(T)``, that of real signals.
+        The ratio at n bins lacks ``direct T + mirrored conj(T)``; the second term is that of negative frequencies.
     period : int
-        Samples after which the ring-down would come back.
+        Samples after which the ring-down wraps round.
     """
 
     frequency: RealArray
@@ -48,14 +48,15 @@ class RecordEnd:
 
     @classmethod
     def of(cls, burst: BurstData, bins: RealArray, reach: tuple[float, float], period: int) -> Self:
-        """Return it for some bins (Hz) of a burst.
+        """Return the missing part for some bins of a burst.
 
         Parameters
         ----------
         burst : BurstData
         bins : array, shape (n,)
+            Hz.
         reach : (low, high)
-            Of the rig's model, relative to the burst's frequency.
+            Range of the rig's model, relative to the burst's frequency.
         period : int
             A transform length.
 
@@ -79,7 +80,7 @@ class RecordEnd:
         return cls(f[kept], direct, mirrored, period)
 
     def missing(self, motion: ComplexArray) -> ComplexArray:
-        """Return what is missing of the ratio, shape (..., n), of transmissibilities of shape (..., m)."""
+        """Return the missing part of the ratio, shape (..., n), for transmissibilities of shape (..., m)."""
         return np.asarray(motion @ self.direct.T + np.conj(motion) @ self.mirrored.T)
 
 
@@ -106,7 +107,7 @@ def _series(step: RealArray, first: int, last: int) -> ComplexArray:
 
 
 def period_of(burst: BurstData, motion: Motion, reach: tuple[float, float]) -> int:
-    """Return a transform length after which the modelled ring-down has died away, or the longest that is tried."""
+    """Return a transform length after which the modelled ring-down has decayed, or the longest that is tried."""
     low, high = (limit * burst.frequency for limit in reach)
     growth = _GROWTH
     while True:
@@ -119,6 +120,6 @@ def period_of(burst: BurstData, motion: Motion, reach: tuple[float, float]) -> i
         signal = np.abs(to_signal(shown, period, period))
         some = max(burst.n_samples // 50, 1)
         end = signal[burst.n_samples - some : burst.n_samples].mean()
-        if growth >= _MOST_GROWN or signal[-some:].mean() <= _DIED * max(end, 0.01 * signal.max()):
+        if growth >= _MOST_GROWN or signal[-some:].mean() <= _DECAYED * max(end, 0.01 * signal.max()):
             return period
         growth *= 2

@@ -1,4 +1,4 @@
-"""What the model of the rig takes into account besides what a campaign describes."""
+"""Settings of the rig's model beyond what a campaign describes: air, pores, sensor."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class RigSettings(Model):
     Attributes
     ----------
     ambient : Ambient
-        Of the air above the top plate and in pores.
+        Air above the top plate and in pores.
     pores : Pores, optional
         Air in the sample's pores; the campaign's density and Poisson's ratio are then those of the frame.
     sensor_mass : float
-        kg of the accelerometer, which moves with the top plate: in its middle, or spread over it for plane waves.
+        Mass of the accelerometer, kg: in the middle of the top plate, or spread over it for plane waves.
     """
 
     ambient: Ambient = Ambient()

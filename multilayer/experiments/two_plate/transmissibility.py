@@ -1,4 +1,4 @@
-"""The transmissibility that one burst measures, and how sure it is."""
+"""The transmissibility measured by one burst, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Transmissibility:
 
     @property
     def log_shifts(self) -> ComplexArray:
-        """What one standard deviation of each independent cause does to ln T, shape (4,)."""
+        """Change of ln T by one standard deviation of each independent error, shape (4,)."""
         noise = self.noise / abs(self.value)
         return np.array([noise, 1j * noise, self.gain, -2j * np.pi * self.frequency * self.delay])
 
@@ -54,14 +54,15 @@ class Transmissibility:
 def measure(data: BurstData, known: Uncertainty | None = None) -> Transmissibility:
     """Return the ratio of the two spectra at the burst's stated frequency, with its standard deviations.
 
-    One frequency, no average over the band: near a resonance T turns by radians within a burst's band, and its mean is
-    the transmissibility of no modulus. That holds where the record contains the ring-down (`BurstData.cut_short`).
+    At one frequency, without an average over the band: near a resonance the phase of T changes by radians within a
+    burst's band, and the mean is not the transmissibility of any modulus. The ratio is the transmissibility only where
+    the record contains the ring-down (`BurstData.cut_short`).
 
     Parameters
     ----------
     data : BurstData
     known : Uncertainty, optional
-        What the laboratory states of its channels.
+        Stated uncertainties of the channels.
     """
     known = known or Uncertainty()
     turn = np.exp(-2j * np.pi * data.frequency / data.sampling_rate * np.arange(data.n_samples))

@@ -32,7 +32,7 @@ from multilayer.fits.joint.search import (
 )
 from multilayer.fits.methods import JOINT, CampaignMethod, Compared, Progress
 from multilayer.fits.settings import DEFAULT_LAW, FitSettings
-from multilayer.inference.least_squares import distinct, hopeful
+from multilayer.inference.least_squares import distinct, is_competitive
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import LAPLACE, refuse_unusable
 from multilayer.measurements.description import Campaign
@@ -102,7 +102,7 @@ def fit_joint(
     best_minima = [part[2][0] for part in solved]
     candidates = []
     for part in solved:  # what no departure of a few per cent can save is told all the same
-        candidates += with_deviations(*part) if hopeful(part[2][0], best_minima) else [Candidate(*part)]
+        candidates += with_deviations(*part) if is_competitive(part[2][0], best_minima) else [Candidate(*part)]
     best = LawMixture(candidates).best
     result = JointFit(
         name=campaign.folder.resolve().name,
@@ -136,11 +136,11 @@ def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
             break
         done: list[Solved] = []
         for label, other, found in solved:
-            if not hopeful(found[0], minima):
+            if not is_competitive(found[0], minima):
                 done.append((label, other, found))
                 continue
             same = replace(other, configurations=cut.data, end_effect=None)
-            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if hopeful(m, found)]
+            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if is_competitive(m, found)]
             near, best = min(ends, key=lambda end: end[1].cost)
             done.append((label, near, distinct([best, *(m for _, m in ends)])))
         solved = done
@@ -157,7 +157,7 @@ def _all_with_free_rim(campaign: Campaign, solved: list[Solved], tell: Progress,
     problem, found = with_free_rim(campaign, plane_waves, minima, tell, settings)
     done: list[Solved] = [(label, problem, found)]
     for other, flat, starts in others:
-        if hopeful(starts[0], minima):
+        if is_competitive(starts[0], minima):
             bent = replace(flat, rigs=problem.rigs)
             n = len(flat.law_parameters)
             done.append((other, bent, solve_joint(bent, [m.z[:n] for m in starts], n_best=N_FOLLOWED, tell=tell)))

@@ -20,9 +20,9 @@ from multilayer.chi2 import exceeding
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.fits.joint.search import settle
-from multilayer.inference.correlated import birge
+from multilayer.inference.consistency import birge_ratio
 from multilayer.inference.derivative import forward
-from multilayer.inference.posterior import Band, Posterior, laplace, mixed_band, one_per_hump
+from multilayer.inference.posterior import Band, Posterior, distinct_modes, laplace, mixed_band
 from multilayer.inference.problem import Minimum
 
 AUTO = "auto"
@@ -75,7 +75,7 @@ class Candidate:
         """Of all its solutions; each stands for all orders of the law's elements, whichever were found."""
         different: list[tuple[ComplexArray, float]] = []
         f = np.concatenate([data.centres for data in self.problem.data])
-        for minimum in one_per_hump(self.minima):
+        for minimum in distinct_modes(self.minima):
             modulus = self.problem.modulus(minimum.z, f)
             if all(np.max(np.abs(modulus / other - 1)) > _ALIKE for other, _ in different):
                 different.append((modulus, minimum.log_evidence))
@@ -184,7 +184,7 @@ class LawMixture:
     def widening(self) -> float:
         """Birge's ratio of what not even a departure from a law explains, a factor on all deviations; else 1."""
         minimum = self.likeliest.minima[0]
-        return birge(minimum.cost, len(minimum.residual))
+        return birge_ratio(minimum.cost, len(minimum.residual))
 
     @property
     def _kept(self) -> list[tuple[float, Candidate]]:

@@ -20,7 +20,7 @@ from multilayer.fits.result import BurstFit, FitResult
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inference.stated import Statement, far_off, nuisance_p_value
+from multilayer.inference.pulls import Pull, largest_pulls, nuisance_p_value
 from multilayer.media.laws import ModulusLaw
 
 _SIGNIFICANT = 0.01
@@ -216,7 +216,7 @@ class JointFit(FitResult):
     def _of_statements(self) -> str:
         if self.stated_p_value > _SIGNIFICANT:
             return ""
-        off = "; ".join(_told(statement) for statement in far_off(*self._statements))
+        off = "; ".join(_told(pull) for pull in largest_pulls(*self._statements))
         return (
             "this takes what the laboratory states for wrong, which has the probability "
             f"{self.stated_p_value:.1g}: {off}. Correct the statement, or find the cause: "
@@ -251,9 +251,9 @@ class JointFit(FitResult):
         return self.problem.space.law(self.problem.law_coordinates(minimum.z))
 
 
-def _told(statement: Statement) -> str:
+def _told(pull: Pull) -> str:
     """Return by how much a stated quantity is off, with its unit."""
-    parameter, off = statement
+    parameter, off = pull
     spread = parameter.prior.normal[1] if parameter.prior.normal else 1.0
     unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(parameter.unit, ("%", 100.0))
     value, size = (f"{factor * amount:.3g} {unit}" for amount in (off * spread, spread))

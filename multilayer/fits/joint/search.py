@@ -17,7 +17,7 @@ from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperi
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.experiments.two_plate.record_end import RecordEnd, period_of, rings_at_end
-from multilayer.inference.least_squares import TIGHT, distinct, hopeful, minimise, search
+from multilayer.inference.least_squares import TIGHT, distinct, is_competitive, minimise, search
 from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -81,7 +81,7 @@ def solve_joint(
         Where the starts are followed; in this process when left out.
     """
     coarse = search_laws(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
-    followed = [m.z for m in coarse[:n_followed] if hopeful(m, coarse)]
+    followed = [m.z for m in coarse[:n_followed] if is_competitive(m, coarse)]
     descents = run_all(partial(_descents, problem, tolerance), followed, executor)
     return distinct([found for ends in descents for found in ends])
 

@@ -16,7 +16,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
-from multilayer.inference.correlated import birge, combined, distance, verdict_of
+from multilayer.inference.consistency import birge_ratio, generalised_least_squares, mahalanobis_squared, verdict_of
 from multilayer_campaigns.axis_ratios import AXES, LEVEL, AxisRatios
 from multilayer_campaigns.modulus_points import ModulusPoint, covariance_of, values_of
 
@@ -175,8 +175,8 @@ def compare_axes(
     cell = np.array([3 * int(np.searchsorted(frequency, p.frequency)) + p.campaign for p in kept])
     design = np.kron(np.eye(2), np.eye(3 * n)[cell])
     measured, covariance = values_of(kept), covariance_of(kept, scatter, common)
-    values, spread = combined(measured, covariance, design)
-    scale = birge(distance(measured - design @ values, covariance), len(measured) - len(values))
+    values, spread = generalised_least_squares(measured, covariance, design)
+    scale = birge_ratio(mahalanobis_squared(measured - design @ values, covariance), len(measured) - len(values))
     logs, turn = _logarithms(values)
     counts = np.bincount(cell, minlength=3 * n).astype(float).reshape(n, 3)
     told = [*remarks, *_left_out(frequency, points)]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
-from multilayer.inference.correlated import ALIKE, Verdict, combined, probability, verdict_of
+from multilayer.inference.consistency import ALIKE, Verdict, generalised_least_squares, p_value, verdict_of
 
 AXES = ("x", "y", "z")
 LEVEL = 0.95  # of intervals
@@ -64,9 +64,9 @@ class AxisRatios:
         two = np.flatnonzero(np.arange(3 * n) % 3 < _FREE)
         d, c = values[two], covariance[np.ix_(two, two)]
         design = np.tile(np.eye(_FREE), (n, 1))
-        mean, square = combined(d, c, design)
-        p_shared = probability(d - design @ mean, c, len(d) - _FREE)
-        p_isotropic = probability(mean, square) if p_shared > ALIKE else probability(d, c)
+        mean, square = generalised_least_squares(d, c, design)
+        p_shared = p_value(d - design @ mean, c, len(d) - _FREE)
+        p_isotropic = p_value(mean, square) if p_shared > ALIKE else p_value(d, c)
         back = np.concatenate([np.eye(_FREE), -np.ones((1, _FREE))])
         spread = np.sqrt(np.diag(back @ square @ back.T))
         each_std = np.sqrt(np.maximum(np.diag(covariance), 0.0)).reshape(n, 3)

@@ -13,7 +13,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
-from multilayer.inference.correlated import ALIKE, combined, probability
+from multilayer.inference.consistency import ALIKE, generalised_least_squares, p_value
 from multilayer.measurements.description import Campaign
 from multilayer_campaigns.modulus_points import ModulusPoint, static_stress
 from multilayer_campaigns.preload_result import PreloadResult, Slope
@@ -99,8 +99,8 @@ def _contrasted(measured: Sequence[tuple[Cell, float]]) -> list[float]:
 
 def _p_equal(values: RealArray, covariance: RealArray) -> float:
     """Return the probability of values as different as these if they are one."""
-    mean, _ = combined(values, covariance, np.ones((len(values), 1)))
-    return probability(values - mean, covariance, len(values) - 1)
+    mean, _ = generalised_least_squares(values, covariance, np.ones((len(values), 1)))
+    return p_value(values - mean, covariance, len(values) - 1)
 
 
 def _slope(
@@ -109,10 +109,10 @@ def _slope(
     scale = max(found.scale, final.scale)
     each, covariance = found.slopes[which], scale**2 * found.slope_covariance[which]
     if apart:
-        mean, square = combined(each, covariance, np.ones((len(each), 1)))
-        p_none = probability(each, covariance)
+        mean, square = generalised_least_squares(each, covariance, np.ones((len(each), 1)))
+        p_none = p_value(each, covariance)
     else:
         mean, square = final.slopes[which], scale**2 * final.slope_covariance[which]
-        p_none = probability(mean, square)
+        p_none = p_value(mean, square)
     value, variance = float(mean[0]), float(square[0, 0])
     return Slope(value, float(np.sqrt(variance)), np.array(frequencies), each, covariance, p_shared, p_none)

@@ -10,7 +10,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.csv_table import csv_table
-from multilayer.inference.correlated import ALIKE, Verdict, verdict_of
+from multilayer.inference.consistency import ALIKE, Verdict, verdict_of
 from multilayer_campaigns.modulus_points import ModulusPoint, Specimen
 from multilayer_campaigns.stress_regression import Cell, Regression, Solution
 

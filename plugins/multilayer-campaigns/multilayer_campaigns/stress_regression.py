@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inference.correlated import birge
+from multilayer.inference.consistency import birge_ratio
 from multilayer_campaigns.modulus_points import ModulusPoint, Specimen, covariance_of, values_of
 
 Cell: TypeAlias = tuple[Specimen, float]
@@ -45,7 +45,7 @@ class Solution:
     @property
     def scale(self) -> float:
         """Birge's ratio where the scatter is more than chance, else 1."""
-        return birge(self.chi_square, self.degrees)
+        return birge_ratio(self.chi_square, self.degrees)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,9 @@
-"""Parameters that only a combination of is known: which, in what combination, and how well."""
+"""Collinear parameters: which of them the data determine only in combination, in what combination, and how well.
+
+By the eigenvalues of the correlation matrix, as collinearity of a regression: D. A. Belsley, E. Kuh & R. E. Welsch,
+Regression Diagnostics, Wiley 1980, ch. 3; of identifiability: R. Brun, P. Reichert & H. R. Künsch, Water Resour. Res.
+37 (2001) 1015-1030.
+"""
 
 from __future__ import annotations
 
@@ -13,31 +18,31 @@ from multilayer.inference.priors import Parameter
 
 OPEN = 1.0  # an eigenvalue of J^T J below it: the prior says more of this direction than the data
 _CORRELATED = 0.95
-_LINKED = 0.15  # of two parameters in the projector on the open directions
+_LINKED = 0.15  # least entry of two parameters in the projector on the open directions that links them
 _MEMBER = 0.15  # least weight of a member, in a combination of unit length
-_BETTER = 2.0  # a combination is worth telling when it is known so many times better than its members
+_BETTER = 2.0  # a combination is reported when it is known so many times better than its members
 PREFIX = "ln "  # of the names of parameters whose value is a logarithm
 
 
 @dataclass(frozen=True)
 class Group:
-    """Parameters of which the data know a combination better than each.
+    """Parameters of which the data determine a combination better than each by itself.
 
     Attributes
     ----------
     names : tuple of str
     correlation : float
-        The largest in absolute value between two of them.
+        Between two of them; the largest in absolute value.
     exponents : tuple of float
-        Of the combination: powers of logarithmic parameters, factors of others; the first is 1.
+        Powers of logarithmic parameters in the combination, factors of others; the first is 1.
     combination : str
-        That in symbols.
+        The combination in symbols.
     std : float
-        Of the combination; relative where it is a product.
+        Standard deviation of the combination; relative where it is a product.
     times_better : float
         How much better it is known than if the members' uncertainties were independent.
     text : str
-        The same in words.
+        A sentence that says so.
     """
 
     names: tuple[str, ...]
@@ -56,7 +61,7 @@ class Group:
 def collinear_groups(
     parameters: Sequence[Parameter], z: RealArray, information: RealArray, covariance: RealArray
 ) -> list[Group]:
-    """Return the combinations that are known better than their members, the most telling first.
+    """Return the combinations that are known better than their members, the most informative first.
 
     Parameters
     ----------
@@ -66,23 +71,23 @@ def collinear_groups(
     information : array, shape (n, n)
         ``J^T J`` there.
     covariance : array, shape (n, n)
-        Of the coordinates, after the measurement.
+        Posterior covariance of the coordinates.
     """
-    found = []
+    groups = []
     for members in _linked(information, covariance):
-        spread = np.sqrt(np.diag(covariance)[members])
-        correlation = covariance[np.ix_(members, members)] / np.outer(spread, spread)
+        stds = np.sqrt(np.diag(covariance)[members])
+        correlation = covariance[np.ix_(members, members)] / np.outer(stds, stds)
         values, vectors = np.linalg.eigh(correlation)
-        own = [parameters[k] for k in members]
+        linked = [parameters[k] for k in members]
         for value, vector in zip(values, vectors.T, strict=True):
             kept = np.flatnonzero(np.abs(vector) > _MEMBER)
             if value < _BETTER**-2 and len(kept) > 1:
-                slopes = [parameter.prior.slope(float(at)) for parameter, at in zip(own, z[members], strict=True)]
-                factors = vector / (spread * np.array(slopes))
-                found.append(
-                    _group([own[k] for k in kept], factors[kept], float(value), correlation[np.ix_(kept, kept)])
+                slopes = [parameter.prior.slope(float(at)) for parameter, at in zip(linked, z[members], strict=True)]
+                factors = vector / (stds * np.array(slopes))
+                groups.append(
+                    _group([linked[k] for k in kept], factors[kept], float(value), correlation[np.ix_(kept, kept)])
                 )
-    return sorted(found, key=lambda group: -group.times_better)
+    return sorted(groups, key=lambda group: -group.times_better)
 
 
 def _linked(information: RealArray, covariance: RealArray) -> list[list[int]]:
@@ -91,25 +96,25 @@ def _linked(information: RealArray, covariance: RealArray) -> list[list[int]]:
     undetermined = vectors[:, values < OPEN]
     # the projector, not its vectors, which rotate freely among equal eigenvalues
     projector = undetermined @ undetermined.T
-    spread = np.sqrt(np.diag(covariance))
-    correlated = np.abs(covariance / np.outer(spread, spread)) > _CORRELATED
+    stds = np.sqrt(np.diag(covariance))
+    correlated = np.abs(covariance / np.outer(stds, stds)) > _CORRELATED
     return _components((np.abs(projector) > _LINKED) | correlated)
 
 
 def _components(edges: BoolArray) -> list[list[int]]:
-    """Return the connected parts of a graph that have more than one node."""
-    found: list[list[int]] = []
-    left = set(range(len(edges)))
-    while left:
-        part: set[int] = set()
-        new = {left.pop()}
+    """Return the connected components of a graph that have more than one node."""
+    components: list[list[int]] = []
+    unvisited = set(range(len(edges)))
+    while unvisited:
+        component: set[int] = set()
+        new = {unvisited.pop()}
         while new:
-            part |= new
-            new = {j for i in new for j in np.flatnonzero(edges[i]).tolist()} - part
-        left -= part
-        if len(part) > 1:
-            found.append(sorted(part))
-    return found
+            component |= new
+            new = {j for i in new for j in np.flatnonzero(edges[i]).tolist()} - component
+        unvisited -= component
+        if len(component) > 1:
+            components.append(sorted(component))
+    return components
 
 
 def _group(chosen: Sequence[Parameter], factors: RealArray, eigenvalue: float, correlation: RealArray) -> Group:
@@ -125,14 +130,14 @@ def _group(chosen: Sequence[Parameter], factors: RealArray, eigenvalue: float, c
         f"{', '.join(names[:-1])} and {names[-1]} are known best as {kind}: {combination} to within {within}, "
         f"{better:.2g} times better than they would give by themselves"
     )
-    apart = correlation - np.eye(len(chosen))
-    largest = float(apart.flat[int(np.abs(apart).argmax())])
+    off_diagonal = correlation - np.eye(len(chosen))
+    largest = float(off_diagonal.flat[int(np.abs(off_diagonal).argmax())])
     exponents = tuple(float(p) for p in powers)
     return Group(tuple(p.name for p in chosen), largest, exponents, combination, float(std), float(better), text)
 
 
 def shown_name(parameter: Parameter) -> str:
-    """Return a parameter's name without what says that its value is a logarithm."""
+    """Return a parameter's name without the prefix of logarithms."""
     return parameter.name.removeprefix(PREFIX)
 
 
