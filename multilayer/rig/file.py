@@ -1,4 +1,4 @@
-"""The file of a campaign on the virtual two-plate rig: what is measured, with what, and what is wrong with it."""
+"""The input file of a campaign on the virtual two-plate rig, and the checks of its fields against each other."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class ConfigurationProduct(Model):
     radii: Lengths = (22.5e-3,)
 
     def configurations(self) -> list[OneConfiguration]:
-        """Return them one by one."""
+        """Return the combinations."""
         sizes = product(self.radii, self.thicknesses, self.top_plates)
         return [OneConfiguration(thickness=h, top_plate=t, radius=r) for r, h, t in sizes]
 
@@ -151,19 +151,19 @@ class RigFile(Model):
         items = written.configurations() if isinstance(written, ConfigurationProduct) else list(written)
         return tuple(
             Mounting(
-                _name(one, items[0].radius), i, len(items), one.thickness, one.top_plate, one.radius,
+                _name(sizes, items[0].radius), i, len(items), sizes.thickness, sizes.top_plate, sizes.radius,
                 self.burst_frequencies,
             )
-            for i, one in enumerate(items)
+            for i, sizes in enumerate(items)
         )  # fmt: skip
 
     def has(self, effect: str) -> bool:
         """Return whether an effect is listed."""
-        return any(one.effect == effect for one in self.effects)
+        return any(listed.effect == effect for listed in self.effects)
 
     @property
     def poisson_ratio(self) -> float:
-        """What the campaign states, and the finite elements start from: 0 without ``finite_size``."""
+        """Poisson's ratio that the campaign states; 0 without ``finite_size``, as in the finite elements."""
         return self.specimen.poisson_ratio if self.has("finite_size") else 0.0
 
     def timing(self, mounting: Mounting) -> Timing:
@@ -216,7 +216,7 @@ class RigFile(Model):
                     yield ("specimen", field), text, None
 
     def _effect_mistakes(self) -> Iterator[Mistake]:
-        names = tuple(one.effect for one in self.effects)
+        names = tuple(effect.effect for effect in self.effects)
         around = Surroundings(self.specimen, self.mountings, self.sampling_rate, names)
         for i, effect in enumerate(self.effects):
             if effect.effect in names[:i]:
@@ -231,10 +231,10 @@ class RigFile(Model):
             yield ("specimen", "young_modulus"), f"{text}; give it a larger loss factor", None
 
 
-def _name(one: OneConfiguration, usual_radius: float) -> str:
-    sizes = f"h{1e3 * one.thickness:.6g}mm-t{1e3 * one.top_plate:.6g}mm"
-    slim = "" if one.radius == usual_radius else f"-r{1e3 * one.radius:.6g}mm"
-    return one.name or sizes + slim
+def _name(configuration: OneConfiguration, usual_radius: float) -> str:
+    sizes = f"h{1e3 * configuration.thickness:.6g}mm-t{1e3 * configuration.top_plate:.6g}mm"
+    slim = "" if configuration.radius == usual_radius else f"-r{1e3 * configuration.radius:.6g}mm"
+    return configuration.name or sizes + slim
 
 
 def load_rig(path: str | Path) -> RigFile:
