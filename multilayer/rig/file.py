@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from multilayer.config.validate import read
-from multilayer.errors import suggest
 from multilayer.measurements.description import BurstShape, Uncertainty
-from multilayer.models import Model, refuse
+from multilayer.models import Model, refuse, refuse_unknown_keys
 from multilayer.rig.effect_base import Mistake, Mounting, Surroundings
 from multilayer.rig.effects import EFFECTS, EffectField
 from multilayer.rig.excitation import LONGEST_TAIL, Timing, ring_down
@@ -38,11 +36,7 @@ class FrequencySteps(Model, populate_by_name=True):
     @model_validator(mode="before")
     @classmethod
     def _known_keys(cls, data: Any) -> Any:
-        known = ("from", "to", "step")
-        unknown = [key for key in data if key not in (*known, *cls.model_fields)] if isinstance(data, Mapping) else []
-        errors = [_unknown(key, f"there is no such field; {suggest(str(key), known)}") for key in unknown]
-        if errors:
-            raise ValidationError.from_exception_data(cls.__name__, errors)
+        refuse_unknown_keys(cls, data, ("from", "to", "step"))
         return data
 
     @model_validator(mode="after")
@@ -59,12 +53,6 @@ class FrequencySteps(Model, populate_by_name=True):
         """Return the frequencies, Hz."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
         return tuple(float(f"{self.start + i * self.step:.12g}") for i in range(count))
-
-
-def _unknown(key: str, reason: str) -> InitErrorDetails:
-    return InitErrorDetails(
-        type=PydanticCustomError("extra_forbidden", "{reason}", {"reason": reason}), loc=(key,), input=key
-    )
 
 
 def _kind(value: Any) -> str:
