@@ -1,4 +1,4 @@
-"""The laws that layers, modulus laws and effects keep, to be run by whoever writes one; no test framework is needed."""
+"""Checks of the laws that layers, modulus laws and effects keep, for tests of plugins in any test framework."""
 
 from multilayer.testing.effects import check_effect
 from multilayer.testing.laws import check_law

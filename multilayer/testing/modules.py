@@ -8,7 +8,7 @@ from multilayer.plugins.files import definitions
 
 
 def use_module(module: ModuleType) -> None:
-    """Register the layers, laws, effects, readers and commands that a module defines, but for those there already.
+    """Register the layers, laws, effects, readers and commands that a module defines, unless they are already.
 
     To be called in a plugin's ``conftest.py``: its tests then run before it is installed, and after.
 
