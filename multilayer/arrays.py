@@ -1,4 +1,4 @@
-"""Names for the array types that signatures use, and what is done with arrays in more than one place."""
+"""Names of array types for signatures, and small functions of arrays that several packages use."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ Numeric: TypeAlias = float | complex | NDArray[Any]
 
 
 def distinct_rows(*columns: RealArray) -> tuple[IndexArray, IndexArray]:
-    """Return the indices of one row of each kind, shape (k,), and which of them each row is like, shape (m,).
+    """Return the indices of the distinct rows, shape (k,), and for every row the position of its like, shape (m,).
+
+    So ``kept, place = distinct_rows(a)`` gives ``a[kept][place] == a``, and costly functions run on `kept` only.
 
     Parameters
     ----------
     columns : array, shape (m,), (m, n) or ()
-        What rows are compared by, bit by bit; a scalar is the same in all rows.
+        Parts of the rows, which are compared bit by bit; a scalar is the same in all rows.
     """
     count = max(len(column) for column in columns if column.ndim)
     widths = [column.shape[1] if column.ndim > 1 else 1 for column in columns]

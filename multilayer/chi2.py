@@ -1,8 +1,8 @@
-"""What chance makes of squares of normal errors."""
+"""Probabilities of chi-square: M. Abramowitz & I. A. Stegun, Handbook of Mathematical Functions, 1964, section 26.4."""
 
 from __future__ import annotations
 
-from scipy.special import chdtrc, chdtri  # scipy.stats gives the same, and takes as long to import as all else of it
+from scipy.special import chdtrc, chdtri  # not scipy.stats, which gives the same but is slow to import
 
 
 def exceeding(chi_square: float, degrees: float) -> float:

@@ -1,4 +1,4 @@
-"""Errors that a user can act on: one message a mistake, with the place where it stands."""
+"""Errors that a user can act on: one message per mistake, with its place in the input."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Problem:
 
 
 class InputError(MultilayerError):
-    """Input that cannot be used; carries every mistake found, not only the first.
+    """Input that cannot be used; carries every mistake, not only the first.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def suggest(name: str, allowed: Iterable[str]) -> str:
 
 
 def show(value: object) -> str:
-    """Return a value as messages quote it: text in quotes, nothing as such, and no more than a line of it.
+    """Return a value as messages quote it: text in quotes, None as 'an empty value', cut to the length of a line.
 
     Parameters
     ----------

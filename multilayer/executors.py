@@ -29,7 +29,7 @@ _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
 
 
 class LostWorkerWarning(UserWarning):
-    """Workers failed; what they left was computed in this process, with the same result."""
+    """Workers failed; their tasks were computed in this process, with the same result."""
 
 
 def run_all(
@@ -38,15 +38,15 @@ def run_all(
     executor: Executor | None,
     done: Callable[[int], None] = lambda index: None,
 ) -> list[R]:
-    """Return what `function` makes of every task, in the order of the tasks.
+    """Return the result of `function` for every task, in the order of the tasks.
 
-    What an executor fails to give back, whatever the reason, is computed in this process: a worker that is lost costs
-    time, not results.
+    Tasks on which an executor fails, whatever the reason, are computed in this process: a lost worker costs time, not
+    results.
 
     Parameters
     ----------
     function : callable
-        Gives the same for the same task wherever it runs; pickled, as the tasks are.
+        Gives the same result for the same task wherever it runs; pickled, as the tasks are.
     tasks : sequence
     executor : Executor or None
         None for this process.
@@ -56,7 +56,7 @@ def run_all(
     Raises
     ------
     MultilayerError
-        The first that a task raises; what has not begun is not begun.
+        The first that a task raises; tasks that have not begun are cancelled.
     """
     results: dict[int, R] = {}
     for index, result in as_done(function, tasks, executor):
@@ -66,7 +66,7 @@ def run_all(
 
 
 def call(task: Callable[[], R]) -> R:
-    """Return what a task returns: a function for `run_all` where tasks differ in theirs."""
+    """Call a task and return its result: the function to give `run_all` where the tasks are functions themselves."""
     return task()
 
 
@@ -85,10 +85,10 @@ def as_done(function: Callable[[T], R], tasks: Sequence[T], executor: Executor |
         if index not in finished:
             yield index, function(task)
     if reasons:
-        warn(_told(reasons, len(tasks)), LostWorkerWarning, stacklevel=4)
+        warn(_lost_workers(reasons, len(tasks)), LostWorkerWarning, stacklevel=4)
 
 
-def _told(reasons: list[Exception], n_tasks: int) -> str:
+def _lost_workers(reasons: list[Exception], n_tasks: int) -> str:
     first = f"{type(reasons[0]).__name__}: {reasons[0]}".splitlines()[0].removesuffix(": ")
     return f"workers failed on {len(reasons)} of {n_tasks} tasks, which were computed here instead ({first})"
 
@@ -119,7 +119,7 @@ _preparations: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
 
 @contextmanager
 def prepared(function: Callable[..., object], *arguments: Any) -> Iterator[None]:
-    """Let whatever process computes a task inside call `function` first, before the task is unpickled.
+    """Make every process call `function` before it unpickles a task that is submitted inside this context.
 
     Parameters
     ----------
@@ -176,12 +176,12 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
     ----------
     jobs : int
     modules : sequence of str, optional
-        What they import at once, while this process prepares their tasks.
+        Imported by the processes at once, while this one prepares their tasks.
 
     Raises
     ------
     InputError
-        For less than one.
+        For fewer than one job.
     """
     if jobs < 1:
         raise InputError(f"--jobs: {jobs} is not allowed; it must be at least 1")
@@ -206,7 +206,7 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
 
 
 def _end_with_parent() -> None:
-    """End this process as soon as the one that began it has ended, however: a pool's worker would wait for ever."""
+    """End this process when its parent ends, even by a signal: a pool's worker would wait for ever."""
     parent = parent_process()
     if parent is not None:
         Thread(target=_end_after, args=(parent,), daemon=True).start()
@@ -224,7 +224,7 @@ def _import_all(modules: Sequence[str]) -> None:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Let processes that start inside use one thread for linear algebra: there is one of them per job."""
+    """Make processes that start inside use one thread for linear algebra, since there is one process per job."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
@@ -241,7 +241,7 @@ def _one_thread_each() -> Iterator[None]:
 def cluster(address: str) -> Iterator[Executor]:
     """Give the workers of a Dask cluster as an executor.
 
-    Tasks of a worker that is lost go to another one.
+    Tasks of a lost worker go to another one.
 
     Parameters
     ----------
@@ -251,7 +251,8 @@ def cluster(address: str) -> Iterator[Executor]:
     Raises
     ------
     InputError
-        When `distributed` is not installed, nothing answers, there is no worker, or the workers cannot run this.
+        When `distributed` is not installed, no scheduler answers, there is no worker, or the workers have another
+        version of this package.
     """
     with _client(address) as client:
         yield client.get_executor(retries=_RETRIES, pure=False)
@@ -272,7 +273,7 @@ def _client(address: str) -> Iterator[Any]:
     except OSError:  # TimeoutError is one
         text = f"--cluster: no Dask scheduler answers at {address} within {CONNECT_SECONDS} s"
         raise InputError(f"{text}; start one with 'dask scheduler'") from None
-    with _quiet("distributed.client"), client:  # what it logs of lost connections is told in a line, once
+    with _quiet("distributed.client"), client:  # its log of lost connections would repeat `LostWorkerWarning`
         _check_workers(client, address)
         yield client
 

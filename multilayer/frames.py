@@ -1,4 +1,4 @@
-"""Results as arrays over named axes, and from there as tables and data sets of pandas and xarray, where installed."""
+"""Results as arrays over named axes, and as tables and data sets of pandas and xarray where these are installed."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class Frame:
     Attributes
     ----------
     coordinates : mapping
-        What the axes are, by name; a column may lie along an axis of another name.
+        Coordinates of the axes, by name; a coordinate may lie along an axis of another name.
     values : mapping
-        By name; their axes are those of the coordinates.
+        Values by name; their axes are those of the coordinates.
     units : mapping
         SI units by name, where there is one.
     facts : mapping
-        Single values that hold for all of it.
+        Single values that hold for the whole result.
     """
 
     coordinates: Mapping[str, Column]
@@ -71,12 +71,14 @@ def over(
     units: Mapping[str, str] | None = None,
     facts: Mapping[str, Any] | None = None,
 ) -> Frame:
-    """Return the frame of arrays of shape (..., *coordinate.shape for each): ``...`` are samples; None is left out.
+    """Return the frame of values whose last axes are those of the coordinates, one after the other.
+
+    Further axes in front are samples; values that are None are left out.
 
     Parameters
     ----------
     coordinates : mapping
-        Arrays by name, of any shape; one of no axis is a fact.
+        Arrays by name, of any shape.
     values, units, facts : mapping
         As in `Frame`.
     """
@@ -96,7 +98,10 @@ def _axes(name: str, n: int) -> tuple[str, ...]:
 
 
 class Tabular:
-    """A result that shows itself, and turns into what pandas and xarray hold; a dataclass of it says ``repr=False``."""
+    """A result with a text and an HTML representation, and conversions to pandas and xarray.
+
+    Dataclasses that inherit it need ``repr=False``, or their generated representation takes its place.
+    """
 
     @property
     @abstractmethod
@@ -131,7 +136,7 @@ class Tabular:
     def __repr__(self) -> str:
         frame = self.frame
         facts = [f"{name} {_cell(value)}" for name, value in frame.facts.items()]
-        head = ", ".join([*(_told(frame, name) for name in frame.coordinates), *facts])
+        head = ", ".join([*(_coordinate_text(frame, name) for name in frame.coordinates), *facts])
         width = max((len(name) for name in frame.values), default=0)
         lines = [f"  {name:{width}}  {_range(frame, name)}".rstrip() for name in frame.values]
         return "\n".join([f"{type(self).__name__}: {head}", *lines])
@@ -154,8 +159,8 @@ def html_table(headings: Sequence[str], rows: Sequence[Sequence[str]], caption: 
     """Return a table of texts as HTML, for notebooks."""
     head = "".join(f"<th>{escape(text)}</th>" for text in headings)
     body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
-    told = f"<caption>{escape(caption)}</caption>" if caption else ""
-    return f"<table>{told}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _package(name: str) -> Any:
@@ -169,8 +174,8 @@ def _unit(frame: Frame, name: str) -> dict[str, str]:
     return {"units": frame.units[name]} if frame.units.get(name) else {}
 
 
-def _told(frame: Frame, name: str) -> str:
-    """Return a coordinate in words: how many values, from where to where."""
+def _coordinate_text(frame: Frame, name: str) -> str:
+    """Return a coordinate as text: the number of its values, the lowest and the highest."""
     array, unit = frame.coordinates[name][1], frame.units.get(name, "")
     if array.size > 1 and array.dtype.kind in "fi":
         return f"{array.size} of {name} ({f'{array.min():g} to {array.max():g} {unit}'.rstrip()})"
@@ -180,7 +185,7 @@ def _told(frame: Frame, name: str) -> str:
 
 
 def _range(frame: Frame, name: str) -> str:
-    """Return between which values a column lies; of complex values, their amounts."""
+    """Return the lowest and highest value of a column as text; for complex values, those of the modulus."""
     array, unit = frame.values[name][1], frame.units.get(name, "")
     if array.dtype.kind == "b":
         return f"{int(array.sum())} of {array.size}"

@@ -1,6 +1,6 @@
-"""Import this last: what is imported by then is not looked through for garbage any more.
+"""Import this last in a process that others are forked from: its objects are left out of garbage collection.
 
-In a process that others are forked from, and that ends sooner itself.
+Collections in the forked processes then neither scan them nor copy the memory pages that they share.
 """
 
 import gc

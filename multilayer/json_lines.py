@@ -1,4 +1,4 @@
-"""Results of long work, kept as they come: one line of JSON each, what they were made with in the first."""
+"""Results of long computations, written as they come: one line of JSON each, after a first line of settings."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from multilayer.errors import InputError
 
 
 class JsonLines:
-    """A file that work adds to and goes on with.
+    """A file to which a computation adds its results, and from which an interrupted one resumes.
 
     Parameters
     ----------
     path : Path
     made_with : dict
-        Plain data; results made with something else are not gone on with.
+        The settings, as plain data; a file with other settings is not resumed.
     """
 
     def __init__(self, path: Path, made_with: dict[str, Any]) -> None:
         self.path, self._head = path, made_with
 
     def begin(self, *, resume: bool) -> list[dict[str, Any]]:
-        """Return the results to go on with; without `resume` none, and the file begins anew.
+        """Return the results that the file holds already; without `resume` none, and the file is begun anew.
 
         A last line that was cut short is left out.
 
         Raises
         ------
         InputError
-            When the file holds what was made with something else.
+            When the file holds results of other settings.
         """
         lines = self.path.read_text(encoding="utf-8").splitlines() if resume and self.path.exists() else []
-        plain = [one for one in map(_parsed, lines) if one is not None]
+        plain = [entry for entry in map(_parsed, lines) if entry is not None]
         if plain and plain[0] != self._head:
             text = "holds results of another seed, version or other settings"
             raise InputError(f"{self.path} {text}; choose another file, or begin anew")
         kept = [self._head, *plain[1:]]
         beside = self.path.with_suffix(".part")
-        beside.write_text("".join(f"{json.dumps(one)}\n" for one in kept), encoding="utf-8")
+        beside.write_text("".join(f"{json.dumps(entry)}\n" for entry in kept), encoding="utf-8")
         beside.replace(self.path)
         return kept[1:]
 
@@ -51,7 +51,7 @@ class JsonLines:
 
 def _parsed(line: str) -> dict[str, Any] | None:
     try:
-        found: dict[str, Any] = json.loads(line)
+        entry: dict[str, Any] = json.loads(line)
     except ValueError:
         return None
-    return found
+    return entry

@@ -1,6 +1,6 @@
-"""What a JSON Schema says of an input: annotations that stand beside validators of our own, which pydantic cannot read.
+"""JSON Schemas of inputs: annotations for fields with validators of this package, which pydantic cannot read.
 
-Draft 7, which every YAML language server knows: so no ``prefixItems``, and nothing that counts beside a ``$ref``.
+Draft 7, which every YAML language server knows: so no ``prefixItems``, and no keywords beside a ``$ref``.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Handler: TypeAlias = GetJsonSchemaHandler
 Schema: TypeAlias = dict[str, Any]
 
 _OPEN: ContextVar[frozenset[str]] = ContextVar("titles of schemas that are being made", default=frozenset())
-_PART = "x-part"  # a reference by title, which pydantic, that knows only its own, does not try to follow
+_PART = "x-part"  # a reference by title under a key that pydantic does not know, and so does not try to follow
 _DIGITS = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
-_UNIT = r"\s*([^-+0-9.\s].*)?$"  # or what may be one: which are known, and fit, only reading tells
+_UNIT = r"\s*([^-+0-9.\s].*)?$"  # any text that may be a unit: whether it is known and fits, parsing decides
 NUMBER_TEXT = rf"^\s*[-+]?{_DIGITS}"
 QUANTITY_TEXT = rf"{NUMBER_TEXT}{_UNIT}"
 UNSIGNED_TEXT = rf"^\s*\+?{_DIGITS}{_UNIT}"
@@ -31,12 +31,12 @@ COMPLEX_TEXT = rf"{QUANTITY_TEXT}|{NUMBER_TEXT}\s*[-+]\s*[0-9.eE]*[-+]?[0-9]*[ij
 
 @dataclass(frozen=True)
 class Written:
-    """Annotation: what may stand in an input, in place of what pydantic makes of a validator.
+    """Annotation: the JSON Schema of a field's input, in place of the one that pydantic derives from a validator.
 
     Attributes
     ----------
     schema : callable or dict
-        The JSON Schema, or what makes it from a handler that turns core schemas into JSON Schemas.
+        The JSON Schema, or a function that makes it from a handler, which turns core schemas into JSON Schemas.
     """
 
     schema: Callable[[Handler], Schema] | Schema
@@ -49,7 +49,7 @@ class Written:
 
 
 def any_of(*options: Schema | type[BaseModel]) -> Written:
-    """Return the annotation of a field that takes one of several things, each a schema or a model."""
+    """Return the annotation of a field whose input matches one of several schemas or models."""
     return Written(lambda handler: {"anyOf": [_schema_of(option, handler) for option in options]})
 
 
@@ -58,7 +58,7 @@ def _schema_of(option: Schema | type[BaseModel], handler: Handler) -> Schema:
 
 
 def model_schema(model: type[BaseModel], handler: Handler) -> Schema:
-    """Return the schema of another model, what the model itself adds to it included."""
+    """Return the schema of another model, with the additions of its ``__get_pydantic_json_schema__``."""
     # called with the model alone, an annotation's handler passes over `__get_pydantic_json_schema__`
     return handler(core_schema.union_schema([model.__pydantic_core_schema__]))
 
@@ -77,32 +77,32 @@ def by_name(registry: Registry[Any], key: str, handler: Handler) -> Schema:
     title, open_titles = f"{registry.kind} by name", _OPEN.get()
     if title in open_titles:  # one of the models holds another of its kind, as a graded layer does
         return {_PART: title}
-    found = dict(loaded(registry))
+    models = dict(loaded(registry))
     before = _OPEN.set(open_titles | {title})
     try:
-        options = [{"if": having(key, name), "then": model_schema(model, handler)} for name, model in found.items()]
+        options = [{"if": having(key, name), "then": model_schema(model, handler)} for name, model in models.items()]
     finally:
         _OPEN.reset(before)
     return {
         "title": title,
         "type": "object",
-        "properties": {key: {"enum": list(found)}},
+        "properties": {key: {"enum": list(models)}},
         "required": [key],
         "allOf": options,
     }
 
 
 def having(key: str, value: str, *, default: bool = False) -> Schema:
-    """Return the schema of a mapping that has a value; or, where it is the `default`, has no other."""
-    said: Schema = {"properties": {key: {"const": value}}}
-    return said if default else {**said, "required": [key]}
+    """Return the schema of a mapping whose `key` has a value; a `default` value may also be left out."""
+    schema: Schema = {"properties": {key: {"const": value}}}
+    return schema if default else {**schema, "required": [key]}
 
 
 def schema_of(model: Any) -> Schema:
-    """Return the JSON Schema of the inputs of a model or a union; parts with a title stand once, in its ``$defs``."""
-    found = TypeAdapter(model).json_schema(schema_generator=Draft7)
+    """Return the JSON Schema of the inputs of a model or a union, with titled parts once each, in its ``$defs``."""
+    generated = TypeAdapter(model).json_schema(schema_generator=Draft7)
     shared: Schema = {}
-    whole = _hoisted(found, shared, inside=False)
+    whole = _hoisted(generated, shared, inside=False)
     whole["$defs"] = {
         name: whole.get("$defs", {}).get(name, shared.get(name)) for name in sorted({*whole.get("$defs", {}), *shared})
     }
@@ -112,13 +112,13 @@ def schema_of(model: Any) -> Schema:
 def _hoisted(value: Any, shared: Schema, *, inside: bool = True) -> Any:
     """Return a schema with references in place of its titled parts, which go to `shared`."""
     if isinstance(value, list):
-        return [_hoisted(one, shared) for one in value]
+        return [_hoisted(inner, shared) for inner in value]
     if not isinstance(value, dict):
         return value
     if _PART in value:
         return _reference(value[_PART])
     plain = {
-        key: {name: _hoisted(one, shared, inside=False) for name, one in part.items()}
+        key: {name: _hoisted(inner, shared, inside=False) for name, inner in part.items()}
         if key == "$defs"
         else _hoisted(part, shared)
         for key, part in value.items()
@@ -139,17 +139,17 @@ class Draft7(GenerateJsonSchema):
     schema_dialect = "http://json-schema.org/draft-07/schema#"
 
     def field_title_should_be_set(self, schema: Any) -> bool:
-        """Tell that no field is titled by its own name."""
+        """Leave out titles of fields, which would only repeat their names."""
         return False
 
     def handle_invalid_for_json_schema(self, schema: Any, error_info: str) -> JsonSchemaValue:
-        """Return the schema of anything, for a validator of a plugin that says nothing of what it takes."""
+        """Return the schema that allows anything, for a plugin's validator without a schema."""
         return {}
 
     def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
-        """Return the schema of a tuple: all entries alike, as those of our models are."""
-        found = super().tuple_schema(schema)
-        entries = found.pop("prefixItems", None)
+        """Return the schema of a tuple in draft 7: one schema for all entries where they are alike, else a list."""
+        generated = super().tuple_schema(schema)
+        entries = generated.pop("prefixItems", None)
         if entries:
-            found["items"] = entries[0] if all(entry == entries[0] for entry in entries) else entries
-        return found
+            generated["items"] = entries[0] if all(entry == entries[0] for entry in entries) else entries
+        return generated

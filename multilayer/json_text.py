@@ -1,4 +1,4 @@
-"""Results as JSON that every reader takes."""
+"""Results as standard JSON, which has no infinite numbers and no NaN."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def json_text(data: Any) -> str:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value

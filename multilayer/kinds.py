@@ -1,6 +1,6 @@
-"""Every kind of YAML file that the project reads: how to tell it, read it with all that it names, and its schema.
+"""Every kind of YAML file that the project reads: how to recognise it, how to read it, and its schema.
 
-Models and readers load on use: naming the kinds costs nothing.
+Models and readers are imported on use, so that importing this module is quick.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from multilayer.errors import InputError, Problem, suggest
 if TYPE_CHECKING:
     from multilayer.models import Model
 
-_CLOSE = 0.75  # of a misspelt key to the one that is meant
-_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")  # by which a folder is taken, the first that is there
+_CLOSE = 0.75  # least similarity of a misspelt key to the right one
+_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")  # read for a folder: the first of these that it holds
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,11 @@ class Kind:
     Attributes
     ----------
     name : str
-        As the command line has it.
+        On the command line and in files, as ``kind: NAME``.
     home : str
-        Where its model is, as ``module:Model``, or a union of several.
+        Where its model is, as ``module:Model``; it may be a union of models.
     read : callable
-        Reads a file or folder with everything it names, and says what it found in a few words.
+        Reads a file or folder with all files it names, and returns a short description for the user.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Kind:
 
     @property
     def title(self) -> str:
-        """What people call it."""
+        """Title for the user."""
         return TITLES[self.name]
 
     @property
@@ -53,7 +53,7 @@ class Kind:
 
     @property
     def fields(self) -> set[str]:
-        """Names of what may stand at the top of the file."""
+        """Names of the fields at the top level of the file."""
         union, *_ = get_args(self.model) or (self.model,)
         models: tuple[type[Model], ...] = get_args(union) or (union,)
         return {info.alias or name for model in models for name, info in model.model_fields.items()}
@@ -63,15 +63,15 @@ class Kind:
         from multilayer.json_schema import schema_of
 
         schema = schema_of(self.model)
-        told = {KEY: {"enum": [*taken(self.name)], "description": f"What this file is: {self.title}."}}
+        kind_field = {KEY: {"enum": [*taken(self.name)], "description": f"What this file is: {self.title}."}}
         for part in [schema] if "properties" in schema else schema["oneOf"]:
             model = schema["$defs"][part["$ref"].rpartition("/")[2]] if "$ref" in part else part
-            model["properties"] = told | model["properties"]
+            model["properties"] = kind_field | model["properties"]
         return {**schema, "title": f"multilayer: {self.title}"}
 
 
-def _counted(n: int, one: str, what: str) -> str:
-    return f"{what} of one {one}" if n == 1 else f"{what} of {n} {one}s"
+def _counted(n: int, noun: str, what: str) -> str:
+    return f"{what} of one {noun}" if n == 1 else f"{what} of {n} {noun}s"
 
 
 def _read_stack(source: Path) -> str:
@@ -159,7 +159,7 @@ def kind_named(name: str) -> Kind:
 
 
 def kind_of(source: Path) -> Kind:
-    """Return what kind a file is, or the file by which a folder is taken.
+    """Return the kind of a file, or of the file that is read for a folder.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def kind_of(source: Path) -> Kind:
     Raises
     ------
     InputError
-        When it cannot be read, or nothing in it tells.
+        When it cannot be read, or its kind cannot be told from its contents.
     """
     from multilayer.config.yaml12 import read_yaml
 
@@ -185,13 +185,13 @@ def kind_of(source: Path) -> Kind:
         raise InputError(other_kind(document, data[KEY]))
     name = kind_of_data(data) or _nearest(data.keys() - {"version"})
     if not name:
-        told = f"say it by 'kind:', one of {', '.join(KINDS)}"
-        raise InputError(Problem(f"nothing in this file tells what it is; {told}", "", file, 1, 1))
+        remedy = f"say it by 'kind:', one of {', '.join(KINDS)}"
+        raise InputError(Problem(f"nothing in this file tells what it is; {remedy}", "", file, 1, 1))
     return KINDS[name]
 
 
 def _nearest(keys: Any) -> str:
-    """Return the kind that most keys are near to."""
+    """Return the name of the kind whose fields most of the keys resemble; empty when none does."""
     near = {
         name: sum(bool(get_close_matches(str(key), kind.fields, 1, _CLOSE)) for key in keys)
         for name, kind in KINDS.items()

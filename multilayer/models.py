@@ -1,9 +1,9 @@
-"""Base of everything that is read from an input: immutable, strict, and mistakes told in the user's words."""
+"""Base of everything that is read from an input: immutable, strict, with mistakes worded for the user."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import Any, Literal, LiteralString, Self, get_origin
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal, Self, get_origin
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
@@ -30,7 +30,7 @@ class Model(BaseModel):
             raise ValidationError.from_exception_data(cls.__name__, problems) from None
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        """Give what a reader sees of the model: fields that say something, quantities with their units."""
+        """Give the fields that are set and not constant, as text; quantities with their units."""
         for name, info in type(self).model_fields.items():
             value = getattr(self, name, None)
             if value is not None and get_origin(info.annotation) is not Literal:
@@ -47,7 +47,7 @@ class _Shown(str):
 
 
 def shown_value(value: Any, unit: str | None) -> str:
-    """Return a field's value as text, a quantity with its unit; of an array only how large it is."""
+    """Return a field's value as text, a quantity with its unit; for an array only its shape."""
     if getattr(value, "shape", ()):
         return f"array{value.shape} {unit or ''}".rstrip()
     if isinstance(value, float | int | complex) and not isinstance(value, bool):
@@ -77,8 +77,8 @@ _WORDS = {
     "union_tag_not_found": "has no {discriminator}",
 }
 
-# the two kinds that are located by the name in `loc`, not by a value; they stay recognisable
-_KINDS: dict[str, LiteralString] = {"missing": "missing", "extra_forbidden": "extra_forbidden"}
+# the two kinds of errors whose place is that of a name, not of a value: `config.validate` must recognise them
+_LOCATED_BY_NAME = ("missing", "extra_forbidden")
 
 
 def _is_long_enough(error: ErrorDetails) -> bool:
@@ -92,9 +92,8 @@ def _is_long_enough(error: ErrorDetails) -> bool:
 
 
 def _reworded(error: ErrorDetails, model: type[Model]) -> InitErrorDetails:
-    kind = _KINDS.get(error["type"], "input")
-    custom = PydanticCustomError(kind, "{reason}", {"reason": _words(error, model)})
-    return InitErrorDetails(type=custom, loc=error["loc"], input=error["input"])
+    kind = error["type"] if error["type"] in _LOCATED_BY_NAME else "input"
+    return mistake(kind, error["loc"], _words(error, model), error["input"])
 
 
 def _words(error: ErrorDetails, model: type[Model]) -> str:
@@ -111,6 +110,54 @@ def _words(error: ErrorDetails, model: type[Model]) -> str:
     return words.format_map({**context, "value": show(error["input"]), "suggestion": suggestion})
 
 
+def mistake(kind: Any, place: tuple[str | int, ...], reason: str, value: Any) -> InitErrorDetails:
+    """Return one mistake for a pydantic error, worded already.
+
+    Parameters
+    ----------
+    kind : str
+        ``missing`` and ``extra_forbidden`` are located by the field's name, others by its value.
+    place : tuple
+        Path into the data.
+    reason : str
+        What the user reads.
+    value : Any
+        What was written.
+    """
+    return InitErrorDetails(type=PydanticCustomError(kind, "{reason}", {"reason": reason}), loc=place, input=value)
+
+
+def as_mistakes(errors: Iterable[ErrorDetails]) -> list[InitErrorDetails]:
+    """Return the mistakes of a pydantic error that is worded already, to raise them again among others."""
+    return [mistake(details["type"], details["loc"], details["msg"], details["input"]) for details in errors]
+
+
+def refuse_unknown_keys(model: type[Model], data: Any, known: Sequence[str], suggested: Sequence[str] = ()) -> None:
+    """Refuse keys of a mapping that are no fields, for a model whose fields are written by other names.
+
+    Pydantic would place such a mistake, but `suggest` the names that the fields have in Python.
+
+    Parameters
+    ----------
+    model : type
+    data : Any
+        What was written; anything but a mapping is left to pydantic.
+    known : sequence of str
+        The names that may be written.
+    suggested : sequence of str
+        Further names to suggest, as of a model that takes the same place.
+    """
+    if not isinstance(data, Mapping):
+        return
+    unknown = [
+        mistake("extra_forbidden", (key,), f"there is no such field; {suggest(str(key), (*known, *suggested))}", key)
+        for key in data
+        if key not in (*known, *model.model_fields)
+    ]
+    if unknown:
+        raise ValidationError.from_exception_data(model.__name__, unknown)
+
+
 def refuse(model: Model, mistakes: Iterable[tuple[tuple[str | int, ...], str, Any]]) -> None:
     """Raise a ValidationError that places each mistake at its own field; nothing when there is none.
 
@@ -121,9 +168,6 @@ def refuse(model: Model, mistakes: Iterable[tuple[tuple[str | int, ...], str, An
     mistakes : iterable of (path, text, value)
         Path into the model, what is wrong with a remedy, and what was written.
     """
-    errors = [
-        InitErrorDetails(type=PydanticCustomError("input", "{reason}", {"reason": text}), loc=path, input=value)
-        for path, text, value in mistakes
-    ]
+    errors = [mistake("input", path, text, value) for path, text, value in mistakes]
     if errors:
         raise ValidationError.from_exception_data(type(model).__name__, errors)

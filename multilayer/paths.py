@@ -129,7 +129,7 @@ def with_entry(data: Any, path: str, value: Any) -> Any:
     Raises
     ------
     InputError
-        When the path leads through what has no entries.
+        When the path leads through a value that has no entries.
     """
     return _with_entry(data, path.split("."), value, [])
 

@@ -1,8 +1,8 @@
 """Registries fed by entry points: how layers, modulus laws, effects and readers are found, the built-in ones included.
 
-Nothing is imported until its name is asked for, so a plugin that fails on import cannot stop the rest. Who asks for a
-name gets its object or a `RegistryError`; who goes through all names takes `Registry.working`, which leaves broken
-plugins out and warns of each.
+Nothing is imported until its name is asked for, so a plugin that fails on import cannot stop the rest. Looking up a
+name gives its object or raises a `RegistryError`; `Registry.working` goes through all names, leaves broken plugins out
+and warns of each.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 class RegistryError(MultilayerError):
-    """A name taken twice, a name nobody knows, or a plugin that does not load."""
+    """A name defined twice, an unknown name, or a plugin that does not load."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Origin:
     value : str
         ``module:name``, or a file.
     package, version : str
-        Of the distribution that brings it; empty for what was registered by hand.
+        Of the distribution that brings it; empty for an object that was added by `Registry.register`.
     """
 
     value: str
@@ -56,9 +56,9 @@ class Registry(Generic[T]):
     group : str
         Entry-point group, as ``multilayer.layers``.
     kind : str
-        What is in it, for messages.
+        What the objects are, for messages, as ``layer``.
     fault : callable, optional
-        Called with a name and what a plugin gives under it; returns what is wrong with that, or nothing.
+        Called with a name and the object registered under it; returns what is wrong with it, or an empty text.
     """
 
     def __init__(self, group: str, kind: str, fault: Callable[[str, Any], str] | None = None) -> None:
@@ -69,12 +69,12 @@ class Registry(Generic[T]):
 
     @cached_property
     def _entries(self) -> dict[str, list[EntryPoint]]:
-        found: dict[str, list[EntryPoint]] = {}
+        entries: dict[str, list[EntryPoint]] = {}
         for entry in entry_points(group=self.group):
             # an editable install may list the same entry twice: only different targets are two
-            if all(other.value != entry.value for other in found.setdefault(entry.name, [])):
-                found[entry.name].append(entry)
-        return found
+            if all(other.value != entry.value for other in entries.setdefault(entry.name, [])):
+                entries[entry.name].append(entry)
+        return entries
 
     def register(self, name: str, item: T, origin: str = "") -> T:
         """Add an object under a name.
@@ -97,12 +97,12 @@ class Registry(Generic[T]):
         self._local.pop(name, None)
 
     def owners(self, name: str) -> list[Origin]:
-        """Return where a name comes from: empty when unknown, more than one when it is taken twice."""
+        """Return where a name comes from: empty when it is unknown, several when it is defined more than once."""
         local = [self._local[name][1]] if name in self._local else []
         return [_origin(entry) for entry in self._entries.get(name, [])] + local
 
     def origins(self, name: str) -> list[str]:
-        """Return the same in words."""
+        """Return the `owners` as text."""
         return [str(owner) for owner in self.owners(name)]
 
     def names(self) -> list[str]:
@@ -115,7 +115,7 @@ class Registry(Generic[T]):
         Raises
         ------
         RegistryError
-            For one that nobody knows, with the nearest.
+            For an unknown name, with the nearest.
         """
         for name in names or ():
             if name not in self:

@@ -1,4 +1,4 @@
-"""A stack: what surrounds the layers, the layers, how they touch, and what lies behind."""
+"""A stack: the ambient gas, the layers, their contacts, and the termination."""
 
 from __future__ import annotations
 
@@ -109,9 +109,9 @@ class Stack(Model):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        found = handler(core)
-        with_materials_written(handler.resolve_ref_schema(found)["properties"], handler)
-        return found
+        reference = handler(core)
+        with_materials_written(handler.resolve_ref_schema(reference)["properties"], handler)
+        return reference
 
     @model_validator(mode="wrap")
     @classmethod
@@ -120,8 +120,8 @@ class Stack(Model):
         try:
             stack = handler(expanded.data)
         except ValidationError as error:
-            found = [expanded.told(details) for details in error.errors(include_url=False)]
-            problems = [*expanded.problems, *(details for details in found if details is not None)]
+            reworded = [expanded.relocated(details) for details in error.errors(include_url=False)]
+            problems = [*expanded.problems, *(details for details in reworded if details is not None)]
         else:
             problems = expanded.problems
         if problems:
@@ -156,8 +156,8 @@ class Stack(Model):
         return f"{type(self).__name__} of {n} layer{'s' if n > 1 else ''}, in {self.ambient!r}"
 
     def _repr_html_(self) -> str:
-        said = [", ".join(f"{k} {v}" for k, v in layer.__repr_args__() if k != "name") for layer in self.layers]
-        rows = [(str(i), layer.name or "", layer.type, said[i]) for i, layer in enumerate(self.layers)]
+        fields = [", ".join(f"{k} {v}" for k, v in layer.__repr_args__() if k != "name") for layer in self.layers]
+        rows = [(str(i), layer.name or "", layer.type, fields[i]) for i, layer in enumerate(self.layers)]
         table = [*rows, ("", "", "behind", str(self.termination))]
         return html_table(("", "name", "type", "fields"), table, self._headline)
 
@@ -176,7 +176,7 @@ class Stack(Model):
         return names[str(key)]
 
     def _place(self, contact: LayerContact) -> int:
-        """Return the interface a contact speaks of: 1 lies behind the first layer."""
+        """Return the index of a contact's interface; 1 lies behind the first layer."""
         n = len(self.layers)
         ends = sorted(n if end == "termination" else self.index(end) for end in contact.between)
         if ends[1] - ends[0] != 1:
@@ -197,7 +197,7 @@ class Stack(Model):
         return all(layer.isotropic_in_plane for layer in self.layers)
 
     def at_rest(self, *, on_base: bool = False) -> tuple[Layer, ...]:
-        """Return the layers as they are under the weight of those that lie on them.
+        """Return the layers as they are under the static weight of those that lie on them.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""How many threads linear algebra uses; to be said before numpy is loaded."""
+"""How many threads linear algebra uses; to be set before NumPy is imported."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def one_thread() -> None:
-    """Let linear algebra use one thread where the environment says nothing.
+    """Make linear algebra use one thread unless the environment says otherwise.
 
-    The matrices are small: more threads gain nothing, and on a busy machine they wait for each other many times as long
-    as they compute.
+    The matrices are small: more threads gain nothing, and on a busy machine they wait for each other many times longer
+    than they compute.
     """
     for name in THREADS:
         os.environ.setdefault(name, "1")

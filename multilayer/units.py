@@ -1,4 +1,4 @@
-"""Units at the doors: text with a unit becomes an SI number, and nothing inside knows units.
+"""Units of inputs: text with a unit becomes a number in SI, and the rest of the code has SI numbers only.
 
 Field types such as `Length` are plain numbers for pydantic and for the rest of the code; in an input they may
 also be written as ``"1 mm"``. Their unit can be read back from the annotation (`UnitLabel`), to print tables.
@@ -148,20 +148,20 @@ class UnitLabel:
 
 @dataclass(frozen=True)
 class Unit(UnitLabel):
-    """Annotation of a real field: its SI unit, and the door through which text becomes a number."""
+    """Annotation of a real field: its SI unit, and the validator that turns text into a number."""
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_before_validator_function(self._parse, handler(source))
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        number = handler(core)  # its bounds hold for numbers and are no matter to text, but for the sign
+        number = handler(core)  # its bounds hold for numbers; of text the pattern can only check the sign
         least = max(number.get("minimum", -1), number.get("exclusiveMinimum", -1))
         pattern = UNSIGNED_TEXT if least >= 0 and self.symbol != "K" else QUANTITY_TEXT  # -5 degC is above 0 K
         return {**number, "type": ["number", "string"], "pattern": pattern, "description": self.described}
 
     @property
     def described(self) -> str:
-        """What a reader of the field is told: its unit and how it is written."""
+        """Description for the reader of a schema: the unit, and examples."""
         return f"In {self.symbol}: {_example(self.symbol)}." if self.symbol else f"A pure number: {_example('')}."
 
     def _parse(self, value: object) -> object:

@@ -166,8 +166,8 @@ def _tell(made: ImportedCampaign, out: Path, as_json: bool) -> None:
         typer.echo(f"left out: {len(left_out) - _MOST_TOLD} more", err=True)
     typer.echo("    f / Hz  found / Hz  repeats  samples")
     for burst in made.result.bursts:
-        recording = burst.recording
-        typer.echo(f"{burst.frequency:10g}  {burst.found:10.2f}  {recording.n_repeats:7d}  {recording.n_samples:7d}")
+        frequencies = f"{burst.frequency:10g}  {burst.measured_frequency:10.2f}"
+        typer.echo(f"{frequencies}  {burst.recording.n_repeats:7d}  {burst.recording.n_samples:7d}")
     typer.echo(f"written to {out}: {len(made.result.bursts)} bursts")
     if not made.complete:
         typer.echo(f"fill in what {out / 'campaign.yaml'} marks as FILL_IN, then: multilayer fit {out}")
@@ -178,7 +178,7 @@ def _said(made: ImportedCampaign, out: Path) -> dict[str, Any]:
     bursts = [
         {
             "frequency_hz": burst.frequency,
-            "found_hz": burst.found,
+            "found_hz": burst.measured_frequency,
             "repeats": burst.recording.n_repeats,
             "samples": burst.recording.n_samples,
         }

@@ -60,8 +60,8 @@ def compose(text: str, file: Path) -> Node | None:
     Raises
     ------
     InputError
-        For what is no YAML, a second document, recursive or exploding aliases, and data nested too deeply:
-        the first only, for what follows it cannot be trusted.
+        For text that is no YAML, a second document, recursive or exploding aliases, and data nested too deeply: only
+        the first mistake, as later ones may follow from it.
     """
     try:
         composer = _Composer(text)
@@ -79,7 +79,7 @@ def compose(text: str, file: Path) -> Node | None:
 
 
 class _RefusedError(MarkedYAMLError):
-    """What PyYAML would let pass; worded for the user."""
+    """A mistake that PyYAML would let pass; worded for the user."""
 
 
 def _refuse(message: str, mark: Any) -> NoReturn:
@@ -144,7 +144,7 @@ def _children(node: Node) -> Iterator[Node]:
             yield from pair
 
 
-# PyYAML's message -> ours; {0} is what the pattern caught, {line} where the thing began
+# PyYAML's message -> ours; {0} is the pattern's group, {line} where the construct began
 _SYNTAX = (
     (r"found character '\\t'", "a tab stands here; use spaces"),
     (r"found character ('.+') that", "{0} cannot start a value; put the text in quotes"),
@@ -171,7 +171,7 @@ _SYNTAX = (
     (r"expected alphabetic", "put text that starts with '*', '&' or '%' in quotes"),
     (r"found undefined tag handle '(.*)'", "the tag '{0}' is not allowed; files hold plain data"),
 )
-# what is best told where it began
+# mistakes that are better placed at the beginning of the construct than where PyYAML notices them
 _UNFINISHED = (
     (r"could not find expected ':'", "a ':' is missing after this; write 'name: value'"),
     (r"found unexpected (?:end of stream|document separator)", "this quote is not closed"),

@@ -1,4 +1,4 @@
-"""What kind of file a YAML file is: as its ``kind:`` says or, of files without one, by keys that only this kind has."""
+"""The kind of a YAML file: from its ``kind:`` or, in files without that, from keys that only one kind has."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ TITLES = {
     "tube": "raw data of an impedance tube",
     "library": "library of materials",
 }
-_ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"}  # that a reader takes as well
-# what a file may say beside a stack
+_ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"}  # a second kind that its reader takes
+# fields of a simulation beside its stack
 OF_A_SIMULATION = frozenset(
     {"frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed"}
 )
@@ -41,11 +41,11 @@ _RIGS = {"calibration": "calibration", "two-plate": "rig"}
 
 
 def kind_of_data(data: Any) -> str:
-    """Return the name of a file's kind; empty where nothing tells."""
+    """Return the name of a file's kind; empty where it cannot be told."""
     if not isinstance(data, Mapping):
         return ""
-    told = data.get(KEY)
-    return told if isinstance(told, str) and told in TITLES else _kind_of_keys(data)
+    kind = data.get(KEY)
+    return kind if isinstance(kind, str) and kind in TITLES else _kind_of_keys(data)
 
 
 def _kind_of_keys(data: Mapping[str, Any]) -> str:
@@ -64,7 +64,7 @@ def _kind_of_keys(data: Mapping[str, Any]) -> str:
 
 
 def fit_file(source: Path) -> Path:
-    """Return the fit file that is meant: the source itself, or the one that a folder holds."""
+    """Return the path of a fit file: the source itself, or the ``fit.yaml`` of a folder."""
     return source / FIT_FILE if source.is_dir() else source
 
 
@@ -80,24 +80,24 @@ def without_kind(document: Document, kind: str) -> Document:
     ----------
     document : Document
     kind : str
-        What is read here; see `taken`.
+        The kind that is read here; see `taken`.
 
     Raises
     ------
     InputError
-        When it says another one, or one that there is not.
+        When it states another kind, or an unknown one.
     """
     if not isinstance(document.data, dict) or KEY not in document.data:
         return document
-    if (told := document.data[KEY]) not in taken(kind):
-        raise InputError([*document.problems, other_kind(document, told, taken(kind))])
+    if (stated := document.data[KEY]) not in taken(kind):
+        raise InputError([*document.problems, other_kind(document, stated, taken(kind))])
     return replace(document, data={key: value for key, value in document.data.items() if key != KEY})
 
 
-def other_kind(document: Document, told: Any, kinds: Collection[str] = TITLES) -> Problem:
+def other_kind(document: Document, stated: Any, kinds: Collection[str] = TITLES) -> Problem:
     """Return the problem of a ``kind`` that is not read here."""
-    if isinstance(told, str) and told in TITLES:
-        message = f"this file is another one ('{told}': {TITLES[told]}); what is read here: {', '.join(kinds)}"
+    if isinstance(stated, str) and stated in TITLES:
+        message = f"this file is another one ('{stated}': {TITLES[stated]}); what is read here: {', '.join(kinds)}"
     else:
-        message = f"there is no kind of file {show(told)}; {suggest(str(told), kinds)}"
+        message = f"there is no kind of file {show(stated)}; {suggest(str(stated), kinds)}"
     return Problem(message, KEY, document.file, *document.position((KEY,)))

@@ -1,4 +1,4 @@
-"""A document against a model: every mistake at its line and column."""
+"""Validation of a document by a model: every mistake at its line and column."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def read(path: Path | str, model: type[M], kind: str = "", context: dict[str, An
     path : Path or str
         A UTF-8 file.
     model : type
-        A pydantic model; a file format says its versions by a field ``version: Literal[1]``.
+        A pydantic model; a file format states its version by a field ``version: Literal[1]``.
     kind : str
-        What the file's ``kind`` is, if it says one; see `multilayer.config.kinds`.
+        The only value of the file's ``kind`` that is allowed, if it has that field; see `multilayer.config.kinds`.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -47,7 +47,7 @@ def validate(document: Document, model: type[M], kind: str = "", *, context: dic
     model : type
         A pydantic model.
     kind : str
-        What the document's ``kind`` is, if it says one; left out, that is a field like any other.
+        The only value of the document's ``kind`` that is allowed; when left out, `kind` is a field like any other.
     context : dict, optional
         Handed to the validators of the model.
 
@@ -64,9 +64,9 @@ def validate(document: Document, model: type[M], kind: str = "", *, context: dic
     try:
         valid = model.model_validate(document.data, context=context)
     except ValidationError as error:
-        told = {(problem.line, problem.column) for problem in problems}
-        found = [_placed(document, details) for details in error.errors(include_url=False)]
-        problems += [problem for problem in found if (problem.line, problem.column) not in told]
+        reported = {(problem.line, problem.column) for problem in problems}
+        placed = [_placed(document, details) for details in error.errors(include_url=False)]
+        problems += [problem for problem in placed if (problem.line, problem.column) not in reported]
     else:
         if not problems:
             return valid
@@ -92,7 +92,7 @@ def _placed(document: Document, error: ErrorDetails) -> Problem:
 
 
 def _walked(data: Any, tokens: DataPath) -> DataPath:
-    """Return the tokens that lead through the data; pydantic puts names of validators and of tags between."""
+    """Return the tokens that lead through the data; pydantic puts names of validators and tags between them."""
     path: list[str | int] = []
     for token in tokens:
         inside = isinstance(data, dict) and token in data

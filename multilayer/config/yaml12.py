@@ -40,9 +40,9 @@ class Document:
     Attributes
     ----------
     file : Path
-        Where it was read.
+        From which it was read.
     data : dict, list, str, int, float, bool or None
-        What it holds.
+        The contents.
     places, key_places : mapping
         Line and column of values and of keys, by path.
     problems : tuple of Problem
@@ -65,7 +65,7 @@ class Document:
         return self.places.get(path, (1, 1))
 
     def value(self, path: DataPath) -> Any:
-        """Return what stands at `path`, which must be there."""
+        """Return the value at `path`, which must exist."""
         data = self.data
         for step in path:
             data = data[step]
@@ -123,14 +123,14 @@ def parse_yaml(text: str, file: Path, *, keep_problems: bool = False) -> Documen
     file : Path
         Named in messages.
     keep_problems : bool
-        Leave duplicates, keys and tags in `Document.problems` for `validate`, which tells them with what it finds.
+        Leave duplicates, keys and tags in `Document.problems` for `validate`, which reports them with its own.
 
     Raises
     ------
     InputError
-        For text that is no YAML or is empty, and for what is refused: more than one document, duplicate keys,
-        keys that are no text, tags beyond the core schema, merge keys, recursive or exploding aliases, data
-        nested more than 64 deep. Duplicates, keys and tags are told all at once.
+        For text that is no YAML or is empty, more than one document, duplicate keys, keys that are no text, tags
+        beyond the core schema, merge keys, recursive or exploding aliases, and data nested more than 64 deep.
+        Duplicates, keys and tags are reported all at once.
     """
     root = compose(text, file)
     if root is None:
@@ -151,7 +151,7 @@ def _float(text: str) -> float:
     return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
 
 
-_SCALARS: dict[str, tuple[set[str], Callable[[str], Any]]] = {  # tag -> how its text may look, its value
+_SCALARS: dict[str, tuple[set[str], Callable[[str], Any]]] = {  # tag -> tags that its text may resolve to, its value
     NULL: ({NULL}, lambda text: None),
     BOOL: ({BOOL}, lambda text: text.lower() == "true"),
     INT: ({INT}, _integer),

@@ -1,4 +1,4 @@
-"""What a layer is, and where layer types are found."""
+"""Base classes of layers, and the registry of layer types."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Layer(Model):
     A layer type is a subclass with a `Literal` field ``type``, fields typed from `multilayer.units`, and `faces`. It
     becomes known under the entry point ``multilayer.layers`` of the same name. See ``docs/design.md``.
 
-    A type whose response depends on `Wave.azimuth` says ``isotropic_in_plane = False``; a diffuse field is averaged
+    A type whose response depends on `Wave.azimuth` sets ``isotropic_in_plane = False``; a diffuse field is averaged
     over the azimuth then. Its field ``azimuth``, if it has one, is its orientation and added to that of the wave. Half
     a turn changes nothing, as is true of every layer that is its own mirror image along axis 3.
 
@@ -42,9 +42,9 @@ class Layer(Model):
     name: str | None = None
 
     summary: ClassVar[str] = ""
-    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical ones, on which a plugin's type is tried
-    composes: ClassVar[bool] = True  # two of it, bonded, are one of their joint thickness: a homogeneous slab
-    vanishes: ClassVar[bool] = True  # infinitely thin, it is not there
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical layers, for tests of a plugin's type
+    composes: ClassVar[bool] = True  # a homogeneous slab: two bonded layers equal one of their joint thickness
+    vanishes: ClassVar[bool] = True  # an infinitely thin layer has no effect
     isotropic_in_plane: ClassVar[bool] = True  # the azimuth of a wave makes no difference
 
     def _repr_html_(self) -> str:
@@ -53,12 +53,12 @@ class Layer(Model):
 
     @classmethod
     def fields_taken(cls, data: Mapping[str, Any]) -> frozenset[str]:
-        """Return the fields that a layer of such data may have; of a library's material, the others are left out.
+        """Return the fields that a layer of such data may have; further fields of a library's material are left out.
 
         Parameters
         ----------
         data : mapping
-            What stands in an input, not validated.
+            The layer's fields in an input, not validated.
         """
         del data
         return frozenset(cls.model_fields)
@@ -75,7 +75,7 @@ class Layer(Model):
         raise NotImplementedError
 
     def field_equations(self, wave: Wave) -> FieldEquations | None:
-        """Return the field equations of the layer's medium, for layers that are built from it; None where it has none.
+        """Return the field equations of the layer's medium, from which other layers are built; None where it has none.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Layers whose fields come in sets, of which one must be given: those of a model, or one of several ways to say it."""
+"""Layers whose fields come in sets, of which one must be given: those of a model, or alternatives for one property."""
 
 from __future__ import annotations
 
@@ -7,26 +7,27 @@ from typing import Any, ClassVar, Self, get_args
 
 from pydantic import GetJsonSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
+from pydantic_core import CoreSchema, InitErrorDetails
 
 from multilayer.json_schema import having
 from multilayer.layers.base import Layer
+from multilayer.models import as_mistakes, mistake
 
 
 class FieldSets(Layer):
-    """A layer that says by `field_sets` which of its optional fields go together.
+    """A layer whose `field_sets` states which of its optional fields go together.
 
     Attributes
     ----------
     chooser : str
-        The field that says which sets there are; empty where they are always the same.
+        The field on whose value the sets depend; empty where they are always the same.
     """
 
     chooser: ClassVar[str] = ""
 
     @classmethod
     def field_sets(cls, data: Mapping[str, Any]) -> tuple[str, tuple[tuple[str, ...], ...]]:
-        """Return what takes the sets, for messages, and the sets; none for data that other checks refuse anyway."""
+        """Return the owner of the sets, for messages, and the sets; none for data that other checks refuse."""
         raise NotImplementedError
 
     @classmethod
@@ -36,10 +37,10 @@ class FieldSets(Layer):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        found = handler(core)
+        reference = handler(core)
         if not cls.__abstractmethods__:
-            handler.resolve_ref_schema(found).update(cls._sets_written())
-        return found
+            handler.resolve_ref_schema(reference).update(cls._sets_written())
+        return reference
 
     @classmethod
     def _sets_written(cls) -> dict[str, Any]:
@@ -75,7 +76,7 @@ class FieldSets(Layer):
         try:
             layer = handler(data)
         except ValidationError as error:
-            problems = [*as_mistakes(error), *problems]
+            problems = [*as_mistakes(error.errors(include_url=False)), *problems]
         if problems:
             raise ValidationError.from_exception_data(cls.__name__, problems)
         return layer
@@ -97,31 +98,6 @@ class FieldSets(Layer):
                 if name in extra
             ),
         ]
-
-
-def mistake(kind: Any, place: tuple[str | int, ...], reason: str, value: Any) -> InitErrorDetails:
-    """Return one mistake for a pydantic error, worded already.
-
-    Parameters
-    ----------
-    kind : str
-        ``missing`` and ``extra_forbidden`` are located by the field's name, others by its value.
-    place : tuple
-        Path into the data.
-    reason : str
-        What the user reads.
-    value : Any
-        What was written.
-    """
-    return InitErrorDetails(type=PydanticCustomError(kind, "{reason}", {"reason": reason}), loc=place, input=value)
-
-
-def as_mistakes(error: ValidationError) -> list[InitErrorDetails]:
-    """Return the mistakes of a pydantic error that is worded already, to raise them again among others."""
-    return [
-        mistake(details["type"], details["loc"], details["msg"], details["input"])
-        for details in error.errors(include_url=False)
-    ]
 
 
 def _one_of(governed: frozenset[str], sets: Iterable[tuple[str, ...]]) -> dict[str, Any]:

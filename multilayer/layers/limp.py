@@ -29,7 +29,7 @@ class Limp(AnyPoreLayer):
     always: ClassVar[tuple[str, ...]] = ("porosity",)
 
     def faces(self, wave: Wave) -> Faces:
-        """Return the face matrices; Panneton 2007."""
+        """Return the face matrices; Panneton 2007, see `media.porous.limp_density`."""
         density, bulk = self.pore_fluid(wave)
         assert self.porosity is not None  # validated
         limp = limp_density(density, self.porosity, self.frame_density, wave.ambient)

@@ -46,7 +46,7 @@ class PerforatedPlate(Layer):
     vanishes: ClassVar[bool] = False  # and stays, however thin the plate
 
     def faces(self, wave: Wave) -> Faces:
-        """Return the face matrices; Atalla & Sgard 2007, or Maa 1998."""
+        """Return the face matrices; Atalla & Sgard 2007, or Maa 1998, see `media.perforations`."""
         pitch = hole_pitch(self.hole_radius, self.perforation) * wave.frequency / wave.ambient.sound_speed
         warn_outside("the perforated plate", "pitch of the holes / wavelength", pitch, -np.inf, 0.5, wave.frequency)
         return self._as_porous(wave) if self.model == "atalla_sgard" else self._as_sheet(wave)

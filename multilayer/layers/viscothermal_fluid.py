@@ -48,7 +48,10 @@ class ViscothermalFluid(Layer):
         return self
 
     def faces(self, wave: Wave) -> Faces:
-        """Return the face matrices; Allard & Atalla 2009, sections 4.2-4.5; W. M. Beltman, J. Sound Vib. 227 (1999)."""
+        """Return the face matrices.
+
+        Allard & Atalla 2009, sections 4.2-4.5; W. M. Beltman, J. Sound Vib. 227 (1999) 555-586, for the gap.
+        """
         if self.tube_radius is not None:
             return self._across(wave, "tube", self.tube_radius)
         if self.slit_width is not None:

@@ -1,4 +1,4 @@
-"""Materials by name: a library of the literature's, and a user's own beside it.
+"""Materials by name: a built-in library from the literature, and one of the user beside it.
 
 A library file is YAML::
 
@@ -23,8 +23,7 @@ from pydantic import AfterValidator, ValidationError
 from multilayer.config.validate import read
 from multilayer.errors import InputError, suggest
 from multilayer.layers.base import LAYERS
-from multilayer.layers.field_sets import mistake
-from multilayer.models import Model
+from multilayer.models import Model, mistake
 
 BUILT_IN = Path(__file__).with_name("library.yaml")
 TEXTS = ("source", "note")  # for the reader; no fields of a layer
@@ -49,7 +48,7 @@ def _check_names(material: dict[str, Any]) -> dict[str, Any]:
 
 
 class Library(Model):
-    """What a library file holds."""
+    """The contents of a library file."""
 
     version: Literal[1] = 1
     materials: dict[str, Annotated[dict[str, Any], AfterValidator(_check_names)]]
@@ -93,8 +92,8 @@ def material(name: str, user_library: str | Path | None = None) -> dict[str, Any
     return find_material(name, {} if user_library is None else load_library(user_library))
 
 
-def find_material(name: str, own: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return the fields of a material from a library read before, or from the built-in one.
+def find_material(name: str, user_library: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the fields of a material from the user's library, read before, or from the built-in one.
 
     Raises
     ------
@@ -102,9 +101,9 @@ def find_material(name: str, own: dict[str, dict[str, Any]]) -> dict[str, Any]:
         When neither has it, with the nearest names.
     """
     built_in = _built_in()
-    if name not in own and name not in built_in:
-        raise InputError(f"there is no material '{name}'; {_nearest(name, [*own, *built_in])}")
-    return dict(own[name] if name in own else built_in[name])
+    if name not in user_library and name not in built_in:
+        raise InputError(f"there is no material '{name}'; {_nearest(name, [*user_library, *built_in])}")
+    return dict(user_library[name] if name in user_library else built_in[name])
 
 
 @cache

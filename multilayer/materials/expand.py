@@ -11,8 +11,8 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 
 from multilayer.errors import InputError, show
 from multilayer.layers.base import LAYERS
-from multilayer.layers.field_sets import mistake
 from multilayer.materials import TEXTS, find_material, load_library
+from multilayer.models import mistake
 from multilayer.registry import RegistryError
 
 
@@ -27,7 +27,7 @@ class Expanded:
     problems : list
         Libraries and materials that are missing.
     lost : set of int
-        Layers whose material is missing: what else is wrong with them is not worth telling.
+        Layers whose material is missing: further mistakes in them follow from that, and are left out.
     borrowed : dict
         By layer, the material's name and the fields that come from it.
     """
@@ -37,8 +37,8 @@ class Expanded:
     lost: set[int] = field(default_factory=set)
     borrowed: dict[int, tuple[str, set[str]]] = field(default_factory=dict)
 
-    def told(self, error: ErrorDetails) -> InitErrorDetails | None:
-        """Return a mistake found in `data` as one in the file; None for those of lost layers."""
+    def relocated(self, error: ErrorDetails) -> InitErrorDetails | None:
+        """Return a mistake in `data` as it reads in the file, naming the material; None in a lost layer."""
         place, reason = error["loc"], error["msg"]
         index = place[1] if len(place) > 1 and place[0] == "layers" and isinstance(place[1], int) else None
         if index in self.lost:
@@ -56,24 +56,26 @@ def expand_materials(data: Any, folder: Path) -> Expanded:
     data : Any
         What stands in a stack file, not validated: ``library`` names a library file, a layer may have a ``material``.
     folder : Path
-        That paths are relative to.
+        To which paths in the data are relative.
     """
     if not isinstance(data, Mapping) or ("library" not in data and not _uses_materials(data)):
         return Expanded(data)
     result = Expanded({key: value for key, value in data.items() if key != "library"})
-    own = _own_library(data["library"], folder, result.problems) if "library" in data else {}
+    user_library = _user_library(data["library"], folder, result.problems) if "library" in data else {}
     layers = data.get("layers")
     if isinstance(layers, list | tuple):
-        result.data["layers"] = [_layer(layer, i, own, result) for i, layer in enumerate(layers)]
+        result.data["layers"] = [_layer(layer, i, user_library, result) for i, layer in enumerate(layers)]
     return result
 
 
 def _uses_materials(data: Mapping[str, Any]) -> bool:
     layers = data.get("layers")
-    return isinstance(layers, list | tuple) and any(isinstance(one, Mapping) and "material" in one for one in layers)
+    return isinstance(layers, list | tuple) and any(
+        isinstance(layer, Mapping) and "material" in layer for layer in layers
+    )
 
 
-def _own_library(written: Any, folder: Path, problems: list[InitErrorDetails]) -> dict[str, dict[str, Any]] | None:
+def _user_library(written: Any, folder: Path, problems: list[InitErrorDetails]) -> dict[str, dict[str, Any]] | None:
     """Return the user's library, or None when it cannot be read."""
     try:
         if not isinstance(written, str):
@@ -84,8 +86,8 @@ def _own_library(written: Any, folder: Path, problems: list[InitErrorDetails]) -
         return None
 
 
-def _layer(layer: Any, index: int, own: dict[str, dict[str, Any]] | None, result: Expanded) -> Any:
-    """Return a layer with its material's fields, its own ones before them."""
+def _layer(layer: Any, index: int, user_library: dict[str, dict[str, Any]] | None, result: Expanded) -> Any:
+    """Return a layer with the fields of its material, where the layer does not set them itself."""
     if not isinstance(layer, Mapping) or "material" not in layer:
         return layer
     name = layer["material"]
@@ -93,20 +95,20 @@ def _layer(layer: Any, index: int, own: dict[str, dict[str, Any]] | None, result
     try:
         if not isinstance(name, str):
             raise InputError(f"must be the name of a material, not {show(name)}")
-        found = find_material(name, own or {})
+        fields = find_material(name, user_library or {})
     except InputError as error:
-        if own is not None:  # else the library is to blame
+        if user_library is not None:  # else the library is to blame
             result.problems.append(mistake("material", ("layers", index, "material"), str(error), name))
         result.lost.add(index)
         return rest
-    merged = {**{key: value for key, value in found.items() if key not in TEXTS}, **rest}
+    merged = {**{key: value for key, value in fields.items() if key not in TEXTS}, **rest}
     taken = _fields_taken(merged)
     result.borrowed[index] = name, {key for key in merged if key not in rest and key in taken}
     return {key: value for key, value in merged.items() if key in rest or key in taken}
 
 
 def _fields_taken(data: Mapping[str, Any]) -> frozenset[str]:
-    """Return which of the fields its layer type has; all when there is no such type, which others tell."""
+    """Return the fields that a layer's type has; all when there is no such type, which its validation refuses."""
     kind = data.get("type")
     try:
         return LAYERS[str(kind)].fields_taken(data) if kind in LAYERS else frozenset(data)

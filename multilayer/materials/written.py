@@ -1,4 +1,4 @@
-"""What a JSON Schema says of materials in a stack file: the key `library`, and layers that begin with `material`."""
+"""JSON Schema of materials in a stack file: the key `library`, and layers with a `material`."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ _MATERIAL = "A material of the library, built in or one's own; other fields stan
 
 
 def with_materials_written(properties: dict[str, Any], handler: Handler) -> None:
-    """Add to the properties of a stack what `expand_materials` takes out of its data."""
+    """Add to a stack's properties the keys that `expand_materials` replaces before the validation."""
     properties["library"] = {"type": "string", "description": _LIBRARY}
     layers = properties["layers"]
     layers["items"] = {"if": {"required": ["material"]}, "then": _of_material(handler), "else": layers["items"]}
 
 
 def _of_material(handler: Handler) -> Schema:
-    """Return the schema of a layer of a material: of no field is it known whether the material has it."""
+    """Return the schema of a layer with a material, which may set any of the fields: so none is required."""
     fields: dict[str, list[Schema]] = {}
     for _, model in loaded(LAYERS):
-        found = handler.resolve_ref_schema(model_schema(model, handler))
-        for name, schema in found["properties"].items():
+        layer_schema = handler.resolve_ref_schema(model_schema(model, handler))
+        for name, schema in layer_schema["properties"].items():
             known = fields.setdefault(name, [])
             known += [schema] if schema not in known else []
-    properties = {name: one[0] if len(one) == 1 else {"anyOf": one} for name, one in fields.items()}
+    properties = {name: schemas[0] if len(schemas) == 1 else {"anyOf": schemas} for name, schemas in fields.items()}
     names = {"anyOf": [{"enum": sorted(load_library())}, {"type": "string"}], "description": _MATERIAL}
     return {
         "title": "layer of a material",

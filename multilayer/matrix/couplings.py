@@ -1,11 +1,11 @@
-"""Couplings: what is continuous where two families touch, what a wall or a void imposes.
+"""Couplings: the quantities that are continuous where two families touch, and the conditions at a wall or a void.
 
 A coupling is a pair (I, J) of small matrices, nested tuples of numbers (or arrays, where a porosity enters), with
 
     I V_front_side + J V_back_side = 0        (Allard & Atalla 2009, section 11.4)
 
-one row per condition. The number of rows is half the sum of the two states' sizes. Their order means nothing; where
-shear stands early, the solver, which eliminates shear waves first, has fewer rows to exchange.
+one row per condition. The number of rows is half the sum of the two states' sizes. Their order does not matter, but
+with shear in the first rows the solver, which eliminates shear waves first, has fewer rows to exchange.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def couple(
     CouplingError
         When this pair of families has no such contact.
     """
-    if (found := _COUPLINGS.get((front.name, back.name, contact))) is not None:
-        return found(porosity_front, porosity_back)
-    if (found := _COUPLINGS.get((back.name, front.name, contact))) is not None:
-        rows_back, rows_front = found(porosity_back, porosity_front)
+    if (coupling := _COUPLINGS.get((front.name, back.name, contact))) is not None:
+        return coupling(porosity_front, porosity_back)
+    if (coupling := _COUPLINGS.get((back.name, front.name, contact))) is not None:
+        rows_back, rows_front = coupling(porosity_back, porosity_front)
         return rows_front, rows_back
     raise CouplingError(_why_not(front, back, contact))
 
@@ -146,8 +146,8 @@ def _poroelastic_side(phi: Numeric) -> Rows:
 def _poroelastic_poroelastic_slip(front: Numeric, back: Numeric) -> tuple[Rows, Rows]:
     kept = (1, 2, 3, 5)
     zero, shear = (0,) * 6, (0, 0, 0, 0, 1, 0)
-    one, other = _poroelastic_side(front), _negative(_poroelastic_side(back))
-    return (*(one[i] for i in kept), shear, zero), (*(other[i] for i in kept), zero, shear)
+    of_front, of_back = _poroelastic_side(front), _negative(_poroelastic_side(back))
+    return (*(of_front[i] for i in kept), shear, zero), (*(of_back[i] for i in kept), zero, shear)
 
 
 def _negative(rows: Rows) -> Rows:
@@ -184,7 +184,7 @@ _VOIDS: dict[str, Rows] = {
 
 
 def wall_rows(family: Family, contact: Contact = "bonded") -> tuple[Rows, tuple[int, ...]]:
-    """Return what a rigid wall fixes, and which of these rows are normal velocities.
+    """Return the rows of what a rigid wall fixes, and for each 1 where it is a normal velocity, else 0.
 
     The rows of an immobile wall are set to zero; those of a wall moving along axis 3 take its velocity where the
     second result is 1.

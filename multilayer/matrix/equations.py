@@ -1,7 +1,7 @@
 """Face matrices of a slab from its field equations alone, for layers without waves in closed form.
 
-A layer type says what ``d(even)/dx3 = X odd`` and ``d(odd)/dx3 = Y even`` are (see `Family.even`); here it becomes face
-matrices that hold from infinitely thin to many wavelengths. Thin slabs are left to the power series of `matrix.faces`.
+A layer type gives X and Y of ``d(even)/dx3 = X odd`` and ``d(odd)/dx3 = Y even`` (see `Family.even`); here they become
+face matrices that hold from infinitely thin to many wavelengths. Thin slabs use the power series of `matrix.faces`.
 Thick ones are halved until the series holds and put together again as scattering matrices between waves of a real
 reference impedance: nothing grows exponentially, and no eigenvectors merge.
 """

@@ -6,8 +6,8 @@ The first half of ``c`` are waves (or wave-like amplitudes) going towards +x3, t
 make them:
 
 - `from_waves`: plane waves, each exponential referred to the face it decays from, so that nothing overflows;
-- `from_system`: the propagator of the field equations by its power series, for layers thin beside the wavelengths,
-  where waves would cancel each other to the last digits.
+- `from_propagator`: the propagator of the field equations by its power series (`propagator_series`), for layers thin
+  beside the wavelengths, where waves would cancel each other to the last digits.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ def from_waves(
 def amplitudes(family: Family, impedance: float) -> ComplexArray:
     """Return the constant matrix W that makes a state from wave-like amplitudes.
 
-    Each power pair becomes ``v = c+ + c-``, ``sign * stress = impedance * (c+ - c-)``. A passive termination answers
-    any c+ by a c- of no more power, whatever the impedance: a basis without resonances of its own.
+    Each power pair becomes ``v = c+ + c-``, ``sign * stress = impedance * (c+ - c-)``. A passive termination returns a
+    c- of no more power than c+, whatever the impedance: the basis adds no resonances.
     """
     w = np.zeros((family.size, family.size), dtype=complex)
     for wave, (velocity, stress, sign) in enumerate(family.power_pairs):

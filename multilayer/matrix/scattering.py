@@ -1,4 +1,4 @@
-"""Slices of a layer as scattering matrices, which join without growing.
+"""Slices of a layer as scattering matrices, whose entries stay bounded when slices are joined.
 
     c-(front) = r c+(front) + t' c-(back)        c+(back) = t c+(front) + r' c-(back)
 
@@ -36,14 +36,14 @@ class Reference:
     def of(cls, family: Family, x: ComplexArray, y: ComplexArray, kx: RealArray) -> Reference:
         """Return impedances near those of a medium's own waves, from its field equations (see `FieldEquations`)."""
         matrix = _whole(family, x, y)
-        found = []
+        impedances = []
         for velocity, stress, _ in family.power_pairs:
             inertia, compliance = np.abs(matrix[stress, velocity]) + _TINY, np.abs(matrix[velocity, stress]) + _TINY
             both = inertia * compliance + kx**2
             # evanescent fields of solids are borne by stiffness, those of fluids by mass
             fluid = family.components[stress] in ("p", "s33f")
-            found.append(inertia / np.sqrt(both) if fluid else np.sqrt(both) / compliance)
-        return cls(family, np.stack(np.broadcast_arrays(*found), axis=-1))
+            impedances.append(inertia / np.sqrt(both) if fluid else np.sqrt(both) / compliance)
+        return cls(family, np.stack(np.broadcast_arrays(*impedances), axis=-1))
 
     def wavenumber(self, x: ComplexArray, y: ComplexArray) -> RealArray:
         """Return an upper bound of |k| of all waves along axis 3, rad/m."""
@@ -63,7 +63,7 @@ class Reference:
         return scale
 
     def order(self) -> tuple[list[int], RealArray]:
-        """Return the indices of velocities, then stresses, by pairs, and what turns the state into amplitudes' size."""
+        """Return the indices of velocities, then stresses, pair by pair, and the scale of each with its sign."""
         pairs = self.family.power_pairs
         rows = [velocity for velocity, _, _ in pairs] + [stress for _, stress, _ in pairs]
         signs = np.array([1.0] * len(pairs) + [float(sign) for *_, sign in pairs])
@@ -103,7 +103,9 @@ class Scattering:
     def where(self, chosen: RealArray, other: Scattering) -> Scattering:
         """Return this where `chosen`, the other elsewhere."""
         mask = np.asarray(chosen, dtype=bool)[..., None, None]
-        return Scattering(*(np.where(mask, one, two) for one, two in zip(self._all(), other._all(), strict=True)))
+        return Scattering(
+            *(np.where(mask, inside, outside) for inside, outside in zip(self._all(), other._all(), strict=True))
+        )
 
     def _all(self) -> tuple[ComplexArray, ...]:
         return self.r, self.t, self.r_back, self.t_back
@@ -121,7 +123,10 @@ class Scattering:
 
 
 def joined(front: Scattering, back: Scattering) -> Scattering:
-    """Return the matrices of two slices, one behind the other (Redheffer's star product)."""
+    """Return the matrices of two slices, one behind the other.
+
+    The star product of R. Redheffer, J. Math. Phys. 41 (1962) 1-41.
+    """
     eye = np.eye(front.r.shape[-1])
     inward = np.linalg.solve(eye - back.r @ front.r_back, np.concatenate([back.r @ front.t, back.t_back], axis=-1))
     m = front.r.shape[-1]

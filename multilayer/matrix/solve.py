@@ -1,12 +1,12 @@
-"""The global system of a stack: assembled as a D-matrix, or eliminated layer by layer.
+"""The global system of a stack, eliminated layer by layer.
 
 Unknowns are the coefficients ``c_i`` of every layer (and the amplitudes of the waves that leave through half-spaces);
 the equations are one row block per interface, ``I B_i c_i + J A_j c_j = 0``, and one per end.
 
-`solve` sweeps from the termination to the excitation and back. At each interface it finds what the layers behind
-answer, ``c- = R c+``, and what they let through, ``c+(next) = F c+``, from one small system of (n_i + n_j)/2 equations.
-In the bases of `matrix.faces` this is a recursion of scattering matrices: no exponential grows, and the cost is linear
-in the number of layers. `assemble` writes the same equations as one matrix, for reading and for checks.
+`solve` sweeps from the termination to the excitation and back. At each interface it finds the waves that the layers
+behind return, ``c- = R c+``, and transmit, ``c+(next) = F c+``, from one small system of (n_i + n_j)/2 equations. In
+the bases of `matrix.faces` this is a recursion of scattering matrices: no exponential grows, and the cost is linear in
+the number of layers. The same equations as one matrix (Allard & Atalla 2009, section 11.5) are solved in the tests.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def _join(
 
 
 def _allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArray:
-    """Return rows @ the front states that the stack behind allows, one column per c+; without an answer no c-."""
+    """Return rows @ the front states that the stack behind allows, one column per c+; c- is zero without an answer."""
     half = layer.family.half
     if answer is None:
         return apply_rows(rows, layer.front[:, :half])

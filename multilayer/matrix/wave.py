@@ -26,7 +26,7 @@ class Wave:
         The fluid on the excitation side, which also saturates the pores.
     azimuth : float or array
         Degrees about the normal, from a direction on the stack to the plane of incidence; of a shape that broadcasts
-        with `kx`. Only layers that are not isotropic in their plane know it.
+        with `kx`. Only layers that are not isotropic in their plane use it.
     """
 
     frequency: RealArray

@@ -1,4 +1,4 @@
-"""From what a data recorder wrote to m/s2: units of accelerations and voltages, sensitivities of accelerometers."""
+"""Units of accelerations and voltages as data recorders write them, and sensitivities of accelerometers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _with_number(text: str) -> str:
 
 
 def acceleration_factor(unit: str) -> float | None:
-    """Return what 1 in a unit is in m/s2, as 9.80665 for ``g``; None when it is no acceleration.
+    """Return the factor from a unit to m/s2, as 9.80665 for ``g``; None when it is no acceleration.
 
     A number may stand ahead of the unit, as ``50 g`` where 1 is full scale.
     """
@@ -41,7 +41,7 @@ def acceleration_factor(unit: str) -> float | None:
 
 
 def voltage_factor(unit: str) -> float | None:
-    """Return what 1 in a unit is in V; None when it is no voltage. A number may stand ahead, as ``10 V``."""
+    """Return the factor from a unit to V; None when it is no voltage. A number may stand ahead, as ``10 V``."""
     return _factor(unit, _VOLTAGE)
 
 

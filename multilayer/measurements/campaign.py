@@ -91,20 +91,20 @@ def _refuse_unfilled(document: Document) -> None:
 
 
 def read_burst(campaign: Description, configuration: Configuration | None, burst: Burst) -> Recording:
-    """Read one recording, unchecked but for what makes it a recording.
+    """Read one recording; whether it is fit to be used, `multilayer.signals.quality` tells.
 
     Parameters
     ----------
     campaign : Campaign or CalibrationCampaign
     configuration : Configuration or None
-        The one the burst belongs to; None in a calibration.
+        To which the burst belongs; None in a calibration.
     burst : Burst
 
     Raises
     ------
     InputError
-        When the file is missing (told at its line of the campaign's YAML file) or refused by its reader, or
-        when its own sampling rate differs from the campaign's by more than 0.1 %.
+        When the file is missing (with the line of the campaign's YAML file) or refused by its reader, or
+        when it states a sampling rate that differs from the campaign's by more than 0.1 %.
     """
     return _read(campaign, burst, _Places(campaign), _path_of(campaign, configuration, burst))
 
@@ -122,7 +122,7 @@ def _path_of(campaign: Description, configuration: Configuration | None, burst: 
 
 
 class _Places:
-    """Lines of the campaign's YAML file, read again only when there is something to tell."""
+    """Lines of the campaign's YAML file, which is read again only when a mistake needs its line."""
 
     def __init__(self, campaign: Description) -> None:
         self.file = campaign.file
@@ -178,9 +178,9 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
     recordings: dict[tuple[str, float], Recording] = {}
     for index, configuration in enumerate(campaign.configurations):
         path: DataPath = ("configurations", index)
-        read_here, mistakes = _read_and_check(campaign, configuration.bursts, places, path)
+        by_frequency, mistakes = _read_and_check(campaign, configuration.bursts, places, path)
         problems += mistakes
-        recordings |= {(configuration.name, frequency): read_here[frequency] for frequency in read_here}
+        recordings |= {(configuration.name, frequency): recording for frequency, recording in by_frequency.items()}
     if problems:
         raise InputError(dict.fromkeys(problems))
     return recordings
@@ -194,7 +194,7 @@ def _read_and_check(
     *,
     together: bool = False,
 ) -> tuple[dict[float, Recording], list[Problem]]:
-    """Return the bursts of one configuration and what is wrong; `together`: both sensors at one spot."""
+    """Return recordings by frequency, Hz, and what is wrong with them; `together`: both sensors at one spot."""
     from multilayer.signals.quality import check_configuration  # heavy: SciPy
 
     problems: list[Problem] = []

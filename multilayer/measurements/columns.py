@@ -1,4 +1,4 @@
-"""Which columns of a table hold what is wanted: by role, found by name or as a user says, each in its unit."""
+"""Which columns of a table hold the wanted quantities, by name or as the user says, and their values in SI units."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Column:
     Attributes
     ----------
     role : str
-        What it is to whoever wants it.
+        The key under which the caller gets it, as ``frequency``.
     names : tuple of str
-        What headers may call it, see `tables.Header`; empty where only a user can name it.
+        Names that headers may give it, see `tables.Header`; empty where only the user can name it.
     unit : str or None
         SI, ``dB``, or empty for a pure number; None where values are taken as they are written.
     """
@@ -34,7 +34,7 @@ class Column:
 
 FREQUENCY = Column("frequency", ("frequency", "f", "freq"), "Hz")
 Places: TypeAlias = Mapping[str, tuple[int, float]]
-"""By role: which column, and what 1 in its unit is in the unit wanted."""
+"""By role: index of the column, and the factor from its unit to the wanted one."""
 
 
 def complex_columns(role: str, names: Sequence[str], unit: str | None = "") -> tuple[Column, Column]:
@@ -46,7 +46,7 @@ def complex_columns(role: str, names: Sequence[str], unit: str | None = "") -> t
 
 
 def complex_values(values: Mapping[str, RealArray], role: str) -> ComplexArray:
-    """Return what `complex_columns` found."""
+    """Return the complex values of a role whose parts `complex_columns` asked for."""
     return np.asarray(values[f"{role}_re"] + 1j * values[f"{role}_im"])
 
 
@@ -58,7 +58,7 @@ def find_columns(
     *,
     single: bool = False,
 ) -> dict[str, tuple[int, float]]:
-    """Return the columns that a table has of those wanted; which of them must be there is up to who asks.
+    """Return index and unit factor of every wanted column that a table has; the caller refuses what is missing.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def find_columns(
     needed : str
         Which columns there must be, for messages.
     called : mapping, optional
-        By role what the user says that the column is called, where files may say that (under 'columns').
+        By role, the column's name as the user gives it, where an input file has such a field ('columns').
     single : bool
         Whether a second column of a role is refused; else the first is taken.
 
@@ -93,7 +93,7 @@ def find_columns(
 
 
 def called_column(table: Table, name: str) -> tuple[int, Header]:
-    """Return the column of a name that a user gives, which may end in the unit, in brackets.
+    """Return index and header of the column that a user names, perhaps with its unit in brackets at the end.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def _factor(table: Table, header: Header, column: Column, may_be_called: bool) -
 
 
 def column_values(table: Table, places: Places) -> dict[str, RealArray]:
-    """Return the values of columns by role, in the units wanted, in the order of rising frequency.
+    """Return the values of columns by role, in the wanted units, in the order of rising frequency.
 
     Parameters
     ----------

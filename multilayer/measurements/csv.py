@@ -118,7 +118,7 @@ def _number(cell: str, layout: Layout, file: Path, line: int) -> float:
 
 
 def _seconds(time: Named, file: Path, line: int) -> float:
-    """Return what 1 in the column of times is in s."""
+    """Return the factor from the column of times to s."""
     match = _TIME.fullmatch(time[0])
     unit = time[1] or (match and match["unit"]) or "s"
     try:

@@ -22,7 +22,7 @@ SHORTEST_AFTER, LONGEST_AFTER = 0.04, 3.0  # s behind it
 _QUIET = 1e-3  # of the top's crest: a ring-down is followed down to this,
 _ABOVE_NOISE = 3.0  # or to the noise
 _TURN = 0.01  # rad of the tone: what a repeat may be off without being shifted between samples
-_ONE_GROUP = 0.01  # relative distance of frequencies that are one
+_SAME_FREQUENCY = 0.01  # relative distance below which the bursts of two files are repeats
 _MARGIN = 256  # samples on both sides of what is shifted, where the shift of a record's ends fades
 _FEWEST = 16  # samples that a level is taken of
 _LEAST = 0.02  # of a burst: quiet ahead of it and behind it, without which it counts as cut
@@ -30,7 +30,7 @@ _LEAST = 0.02  # of a burst: quiet ahead of it and behind it, without which it c
 
 @dataclass(frozen=True)
 class Window:
-    """How much is cut out around a burst, s; None: as much as the ring-down takes and the recording has.
+    """How much is cut out around a burst, s; None for the length of the ring-down, as far as the recording reaches.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Window:
 
 @dataclass(frozen=True)
 class _Repeat:
-    """A burst in one of the files, and how far it is from its neighbours, in samples."""
+    """A burst in one of the files, and the samples between it and its neighbours (or the ends of the file)."""
 
     pair: Pair
     burst: FoundBurst
@@ -63,22 +63,22 @@ class CutBurst:
     ----------
     frequency : float
         Stated, Hz.
-    found : float
-        What the base's signals show, Hz, the median of the repeats.
+    measured_frequency : float
+        Of the base's signals, Hz, the median of the repeats.
     recording : Recording
     onsets : tuple of (str, float)
-        Of each repeat: file and time of the onset, s.
+        File and time of the onset, s, of each repeat.
     """
 
     frequency: float
-    found: float
+    measured_frequency: float
     recording: Recording
     onsets: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
 class CutResult:
-    """Bursts by rising frequency, and what was left out, in words."""
+    """Bursts by rising frequency, and a sentence for each that was left out."""
 
     bursts: tuple[CutBurst, ...]
     left_out: tuple[str, ...]
@@ -114,49 +114,50 @@ def cut_bursts(
     repeats: list[_Repeat] = []
     left_out: list[str] = []
     for pair in pairs:
-        found = find_bursts(pair.base, pair.sampling_rate, window.cycles, partial(progress, pair.file.name))
-        kept, told = _usable(pair, found, window)
+        bursts_in_file = find_bursts(pair.base, pair.sampling_rate, window.cycles, partial(progress, pair.file.name))
+        kept, reasons = _usable(pair, bursts_in_file, window)
         repeats += kept
-        left_out += told
+        left_out += reasons
     groups = _groups(repeats, known, left_out)
     if not groups:
-        raise InputError(_none_found(pairs, window, left_out))
+        raise InputError(_no_burst_message(pairs, window, left_out))
     bursts = [_cut(frequency, group, window) for frequency, group in sorted(groups.items())]
     return CutResult(tuple(bursts), tuple(left_out))
 
 
-def _none_found(pairs: Sequence[Pair], window: Window, left_out: Sequence[str]) -> str:
+def _no_burst_message(pairs: Sequence[Pair], window: Window, left_out: Sequence[str]) -> str:
     files = ", ".join(str(pair.file) for pair in pairs)
     seen = f" What stands out: {'; '.join(left_out[:3])}" if left_out else ""
     check = "check which channel is the base, the number of cycles (--cycles) and the frequencies"
     return f"{files}: no burst of {window.cycles:g} cycles in the base's signal; {check}.{seen}"
 
 
-def _usable(pair: Pair, found: Sequence[FoundBurst], window: Window) -> tuple[list[_Repeat], list[str]]:
-    """Return the bursts of a file that are whole, and in words those that are not."""
+def _usable(pair: Pair, bursts: Sequence[FoundBurst], window: Window) -> tuple[list[_Repeat], list[str]]:
+    """Return the bursts of a file that are complete, and a sentence for each of the others."""
     kept: list[_Repeat] = []
-    told: list[str] = []
-    fitting = [one for one in found if one.fits(window.cycles)]
-    edges = [0.0, *(_end(one, pair, window) for one in fitting)]
-    starts = [*(one.onset for one in fitting), float(pair.base.size)]
-    told += [_told(pair, one, f"has {one.cycles:.2g} cycles") for one in found if not one.fits(window.cycles)]
-    for i, one in enumerate(fitting):
-        repeat = _Repeat(pair, one, one.onset - edges[i], starts[i + 1] - _end(one, pair, window))
-        least = _LEAST * (_end(one, pair, window) - one.onset)
+    left_out: list[str] = []
+    whole = [burst for burst in bursts if burst.fits(window.cycles)]
+    edges = [0.0, *(_end(burst, pair, window) for burst in whole)]
+    starts = [*(burst.onset for burst in whole), float(pair.base.size)]
+    misfits = [burst for burst in bursts if not burst.fits(window.cycles)]
+    left_out += [_reason(pair, burst, f"has {burst.cycles:.2g} cycles") for burst in misfits]
+    for i, burst in enumerate(whole):
+        repeat = _Repeat(pair, burst, burst.onset - edges[i], starts[i + 1] - _end(burst, pair, window))
+        least = _LEAST * (_end(burst, pair, window) - burst.onset)
         if min(repeat.room_before, repeat.room_after) < -least:
-            told.append(_told(pair, one, "is cut off, or runs into the next one"))
+            left_out.append(_reason(pair, burst, "is cut off, or runs into the next one"))
         else:
             kept.append(repeat)
-    return kept, told
+    return kept, left_out
 
 
-def _end(one: FoundBurst, pair: Pair, window: Window) -> float:
-    return one.onset + window.cycles / one.frequency * pair.sampling_rate
+def _end(burst: FoundBurst, pair: Pair, window: Window) -> float:
+    return burst.onset + window.cycles / burst.frequency * pair.sampling_rate
 
 
-def _told(pair: Pair, one: FoundBurst, what: str) -> str:
-    at = max(one.onset, 0.0) / pair.sampling_rate
-    return f"{pair.file.name}, {at:.3f} s: what is found at {one.frequency:.4g} Hz {what}"
+def _reason(pair: Pair, burst: FoundBurst, what: str) -> str:
+    at = max(burst.onset, 0.0) / pair.sampling_rate
+    return f"{pair.file.name}, {at:.3f} s: what is found at {burst.frequency:.4g} Hz {what}"
 
 
 def _groups(repeats: Sequence[_Repeat], known: tuple[float, ...], left_out: list[str]) -> dict[float, list[_Repeat]]:
@@ -164,13 +165,13 @@ def _groups(repeats: Sequence[_Repeat], known: tuple[float, ...], left_out: list
     ordered = sorted(repeats, key=lambda repeat: repeat.burst.frequency)
     clusters: list[list[_Repeat]] = []
     for repeat in ordered:
-        near = clusters and repeat.burst.frequency <= (1 + _ONE_GROUP) * clusters[-1][-1].burst.frequency
+        near = clusters and repeat.burst.frequency <= (1 + _SAME_FREQUENCY) * clusters[-1][-1].burst.frequency
         clusters = [*clusters[:-1], [*clusters[-1], repeat]] if near else [*clusters, [repeat]]
     groups: dict[float, list[_Repeat]] = {}
     for cluster in clusters:
         stated = stated_frequency(_median_frequency(cluster), known)
         if stated is None:
-            left_out += [_told(one.pair, one.burst, "is none of the frequencies given") for one in cluster]
+            left_out += [_reason(repeat.pair, repeat.burst, "is none of the frequencies given") for repeat in cluster]
         else:
             groups.setdefault(stated, []).extend(cluster)
     return groups
@@ -181,15 +182,15 @@ def _median_frequency(group: Sequence[_Repeat]) -> float:
 
 
 def _cut(frequency: float, group: Sequence[_Repeat], window: Window) -> CutBurst:
-    aligned = _aligned(sorted(group, key=lambda one: (str(one.pair.file), one.burst.onset)), frequency, window)
+    aligned = _aligned(sorted(group, key=lambda repeat: (str(repeat.pair.file), repeat.burst.onset)), frequency, window)
     rate = aligned[0].pair.sampling_rate
-    room = [min(getattr(one, name) for one in aligned) / rate for name in ("room_before", "room_after")]
+    room = [min(getattr(repeat, name) for repeat in aligned) / rate for name in ("room_before", "room_after")]
     before = _given(window.before, room[0], "before", frequency, window)
     after = _given(window.after, room[1], "after", frequency, window)
     before = min(BEFORE, max(room[0], 0.0)) if before is None else before
     after = _ringing(aligned[0], room[1], window) if after is None else after
     signals = _pieces(aligned, before, int((before + window.cycles / frequency + after) * rate + 1e-6), frequency)
-    onsets = tuple((one.pair.file.name, one.burst.onset / rate) for one in aligned)
+    onsets = tuple((repeat.pair.file.name, repeat.burst.onset / rate) for repeat in aligned)
     return CutBurst(frequency, _median_frequency(group), Recording(*signals, rate), onsets)
 
 
@@ -202,24 +203,24 @@ def _given(wanted: float | None, room: float, what: str, frequency: float, windo
 
 
 def _aligned(group: Sequence[_Repeat], frequency: float, window: Window) -> list[_Repeat]:
-    """Return the repeats with onsets that lie as the first one's does, by the time of flight from base to base."""
+    """Return the repeats with onsets aligned to that of the first, by the delay between their base signals."""
     rate = group[0].pair.sampling_rate
     n = int(window.cycles / frequency * rate)
-    starts = [max(round(one.burst.onset), 0) for one in group]
-    n = min(n, *(one.pair.base.size - start for one, start in zip(group, starts, strict=True)))
-    pieces = np.stack([one.pair.base[start : start + n] for one, start in zip(group, starts, strict=True)])
+    starts = [max(round(repeat.burst.onset), 0) for repeat in group]
+    n = min(n, *(repeat.pair.base.size - start for repeat, start in zip(group, starts, strict=True)))
+    pieces = np.stack([repeat.pair.base[start : start + n] for repeat, start in zip(group, starts, strict=True)])
     pieces = pieces - pieces.mean(axis=-1, keepdims=True)
     delays = time_of_flight(pieces[0], pieces, rate) * rate
     ahead = group[0].burst.onset - starts[0]
     onsets = [start + ahead + float(delay) for start, delay in zip(starts, delays, strict=True)]
-    return [replace(one, burst=replace(one.burst, onset=at)) for one, at in zip(group, onsets, strict=True)]
+    return [replace(repeat, burst=replace(repeat.burst, onset=at)) for repeat, at in zip(group, onsets, strict=True)]
 
 
-def _ringing(one: _Repeat, room: float, window: Window) -> float:
+def _ringing(repeat: _Repeat, room: float, window: Window) -> float:
     """Return how long the top rings, s: to a thousandth of its crest or to the noise, as far as there is room."""
-    rate, most = one.pair.sampling_rate, min(max(room, 0.0), LONGEST_AFTER)
-    start, end = max(int(one.burst.onset), 0), int(_end(one.burst, one.pair, window))
-    top = envelope(one.pair.top[start : end + int(most * rate)] - np.median(one.pair.top))
+    rate, most = repeat.pair.sampling_rate, min(max(room, 0.0), LONGEST_AFTER)
+    start, end = max(int(repeat.burst.onset), 0), int(_end(repeat.burst, repeat.pair, window))
+    top = envelope(repeat.pair.top[start : end + int(most * rate)] - np.median(repeat.pair.top))
     tail = top[end - start :]
     if tail.size < _FEWEST:
         return most
@@ -231,23 +232,23 @@ def _ringing(one: _Repeat, room: float, window: Window) -> float:
 def _pieces(group: Sequence[_Repeat], before: float, n: int, frequency: float) -> tuple[RealArray, RealArray]:
     """Return n samples of base and top of every repeat, shape (repeats, n), or fewer where the recording is shorter."""
     rate = group[0].pair.sampling_rate
-    starts = np.array([one.burst.onset - group[0].burst.onset for one in group]) + round(
+    starts = np.array([repeat.burst.onset - group[0].burst.onset for repeat in group]) + round(
         group[0].burst.onset - before * rate
     )
     starts += max(-float(np.round(starts.min())), 0.0)
     whole = np.round(starts).astype(int)
-    n = min(n, *(one.pair.base.size - int(start) for one, start in zip(group, whole, strict=True)))
+    n = min(n, *(repeat.pair.base.size - int(start) for repeat, start in zip(group, whole, strict=True)))
     rest = np.where(np.abs(2 * np.pi * frequency / rate * (starts - whole)) > _TURN, starts - whole, 0.0)
     places = list(zip(group, whole, rest, strict=True))
     base, top = (
-        np.stack([_moved(getattr(one.pair, role), int(at), n, float(by)) for one, at, by in places])
+        np.stack([_moved(getattr(repeat.pair, role), int(at), n, float(by)) for repeat, at, by in places])
         for role in ("base", "top")
     )
     return base, top
 
 
 def _moved(signal: RealArray, start: int, n: int, fraction: float) -> RealArray:
-    """Return samples from a start on, `fraction` of a sample later: as they are when that is nothing."""
+    """Return n samples from a start on, read `fraction` of a sample later (by the phase of their spectrum)."""
     if not fraction:
         return signal[start : start + n]
     ahead = min(start, _MARGIN)

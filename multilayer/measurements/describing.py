@@ -1,4 +1,4 @@
-"""``campaign.yaml`` of an imported campaign: from recordings, what the experimenter knows, and what is missing."""
+"""``campaign.yaml`` of an imported campaign: from recordings and metadata, with gaps for the user to fill in."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def refuse_wrong(metadata: Metadata, cycles: float) -> None:
         return
     data = _data(metadata, file_names(metadata, [1.0]), 1.0, cycles, 1e9, _ANY)
     places, keys = (
-        {_moved(path, metadata.index): place for path, place in there.items() if _is_kept(path, metadata.index)}
-        for there in (metadata.document.places, metadata.document.key_places)
+        {_moved(path, metadata.index): place for path, place in positions.items() if _is_kept(path, metadata.index)}
+        for positions in (metadata.document.places, metadata.document.key_places)
     )
     model = CalibrationCampaign if metadata.is_calibration else Campaign
     validate(Document(metadata.file, data, places, keys), model, metadata.kind)
@@ -84,7 +84,7 @@ def _name(metadata: Metadata) -> str:
 def _data(
     metadata: Metadata, names: Mapping[float, str], level: float, cycles: float, rate: float, missing: Any
 ) -> dict[str, Any]:
-    """Return the fields of the campaign, with `missing` for what nobody knows yet."""
+    """Return the fields of the campaign, with `missing` in place of every value that the metadata lacks."""
     shape = metadata.data.get("burst")
     burst = {"cycles": cycles, "window": "hann", "level_rms": float(f"{level:.4g}")}
     burst |= dict(shape) if isinstance(shape, Mapping) else {}

@@ -65,7 +65,7 @@ class BasePlate(TopPlate):
 
 
 class Uncertainty(Model):
-    """One standard deviation of what the laboratory knows of itself.
+    """Standard deviations that the laboratory states for its own measurement.
 
     `channel_gain`, `remount_gain`, `density` and `top_plate_mass` are relative; `channel_delay` in s,
     `thickness` in m.

@@ -49,7 +49,7 @@ def read_hdf5_spectra(path: Path | str) -> Spectra:
 
 
 def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return all datasets, with what is said of them (see `named_arrays.channels_of`), and their units, by path."""
+    """Return all datasets and their attributes (named as in `named_arrays.channels_of`), and their units, by path."""
     h5py = library("h5py", file)
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
@@ -59,8 +59,8 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
         if not isinstance(item, h5py.Dataset) or _text(item.attrs.get("MATLAB_class", "")) == "char":
             return
         arrays[name] = np.asarray(item)
-        said = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
-        units.update({name: said[0]} if said else {})
+        unit_texts = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
+        units.update({name: unit_texts[0]} if unit_texts else {})
 
     with reads(file, _KIND), h5py.File(file, "r") as opened:
         visit("", opened)

@@ -88,7 +88,7 @@ def make_campaign(
     metadata : Metadata
     window : Window
     frequencies : tuple of float
-        Those to be taken, Hz; those that the metadata lists, or all, when left out.
+        Of the bursts to be taken, Hz; when left out, those that the metadata lists, or else all.
     progress : callable
         See `cutting.cut_bursts`.
 
@@ -114,18 +114,20 @@ def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
     places = {
         burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts
     }
-    told = [
+    unfit = [
         finding.message if finding.frequency is None
         else f"burst at {finding.frequency:g} Hz ({places[finding.frequency]}): {finding.message}"
         for finding in check_configuration(recordings, cycles=cycles, together=together)
     ]  # fmt: skip
-    if told:
-        raise InputError([*told, "bursts can be left out: --frequencies names those to take, as --frequencies 200,300"])
+    if unfit:
+        raise InputError(
+            [*unfit, "bursts can be left out: --frequencies names those to take, as --frequencies 200,300"]
+        )
 
 
 def _level(bursts: Sequence[CutBurst], cycles: float) -> float:
     """Return the median over the bursts of the base's rms over the duration of a burst, m/s2."""
-    return float(np.median([np.mean(_levels(one, cycles)) for one in bursts]))
+    return float(np.median([np.mean(_levels(burst, cycles)) for burst in bursts]))
 
 
 def _levels(burst: CutBurst, cycles: float) -> RealArray:
@@ -139,9 +141,9 @@ def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
     """Return what a user should look at: bursts whose repeats are not alike."""
     levels = {burst.frequency: _levels(burst, cycles) for burst in made.result.bursts}
     return [
-        f"repeats at {frequency:g} Hz differ in level by a factor of {own.max() / own.min():.2g}; a fit averages them"
-        for frequency, own in levels.items()
-        if own.max() > _LEVELS * own.min()
+        f"repeats at {f:g} Hz differ in level by a factor of {level.max() / level.min():.2g}; a fit averages them"
+        for f, level in levels.items()
+        if level.max() > _LEVELS * level.min()
     ]
 
 

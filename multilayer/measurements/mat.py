@@ -67,10 +67,10 @@ def _is_version_73(file: Path) -> bool:
 
 
 def _flat(values: dict[str, Any], above: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for name, value in values.items():
-        found |= _flat(value, f"{above}{name}/") if isinstance(value, dict) else {f"{above}{name}": value}
-    return found
+        flat |= _flat(value, f"{above}{name}/") if isinstance(value, dict) else {f"{above}{name}": value}
+    return flat
 
 
 MAT = Reader(read_mat, read_mat_spectra)

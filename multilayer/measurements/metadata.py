@@ -1,4 +1,4 @@
-"""What the experimenter knows of a campaign that is made of recordings: from a file, or still to be filled in."""
+"""Metadata of a campaign that is made of recordings: what the experimenter knows, from a file."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ class Metadata:
 
     @property
     def kind(self) -> str:
-        """What kind of file it makes."""
+        """Kind of the file that is made of it: ``calibration`` or ``campaign``."""
         return "calibration" if self.is_calibration else "campaign"
 
     def as_calibration(self) -> Metadata:
-        """Return what also holds of a calibration with the same bursts."""
+        """Return the part that also holds for a calibration with the same bursts."""
         data = {"rig": "calibration"} | {key: self.data[key] for key in ("burst",) if key in self.data}
         mounting = {key: self.mounting[key] for key in ("bursts",) if key in self.mounting}
         return Metadata(self.file, data, mounting, self.document, self.index)
@@ -65,20 +65,20 @@ class Metadata:
     def frequencies(self) -> tuple[float, ...]:
         """Frequencies that the file lists for the mounting, Hz."""
         bursts = self.mounting.get("bursts")
-        there = bursts if isinstance(bursts, list) else []
-        listed = [burst.get("frequency") for burst in there if isinstance(burst, Mapping)]
-        return tuple(found for found in map(_frequency, listed) if found is not None)
+        entries = bursts if isinstance(bursts, list) else []
+        listed = [burst.get("frequency") for burst in entries if isinstance(burst, Mapping)]
+        return tuple(frequency for frequency in map(_frequency, listed) if frequency is not None)
 
 
 def _frequency(written: Any) -> float | None:
     try:
         return parse_quantity(written, "Hz")
     except ValueError:
-        return None  # told by who validates the whole file
+        return None  # the validation of the whole file reports it
 
 
 def read_metadata(path: Path, configuration: str | None = None) -> Metadata:
-    """Read what the experimenter knows: a campaign's folder or YAML file, or one with those fields only.
+    """Read metadata: a campaign's folder or YAML file, or a YAML file with some of those fields.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def read_metadata(path: Path, configuration: str | None = None) -> Metadata:
     if rig != "shaker-two-plate":
         message = f"describes a '{rig}'; a campaign of a shaker-two-plate, or a calibration, is wanted"
         raise InputError(Problem(message, "rig", file))
-    mountings = [one for one in data.get("configurations", []) if isinstance(one, dict)]
-    index = _index_of(file, [str(one.get("name", UNNAMED)) for one in mountings], configuration)
+    mountings = [mounting for mounting in data.get("configurations", []) if isinstance(mounting, dict)]
+    index = _index_of(file, [str(mounting.get("name", UNNAMED)) for mounting in mountings], configuration)
     return Metadata(file, data, mountings[index] if mountings else {}, document, index)
 
 

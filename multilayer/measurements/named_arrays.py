@@ -20,7 +20,7 @@ _STEPS = ("dt", "time_step", "wf_increment")
 _TIMES = ("time", "t")
 _EVEN = 1e-3  # of a step
 _FEWEST = 3
-ATTRIBUTE = "@/"  # between the name of an array, or of the whole file, and what is said of it
+ATTRIBUTE = "@/"  # between the name of an array (empty for the whole file) and that of its attribute
 
 
 def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Mapping[str, str]) -> Channels:
@@ -33,8 +33,8 @@ def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Ma
     ----------
     file : Path
     arrays : mapping
-        By name; a name may be a path with slashes, whose last part counts for rates and times. What is said of an
-        array alone stands under ``NAME@/WHAT``, of the whole file under ``@/WHAT``.
+        By name; a name may be a path with slashes, whose last part counts for rates and times. An attribute of one
+        array stands under ``NAME@/ATTRIBUTE``, one of the whole file under ``@/ATTRIBUTE``.
     units : mapping of str
         By name, where the file says them.
 
@@ -46,7 +46,7 @@ def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Ma
     numeric = {name: np.asarray(values) for name, values in arrays.items() if np.asarray(values).dtype.kind in "fiu"}
     general = _rate(file, {name: values for name, values in numeric.items() if name.find(ATTRIBUTE) <= 0})
     channels = [
-        Channel(full, as_samples(row), units.get(name), _own_rate(file, name, numeric) or general)
+        Channel(full, as_samples(row), units.get(name), _attribute_rate(file, name, numeric) or general)
         for name, values in numeric.items()
         if values.ndim <= 2 and values.size >= _FEWEST and _last(name) not in _TIMES and ATTRIBUTE not in name
         for full, row in _rows(name, values)
@@ -59,8 +59,8 @@ def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Ma
 def spectra_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Mapping[str, str]) -> Spectra:
     """Return the spectra among arrays: every array of numbers with as many values as the array of frequencies.
 
-    That is called ``frequency``, ``freq`` or ``f``, in Hz unless it has another unit. Arrays with two axes are several
-    spectra, numbered. Of a path as a name the last part counts, where that is not there twice.
+    The latter is called ``frequency``, ``freq`` or ``f``, in Hz unless it has another unit. Arrays with two axes are
+    several spectra, numbered. Spectra are named by the last part of a path, or by all of it where two share that part.
 
     Parameters
     ----------
@@ -82,7 +82,9 @@ def spectra_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Map
         what = f"several arrays of frequencies: {', '.join(axes)}" if axes else "no array called 'frequency'"
         raise InputError(Problem(f"holds {what}; values over frequency need one such array beside them", file=file))
     frequency = numeric.pop(axes[0])
-    rows = {full: (name, row) for name, array in numeric.items() for full, row in _alike(name, array, frequency.size)}
+    rows = {
+        full: (name, row) for name, array in numeric.items() for full, row in _spectra_in(name, array, frequency.size)
+    }
     if not rows:
         raise InputError(Problem(f"holds no array of {frequency.size} values, as '{axes[0]}' has", file=file))
     names = different([full.rpartition("/")[2] for full in rows], list(rows))
@@ -113,8 +115,8 @@ def _hertz(file: Path, name: str, units: Mapping[str, str]) -> float:
         raise InputError(Problem(str(error), file=file)) from None
 
 
-def _alike(name: str, array: NDArray[Any], count: int) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Give the spectra of so many values in an array, numbered where it has two axes."""
+def _spectra_in(name: str, array: NDArray[Any], count: int) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Give names and values of the spectra of `count` values in an array, numbered where it has two axes."""
     if array.size == count:
         yield name, array.ravel()
     elif array.ndim == 2 and count in array.shape:
@@ -147,8 +149,8 @@ def _rate(file: Path, arrays: Mapping[str, NDArray[np.generic]]) -> float | None
     return _rate_of_times(file, times[0]) if times else None
 
 
-def _own_rate(file: Path, name: str, arrays: Mapping[str, NDArray[np.generic]]) -> float | None:
-    """Return the rate that is said of one array alone."""
+def _attribute_rate(file: Path, name: str, arrays: Mapping[str, NDArray[np.generic]]) -> float | None:
+    """Return the sampling rate, Hz, among the attributes of one array."""
     return _rate(file, {key: value for key, value in arrays.items() if key.startswith(name + ATTRIBUTE)})
 
 

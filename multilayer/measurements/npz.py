@@ -58,7 +58,7 @@ def _error(file: Path, message: str) -> InputError:
 
 
 def _load(file: Path, wanted: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
-    """Return the arrays of the archive by name; of some that are wanted the others are listed but not read."""
+    """Return the arrays of the archive by name; with `wanted`, the others are listed but not read."""
     if not file.exists():
         raise _error(file, "there is no such file")
     if not zipfile.is_zipfile(file):
@@ -74,8 +74,8 @@ def _load(file: Path, wanted: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
 
 def _channel(arrays: dict[str, np.ndarray], name: str, file: Path) -> RealArray:
     if name not in arrays:
-        found = ", ".join(arrays) or "none"
-        raise _error(file, f"has no array '{name}'; it must hold 'base' and 'top', and holds: {found}")
+        names = ", ".join(arrays) or "none"
+        raise _error(file, f"has no array '{name}'; it must hold 'base' and 'top', and holds: {names}")
     values = arrays[name]
     if values.dtype.kind not in "fiu":
         raise _error(file, f"array '{name}' is of type {values.dtype}; it must hold real numbers, in m/s^2")

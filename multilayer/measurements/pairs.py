@@ -18,7 +18,7 @@ ROLES = ("base", "top")
 
 @dataclass(frozen=True)
 class ChannelChoice:
-    """Which channels are base and top, and what their numbers mean.
+    """Which channels are base and top, and the units of their numbers.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class ChannelChoice:
     sensitivities : mapping
         V per m/s2 by role, where a channel holds voltages.
     units : mapping
-        By role, what 1 is where the file does not say, as ``V``, ``10 V`` or ``m/s2``.
+        By role, where the file states none: what the number 1 is, as ``V``, ``10 V`` or ``m/s2``.
     sampling_rate : float or None
         Hz, where the file does not say.
     """
@@ -56,16 +56,16 @@ def parse_sensitivities(texts: Iterable[str]) -> dict[str, float]:
     InputError
         With every mistake.
     """
-    found: dict[str, float] = {}
+    sensitivities: dict[str, float] = {}
     problems: list[str] = []
     for role, text in _by_role(texts, "--sensitivity", "base=10.2mV/g").items():
         try:
-            found[role] = parse_sensitivity(text)
+            sensitivities[role] = parse_sensitivity(text)
         except ValueError as error:
             problems.append(f"--sensitivity {role}: {error}")
     if problems:
         raise InputError(problems)
-    return found
+    return sensitivities
 
 
 def parse_units(texts: Iterable[str]) -> dict[str, str]:
@@ -75,23 +75,23 @@ def parse_units(texts: Iterable[str]) -> dict[str, str]:
     ------
     InputError
     """
-    found = _by_role(texts, "--unit", "base=V")
-    for role, unit in found.items():
+    units = _by_role(texts, "--unit", "base=V")
+    for role, unit in units.items():
         if acceleration_factor(unit) is None and voltage_factor(unit) is None:
             raise InputError(f"--unit {role}: '{unit}' is no voltage and no acceleration; write V, '10 V', g or m/s2")
-    return found
+    return units
 
 
 def _by_role(texts: Iterable[str], option: str, example: str) -> dict[str, str]:
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for text in texts:
         role, equals, value = (part.strip() for part in text.partition("="))
         if not equals or role not in ROLES or not value:
             raise InputError(f"{option}: '{text}' does not give base or top a value; write {option} {example}")
-        if role in found:
+        if role in values:
             raise InputError(f"{option}: {role} is given twice")
-        found[role] = value
-    return found
+        values[role] = value
+    return values
 
 
 def pair_of(channels: Channels, choice: ChannelChoice) -> Pair:
@@ -105,14 +105,14 @@ def pair_of(channels: Channels, choice: ChannelChoice) -> Pair:
     Raises
     ------
     InputError
-        When a channel is not there, both roles have one channel, a unit or a sensitivity is missing or contradicts the
-        other, the channels differ in rate or length, no rate is known, or a sample is not finite.
+        When a channel is missing, both roles have the same channel, a unit or a sensitivity is missing or they
+        contradict each other, the channels differ in rate or length, no rate is known, or a sample is not finite.
     """
     if choice.names["base"].casefold() == choice.names["top"].casefold():
         raise InputError(f"--base and --top both name '{choice.names['base']}'; they are two channels")
-    found = {role: channels[choice.names[role]] for role in ROLES}
-    base, top = (_accelerations(channels, role, found[role], choice) for role in ROLES)
-    return Pair(channels.file, base, top, _rate(channels, found["base"], found["top"], choice.sampling_rate))
+    chosen = {role: channels[choice.names[role]] for role in ROLES}
+    base, top = (_accelerations(channels, role, chosen[role], choice) for role in ROLES)
+    return Pair(channels.file, base, top, _rate(channels, chosen["base"], chosen["top"], choice.sampling_rate))
 
 
 def _rate(channels: Channels, base: Channel, top: Channel, given: float | None) -> float:
@@ -134,7 +134,7 @@ def _accelerations(channels: Channels, role: str, channel: Channel, choice: Chan
 
 
 def _factor(channels: Channels, role: str, channel: Channel, choice: ChannelChoice) -> float:
-    """Return what 1 in a channel is in m/s2."""
+    """Return the factor from the numbers of a channel to m/s2."""
     unit = _unit(channels, role, channel, choice.units.get(role))
     sensitivity = choice.sensitivities.get(role)
     acceleration, volts = acceleration_factor(unit), voltage_factor(unit)
@@ -152,12 +152,12 @@ def _factor(channels: Channels, role: str, channel: Channel, choice: ChannelChoi
 
 
 def _unit(channels: Channels, role: str, channel: Channel, given: str | None) -> str:
-    said = channel.unit
-    understood = said is not None and (acceleration_factor(said) is not None or voltage_factor(said) is not None)
-    if said is not None and understood and given is not None:
-        text = f"channel '{channel.name}' says that it is in {said}"
+    stated = channel.unit
+    understood = stated is not None and (acceleration_factor(stated) is not None or voltage_factor(stated) is not None)
+    if stated is not None and understood and given is not None:
+        text = f"channel '{channel.name}' says that it is in {stated}"
         raise channels.error(f"{text}, but --unit {role} says {given}; leave --unit {role} out")
-    if said is None and given is None:
+    if stated is None and given is None:
         text = f"channel '{channel.name}' ({role}) has no unit"
         raise channels.error(f"{text}; say what 1 is with --unit, as --unit {role}=V, '{role}=10 V' or {role}=m/s2")
-    return given or said or ""
+    return given or stated or ""

@@ -25,9 +25,9 @@ _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', '
 
 @dataclass(frozen=True)
 class Reader:
-    """What reads files of a suffix that may hold signals over time as well as values over frequency.
+    """The two functions that read files of a format which may hold signals over time or values over frequency.
 
-    A format whose files hold one of the two, or tell which, needs a function only.
+    A format whose files hold only one of the two, or say which, needs no `Reader` but a function.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ ReadFunction: TypeAlias = Callable[[Path], Waveforms | Channels | Spectra | Tabl
 
 
 def _reader_fault(name: str, item: object) -> str:
-    del name  # the suffix it reads; a function needs not know
+    del name  # the suffix: a function need not know it
     if callable(item) or isinstance(item, Reader):
         return ""
     return f"it is {item!r}, not a function from a path to Waveforms, Channels or Spectra, nor a Reader"
@@ -60,7 +60,7 @@ def _suffix(file: Path) -> str:
 
 
 def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction:
-    """Return what reads such values from a file that must be there."""
+    """Return the function that reads such values from a file, which must exist."""
     if not file.is_file():
         raise InputError(Problem("there is no such file", file=file))
     reader = READERS[_suffix(file)]
@@ -110,13 +110,13 @@ def read_channels(path: Path | str) -> Channels:
     InputError
         When the file is missing, has a suffix nobody reads, or is refused by its reader.
     """
-    found = _read(path)
-    if isinstance(found, Channels):
-        return found
-    repeats = len(found.base)
-    pairs = [("base", found.base), ("top", found.top)]
+    content = _read(path)
+    if isinstance(content, Channels):
+        return content
+    repeats = len(content.base)
+    pairs = [("base", content.base), ("top", content.top)]
     channels = tuple(
-        Channel(name if repeats == 1 else f"{name}_{i + 1}", signals[i], "m/s^2", found.sampling_rate)
+        Channel(name if repeats == 1 else f"{name}_{i + 1}", signals[i], "m/s^2", content.sampling_rate)
         for i in range(repeats)
         for name, signals in pairs
     )
@@ -134,42 +134,42 @@ def read_waveforms(path: Path | str) -> Waveforms:
     InputError
         When the file is missing, has a suffix nobody reads, is refused by its reader, or holds other channels.
     """
-    found = _read(path)
-    return found if isinstance(found, Waveforms) else _burst(found)
+    content = _read(path)
+    return content if isinstance(content, Waveforms) else _burst(content)
 
 
-def _burst(found: Channels) -> Waveforms:
-    by_name = {channel.name.casefold(): channel for channel in found.channels}
-    suffixes = _repeats(found, list(by_name))
+def _burst(channels: Channels) -> Waveforms:
+    by_name = {channel.name.casefold(): channel for channel in channels.channels}
+    suffixes = _repeats(channels, list(by_name))
     columns = {name: [by_name[f"{name}{suffix}"] for suffix in suffixes] for name in ("base", "top")}
     chosen = [*columns["base"], *columns["top"]]
     if len({(channel.samples.size, channel.sampling_rate) for channel in chosen}) > 1:
-        raise found.error(f"its channels differ in length or sampling rate: {found}; record them together")
-    base, top = (np.stack([_acceleration(found, one) for one in columns[name]]) for name in ("base", "top"))
+        raise channels.error(f"its channels differ in length or sampling rate: {channels}; record them together")
+    base, top = (np.stack([_acceleration(channels, channel) for channel in columns[name]]) for name in ("base", "top"))
     return Waveforms(base, top, chosen[0].sampling_rate)
 
 
-def _acceleration(found: Channels, channel: Channel) -> RealArray:
+def _acceleration(channels: Channels, channel: Channel) -> RealArray:
     factor = 1.0 if channel.unit is None else acceleration_factor(channel.unit)
     if factor is None:
         text = f"channel '{channel.name}' is in {channel.unit}, which is no acceleration"
-        raise found.error(f"{text}; a campaign is made of such files by `multilayer import`, with --sensitivity")
+        raise channels.error(f"{text}; a campaign is made of such files by `multilayer import`, with --sensitivity")
     return channel.samples * factor
 
 
-def _repeats(found: Channels, names: list[str]) -> list[str]:
+def _repeats(channels: Channels, names: list[str]) -> list[str]:
     """Return the suffixes of the repeats, as ``["_1", "_2"]`` or ``[""]``."""
     unknown = [name for name in names if not _BURST.fullmatch(name)]
     if unknown:
-        remedy = f"name the {_what(found)}s {_EXPECTED}, or make a campaign of such files by `multilayer import`"
-        raise found.error(f"{_what(found)} '{unknown[0]}' is not known; {remedy}")
+        remedy = f"name the {_what(channels)}s {_EXPECTED}, or make a campaign of such files by `multilayer import`"
+        raise channels.error(f"{_what(channels)} '{unknown[0]}' is not known; {remedy}")
     suffixes = {name.removeprefix("base").removeprefix("top") for name in names}
     ordered = sorted(suffixes, key=lambda suffix: int(suffix[1:] or 0)) or [""]
-    missing = [f"{one}{suffix}" for suffix in ordered for one in ("base", "top") if f"{one}{suffix}" not in names]
+    missing = [f"{name}{suffix}" for suffix in ordered for name in ("base", "top") if f"{name}{suffix}" not in names]
     if missing:
-        raise found.error(f"has no {_what(found)} {', '.join(missing)}; name the {_what(found)}s {_EXPECTED}")
+        raise channels.error(f"has no {_what(channels)} {', '.join(missing)}; name the {_what(channels)}s {_EXPECTED}")
     return ordered
 
 
-def _what(found: Channels) -> str:
-    return "channel" if found.line is None else "column"
+def _what(channels: Channels) -> str:
+    return "channel" if channels.line is None else "column"

@@ -35,7 +35,7 @@ def reads(file: Path, kind: str) -> Iterator[None]:
     ----------
     file : Path
     kind : str
-        What the suffix says that the file is, as ``a TDMS file``.
+        The format that the suffix stands for, as ``a TDMS file``.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def reads(file: Path, kind: str) -> Iterator[None]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            warnings.simplefilter("ignore", DeprecationWarning)  # of a library about another one
+            warnings.simplefilter("ignore", DeprecationWarning)  # libraries warn of each other
             yield
     except MultilayerError:
         raise

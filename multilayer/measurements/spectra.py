@@ -22,12 +22,12 @@ class Spectra:
     Attributes
     ----------
     frequency : array, shape (n,)
-        Hz, in any order; what stands at 0 Hz, as in a spectrum of a Fourier transform, is left out.
+        Hz, in any order; values at 0 Hz, as a Fourier transform has them, are left out of the table.
     values : mapping of arrays, shape (n,)
-        By name, real or complex. Names are those of columns of text tables: what is complex is found as ``NAME_re``
-        and ``NAME_im``.
+        By name, real or complex. Names are those of columns of text tables; complex values make two columns,
+        ``NAME_re`` and ``NAME_im``.
     units : mapping of str
-        By name; none for those of which the file says none.
+        By name, where the file states a unit.
     """
 
     frequency: RealArray

@@ -26,16 +26,16 @@ Row: TypeAlias = tuple[int | None, tuple[str | float, ...]]
 
 @dataclass(frozen=True)
 class Header:
-    """What a table says of a column.
+    """Name and unit of a column.
 
     Attributes
     ----------
     text : str
         As it is written.
     name : str
-        What it calls the quantity, in small letters joined by underscores; empty for what is no header.
+        Of the quantity, in small letters joined by underscores; empty for text that is no header.
     unit : str or None
-        In brackets or as a suffix; None where it says none.
+        In brackets or as a suffix; None where there is none.
     """
 
     text: str
@@ -44,7 +44,7 @@ class Header:
 
     @classmethod
     def of(cls, text: str) -> Header:
-        """Return what a header of a text table says."""
+        """Return name and unit from the text of a header."""
         written = name_and_unit(text)
         if written is None:
             return cls(text, "", None)
@@ -65,7 +65,7 @@ class Header:
         Raises
         ------
         ValueError
-            When the header says none where one is needed, or another kind of unit.
+            When the header has no unit where one is needed, or a unit of another quantity.
         """
         if self.unit is None and unit:
             name = self.text.strip().lower().replace(" ", "_")
@@ -81,7 +81,7 @@ class Header:
 
 
 def name_and_unit(text: str) -> tuple[str, str | None] | None:
-    """Return the name that stands in a header, and the unit in brackets behind it; None for what is no header."""
+    """Return the name in a header, and the unit in brackets behind it; None for text that is no header."""
     match = _HEADER.fullmatch(text)
     return (match["name"], match["unit"]) if match else None
 

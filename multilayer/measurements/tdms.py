@@ -38,9 +38,11 @@ def read_tdms(path: Path | str) -> Channels:
         tdms = nptdms.TdmsFile.read(file)
         if tdms.file_status.incomplete_final_segment:
             raise damaged(file, _KIND, "its last segment is incomplete")
-        found = [channel for group in tdms.groups() for channel in group.channels() if _is_numeric(channel)]
-        names = different([one.name for one in found], [f"{one.group_name}/{one.name}" for one in found])
-        channels = tuple(_channel(name, one) for name, one in zip(names, found, strict=True))
+        numeric = [channel for group in tdms.groups() for channel in group.channels() if _is_numeric(channel)]
+        names = different(
+            [channel.name for channel in numeric], [f"{channel.group_name}/{channel.name}" for channel in numeric]
+        )
+        channels = tuple(_channel(name, channel) for name, channel in zip(names, numeric, strict=True))
     if not channels:
         raise InputError(Problem("holds no channel of numbers", file=file))
     return Channels(file, channels)

@@ -84,10 +84,10 @@ def layout_of(lines: Sequence[Line]) -> Layout:
 
     Without such rows, the first line is the header, and tells the separator.
     """
-    found = (_with_separator(lines[: _PREAMBLE + 2], separator) for separator in _SEPARATORS)
+    layouts = (_with_separator(lines[: _PREAMBLE + 2], separator) for separator in _SEPARATORS)
     header = lines[0][1]
     first_line = Layout(next((mark for mark in (";", ",", "\t") if mark in header), None), 0)
-    return next((layout for layout in found if layout is not None), first_line)
+    return next((layout for layout in layouts if layout is not None), first_line)
 
 
 def _with_separator(lines: Sequence[Line], separator: str | None) -> Layout | None:

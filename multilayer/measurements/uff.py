@@ -21,7 +21,7 @@ _KIND = "a universal file"
 _TIME_RESPONSE = 1
 _UNKNOWN, _FREQUENCY = 0, 18  # types of an abscissa
 _OF_FREQUENCY = (2, 3, 4, 5, 6, 9, 10, 12, 21, 26)  # types of functions: spectra, transfer functions, coherences
-_MARK = b"    -1"  # opens and closes a dataset; behind binary data on no line of its own
+_MARK = b"    -1"  # opens and closes a dataset; behind binary data it does not start a line
 _START = 10_000  # bytes within which the first dataset opens
 _DIRECTIONS = {1: "+X", 2: "+Y", 3: "+Z", -1: "-X", -2: "-Y", -3: "-Z"}
 
@@ -30,7 +30,7 @@ def read_uff(path: Path | str) -> Channels:
     """Read the time records (dataset 58, text or binary, function type 1) of a ``.uff`` or ``.unv`` file through pyuff.
 
     A channel is called by the first identification line of its record, or by name, node and direction of its response
-    where that is ``NONE`` or not its own.
+    where that line is ``NONE`` or the same for two records.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def read_uff(path: Path | str) -> Channels:
 def read_uff_spectra(path: Path | str) -> Spectra:
     """Read the functions of frequency (dataset 58, text or binary) of a ``.uff`` or ``.unv`` file through pyuff.
 
-    Those are what has frequency as its abscissa, or does not say and is a spectrum by its type: transfer functions,
-    power spectra, coherences. They are called as `read_uff` calls channels; a unit is the label of the ordinate, over
-    that of its denominator.
+    Functions of frequency have a frequency as their abscissa, or an unknown abscissa and the type of a spectrum:
+    transfer functions, power spectra, coherences. They are named as channels are in `read_uff`; their unit is the label
+    of the ordinate, over that of its denominator.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _is_spectrum(record: Any) -> bool:
 
 
 def _label(record: Any, axis: str) -> str:
-    return _said(str(record.get(f"{axis}_axis_units_lab", "")).strip())
+    return _unless_none(str(record.get(f"{axis}_axis_units_lab", "")).strip())
 
 
 def _unit(record: Any) -> str:
@@ -115,9 +115,9 @@ def _records(file: Path) -> list[Any]:
 
 
 def _names(records: Sequence[Any]) -> list[str]:
-    longer = [_place(record) for record in records]
-    ids = [_said(str(record.get("id1", "")).strip()) for record in records]
-    return different([name or place for name, place in zip(ids, longer, strict=True)], longer)
+    places = [_place(record) for record in records]
+    ids = [_unless_none(str(record.get("id1", "")).strip()) for record in records]
+    return different([name or place for name, place in zip(ids, places, strict=True)], places)
 
 
 def _refuse_cut_short(file: Path) -> None:
@@ -129,12 +129,12 @@ def _refuse_cut_short(file: Path) -> None:
         raise damaged(file, _KIND, "its last dataset is not closed")
 
 
-def _said(text: str) -> str:
+def _unless_none(text: str) -> str:
     return "" if text.upper() == "NONE" else text
 
 
 def _place(record: Any) -> str:
-    name = _said(str(record.get("rsp_ent_name", "")).strip())
+    name = _unless_none(str(record.get("rsp_ent_name", "")).strip())
     where = f"{record.get('rsp_node', 0)}{_DIRECTIONS.get(int(record.get('rsp_dir', 0)), '')}"
     return f"{name} {where}".strip()
 

@@ -14,9 +14,9 @@ from multilayer.signals.channels import Channel, Channels, as_samples
 
 
 def read_wav(path: Path | str) -> Channels:
-    """Read a ``.wav`` file through SciPy: channels ``channel_1``, ``channel_2``, ..., as shares of full scale.
+    """Read a ``.wav`` file through SciPy: channels ``channel_1``, ``channel_2``, ..., as fractions of full scale.
 
-    WAV knows no units: what 1 (full scale) is, whoever imports must say.
+    WAV files have no units: the user states what full scale (1) is.
 
     Parameters
     ----------

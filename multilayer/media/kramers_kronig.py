@@ -1,4 +1,4 @@
-"""Kramers-Kronig relations: what the dispersion of E1 says of E2, and whether measured moduli obey it.
+"""Kramers-Kronig relations: the loss modulus E2 from the dispersion of E1, and a check of measured moduli.
 
 Time exp(+i w t). Stress does not precede strain, so E1 and E2 are two views of one function; a loss without a rise of
 E1 with frequency, or a fall of E1, betrays an error of the measurement or of the model behind it.
@@ -35,8 +35,7 @@ def gross_loss_modulus(frequency: ArrayLike, storage_modulus: ArrayLike) -> Real
     n = 0.25 and 21 % at n = 0.5.
 
     The slope at a frequency is that of the parabola in ln w that fits ln E1 best at all frequencies from 1/18 of it
-    to 18 times, at the nearest three at least. Of errors of E1 the difference of two neighbours would make slopes
-    many times their size.
+    to 18 times, at the nearest three at least. The difference of two neighbours would magnify errors of E1 many times.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def gross_loss_modulus(frequency: ArrayLike, storage_modulus: ArrayLike) -> Real
     -----
     The full relation is a mean of dE1/d ln w over v = ln(u/w) with the weight ln coth|v/2|, whose variance is pi^2/6.
     A parabola over -h to h takes a mean with the weight h^2 - v^2, of variance h^2/5. So with h = pi sqrt(5/6) the
-    slope is taken over what the relation itself looks at; ln 18 is about that.
+    slope is taken over the same range as in the relation itself; ln 18 is about that.
     """
     x, e1 = np.log(frequency), np.asarray(storage_modulus, dtype=float)
     distance = x - x[:, np.newaxis]
@@ -88,7 +87,7 @@ def _kernel_integral(v: RealArray) -> RealArray:
 
 
 def spectrum_columns(frequency: ArrayLike, nodes: RealArray) -> ComplexArray:
-    """Return what a spring, and a unit rise of each step between `nodes` (Hz), add to the modulus.
+    """Return the moduli of a unit spring, and of a unit rise in each step between `nodes` (Hz).
 
     Parameters
     ----------
@@ -109,7 +108,9 @@ def spectrum_columns(frequency: ArrayLike, nodes: RealArray) -> ComplexArray:
 def non_negative_fit(
     columns: ComplexArray, modulus: ComplexArray, storage_std: RealArray, loss_std: RealArray
 ) -> tuple[RealArray, RealArray]:
-    """Return the weights >= 0 that fit a modulus best by least squares: one minimum, found without a start.
+    """Return the weights >= 0 that fit a modulus best by least squares: a convex problem with one minimum.
+
+    C. L. Lawson & R. J. Hanson, Solving Least Squares Problems, Prentice-Hall 1974, chapter 23.
 
     Parameters
     ----------
@@ -139,9 +140,9 @@ class KramersKronigCheck:
     ----------
     verdict : {'consistent', 'inconsistent', 'cannot tell'}
     reasons : tuple of str
-        Why, in words.
+        Sentences for the user.
     p_value : float
-        Probability of a chi-square at least as large from such a material; nan when nothing is left over to judge by.
+        Probability of a chi-square at least as large from such a material; nan without degrees of freedom.
     chi_square : float
         Sum of the squared normalised residuals.
     degrees_of_freedom : int
@@ -185,11 +186,11 @@ def check_kramers_kronig(
 ) -> KramersKronigCheck:
     """Judge whether measured E1 and E2 with their standard deviations can belong together.
 
-    The best curve of all causal ones is sought: a spring, a dashpot and a non-negative relaxation spectrum, free
-    between four decades below and above the data, by non-negative least squares. Its chi-square and its largest
-    residual then decide, with half the significance each. Beyond the data nothing is assumed, so a limited band is no
-    matter, except that it may leave E2 free: the check is made again with E2 `factor` times larger and smaller, and
-    unless it would notice both, it cannot tell.
+    The best of all causal curves is fitted: a spring, a dashpot and a non-negative relaxation spectrum, free from four
+    decades below to four above the data, by non-negative least squares. Its chi-square and its largest residual then
+    decide, with half the significance each. Nothing is assumed beyond the data, so a limited band is allowed, but it
+    may leave E2 free: the check is repeated with E2 `factor` times larger and smaller, and the verdict is "cannot tell"
+    unless both are rejected.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def check_kramers_kronig(
     significance : float
         Share of good data called inconsistent.
     factor : float
-        By how much a wrong E2 must be wrong to be noticed at least.
+        The error of E2 that the data must be able to reveal.
 
     Returns
     -------
@@ -250,7 +251,7 @@ class _Best:
         return exceeding(self.chi_square, self.freedom) if self.freedom > 0 else float("nan")
 
     def rejected(self, significance: float) -> bool:
-        """Return whether all residuals together, or the largest one of so many, would be too great a chance."""
+        """Tell whether the sum of squares, or the largest of all residuals, is too improbable."""
         outlier = self.residual.size * 2 * ndtr(-float(np.max(np.abs(self.residual))))
         return self.freedom > 0 and min(self.p_value, outlier) < significance / 2
 

@@ -21,7 +21,7 @@ def johnson_density(
     viscous_length: Numeric,
     gas: Gas,
 ) -> ComplexArray:
-    """Return the effective density, kg/m3, of Johnson, Koplik & Dashen (1987).
+    """Return the effective density, kg/m3, of Johnson, Koplik & Dashen, J. Fluid Mech. 176 (1987) 379-402.
 
     Allard & Atalla 2009, eq. (5.50) with (5.51), divided by the porosity. `omega` in rad/s; arrays broadcast.
     """
@@ -32,7 +32,7 @@ def johnson_density(
 
 
 def champoux_allard_modulus(omega: Numeric, porosity: Numeric, thermal_length: Numeric, gas: Gas) -> ComplexArray:
-    """Return the effective bulk modulus, Pa, of Champoux & Allard (1991).
+    """Return the effective bulk modulus, Pa, of Champoux & Allard, J. Appl. Phys. 70 (1991) 1975-1979.
 
     Allard & Atalla 2009, eq. (5.51), divided by the porosity. `omega` in rad/s; arrays broadcast.
     """

@@ -10,7 +10,7 @@ from multilayer.media.gas import Gas
 
 
 def pumped_air_stiffness(omega: Numeric, radius: float, pore_density: Numeric, pore_modulus: Numeric) -> ComplexArray:
-    """Return what the gas in the pores adds to the stiffness of a disc in uniform compression along its axis, Pa.
+    """Return the contribution of the gas in the pores to the axial stiffness of a disc in uniform compression, Pa.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def pumped_air_stiffness(omega: Numeric, radius: float, pore_density: Numeric, p
     -----
     The pressure obeys ``p'' + p'/r + k^2 p = -k^2 K e`` (e the dilatation, k^2 = w^2 rho / K) and is zero at the rim;
     its mean is ``-K e (1 - 2 J1(x)/(x J0(x)))``, x = k R. From 0 at low frequencies it rises to K, that of sealed
-    pores. Inertia of the frame across the disc, and the frame's own bulging, are not in it.
+    pores. The frame's inertia across the disc and its bulging are left out.
     """
     x = omega * radius * np.sqrt(np.asarray(pore_density / pore_modulus, dtype=complex))
     # scaled Bessel functions: their exponentials cancel in the ratio

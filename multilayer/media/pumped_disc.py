@@ -44,7 +44,7 @@ def pumped_disc_factor(
     gas_density: float = 1.2,
     pore_modulus: float = 101325.0,
 ) -> ComplexArray:
-    """Return by what factor air in the pores changes top over base motion of a disc under a rigid mass.
+    """Return the factor by which air in the pores changes top over base motion of a disc under a rigid mass.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def pumped_disc_factor(
     -----
     Axial motion ``u = 1 + d z/h + sum a_n sin(n pi z/h)`` above a base that moves by 1. The gas is driven along the
     axis by frame and pressure, ``W = (w^2 rho0 u - p')/(i w s)`` relative to the frame, s the dynamic resistivity, and
-    leaves sideways (`pumped_frame_stiffness` for the uniform compression, K0). Of the n-th mode the pressure's mean is
+    leaves sideways (`pumped_frame_stiffness` for the uniform compression, K0). The mean pressure of the n-th mode is
     ``-K_n (a_n - beta U_n) n pi/h cos``, with
 
         K_n = (i w s/q^2) (1 - 2 I1(q R)/(q R I0(q R))),  q^2 = (n pi/h)^2 + i w s/K,
@@ -110,18 +110,18 @@ def _of_modes(
     thickness: float,
     pore_modulus: float,
 ) -> list[ComplexArray]:
-    """Return K_n of every mode, each shape (..., n); of a sample as thick as the mean of all."""
+    """Return K_n of every mode, each of shape (..., n), for the mean thickness of all samples."""
     resistivity = np.atleast_1d(np.asarray(flow_resistivity))
     # Bessel functions are slow, and among the samples of a derivative only few differ in resistivity
     values, place = np.unique(resistivity, return_inverse=True)
     s = dynamic_resistivity(omega, values[:, None], gas_density)
     back = place.reshape(resistivity.shape)[..., 0]
-    found = []
+    stiffnesses = []
     for n in range(1, _MODES + 1):
         q2 = (n * np.pi / thickness) ** 2 + 1j * omega * s / pore_modulus
         x = np.sqrt(q2) * radius
-        found.append((1j * omega * s / q2 * (1 - 2 * ive(1, x) / (x * ive(0, x))))[back])
-    return found
+        stiffnesses.append((1j * omega * s / q2 * (1 - 2 * ive(1, x) / (x * ive(0, x))))[back])
+    return stiffnesses
 
 
 def _motion(
@@ -138,7 +138,7 @@ def _motion(
 ) -> ComplexArray:
     """Return top over base motion from the stationary sum of energies, the modes' amplitudes eliminated.
 
-    ``gas`` below is w^2 rho0 beta: what the gas' slip takes from the inertia; `modes` are the K_n.
+    ``gas`` below is w^2 rho0 beta, by which the slip of the gas reduces the inertia; `modes` are the K_n.
     """
     w2, h = omega**2, thickness
     gas = w2 * gas_density * slip

@@ -1,4 +1,4 @@
-"""Air pumped through the pores of a glued disc whose frame gives way to it sideways."""
+"""Air pumped through the pores of a glued disc whose frame is moved sideways by it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def pumped_frame_stiffness(
     poisson_ratio: float = 0.0,
     pore_modulus: float = 101325.0,
 ) -> ComplexArray:
-    """Return what air in the pores adds to the stiffness of a disc between glued, sealed plates with an open rim, Pa.
+    """Return the contribution of air in the pores to the stiffness of a disc between glued, sealed plates, Pa.
+
+    The rim is open.
 
     Parameters
     ----------

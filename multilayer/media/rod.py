@@ -47,20 +47,20 @@ def chain_transmissibility(frequency: ArrayLike, layers: Sequence[tuple[Numeric,
 
     Notes
     -----
-    The impedance that each rod sees at its far end, carried from the free end to the driven one. Time exp(+i w t).
+    The impedance that loads each rod is carried from the free end to the driven one. Time exp(+i w t).
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     load: Numeric = 0.0  # force over velocity per area at the far end
     ratio: Numeric = 1.0
     for modulus, density, thickness in reversed(layers):
         speed = np.sqrt(np.asarray(modulus, dtype=complex) / density)
-        own = density * speed
+        characteristic = density * speed
         # over exp(i k h), which grows: nothing overflows, however lossy and thick
         decay = np.exp((-1j * omega) * (thickness / speed))
         square = decay * decay
         tangent = (1 - square) / (1 + square)  # i tan(k h)
-        relative = load / own
+        relative = load / characteristic
         step = 1 / (1 + relative * tangent)
         ratio = ratio * (2 * decay / (1 + square)) * step
-        load = own * (relative + tangent) * step
+        load = characteristic * (relative + tangent) * step
     return np.asarray(ratio)

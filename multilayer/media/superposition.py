@@ -163,8 +163,8 @@ def fit_wlf(temperature: ArrayLike, log_shift: ArrayLike, reference: float) -> S
     def residual(x: RealArray) -> RealArray:
         return wanted - wlf_log_shift(t, reference, x[0], x[1])
 
-    found = least_squares(residual, [10.0, pole + 50.0], bounds=([0.0, pole], [np.inf, np.inf]), x_scale=[1.0, 10.0])
-    return _shift_fit("wlf", ("c1", "c2"), found.x, np.asarray(found.jac), found.fun)
+    fit = least_squares(residual, [10.0, pole + 50.0], bounds=([0.0, pole], [np.inf, np.inf]), x_scale=[1.0, 10.0])
+    return _shift_fit("wlf", ("c1", "c2"), fit.x, np.asarray(fit.jac), fit.fun)
 
 
 def fit_arrhenius(temperature: ArrayLike, log_shift: ArrayLike, reference: float) -> ShiftFit:

@@ -21,7 +21,7 @@ def warn_outside(
     Parameters
     ----------
     model, quantity : str
-        What has the range, and of what; for the message.
+        The model, and the quantity whose range is limited, for the message.
     value : float or array
     low, high : float
     frequency : array, optional
@@ -31,10 +31,10 @@ def warn_outside(
     outside = (values < low) | (values > high)
     if not np.any(outside):
         return
-    found = _range(values[outside])
+    actual = _range(values[outside])
     at = "" if frequency is None else f" ({_range(np.broadcast_arrays(frequency, outside)[0], outside)} Hz)"
     warnings.warn(
-        f"{model} holds for {quantity} {_interval(low, high)}; here it is {found}{at}", ValidityWarning, stacklevel=3
+        f"{model} holds for {quantity} {_interval(low, high)}; here it is {actual}{at}", ValidityWarning, stacklevel=3
     )
 
 

@@ -1,1 +1,1 @@
-"""Plugins: what is registered and by whom, single files that register more, skeletons of new packages."""
+"""Plugins: lists of what is registered, plugins in single files, commands of plugins, skeletons of new packages."""

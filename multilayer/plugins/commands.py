@@ -16,9 +16,7 @@ BUILT_IN = frozenset({
     "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig", "import", "tube", "layers",
     "check", "schema", "plugins",
 })  # fmt: skip
-"""Names that no plugin may take; these commands run without a look at any plugin."""
-
-
+"""Names that no plugin may take; these commands start without importing any plugin."""
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
@@ -52,7 +50,7 @@ def _fault(name: str, item: Any) -> str:
 
     try:
         get_command(application(name, item))
-    except Exception as error:  # whatever its annotations make typer say
+    except Exception as error:  # typer raises many kinds for annotations that it cannot read
         return f"its parameters make no command: {type(error).__name__}: {' '.join(str(error).split())}"
     return ""
 

@@ -1,8 +1,8 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
-Such a file is the module of a package-to-be. What it defines is registered under the name it states itself: layers
-(`type`), laws (`law`), effects and inverse methods (`name`), functions ``read_SUFFIX`` returning `Waveforms`,
-`Channels` or `Spectra`, and functions ``command_NAME``.
+Such a file may become the module of a package. Its classes and functions are registered under the names that they
+state: layers (`type`), laws (`law`), effects and inverse methods (`name`), functions ``read_SUFFIX`` returning
+`Waveforms`, `Channels` or `Spectra`, and functions ``command_NAME``.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ _REGISTERS_NOTHING = (
 
 @contextmanager
 def plugin_files(files: Sequence[Path]) -> Iterator[None]:
-    """Register what plugin files define, in this process and in those that compute for it, until the end.
+    """Register the definitions of plugin files, in this process and in its workers, until the context ends.
 
     Raises
     ------
     InputError
-        For a file that is missing, fails, registers nothing, or takes a name that is taken; nothing stays of it.
+        For a file that is missing, fails, registers nothing, or uses a name that is taken; none of it stays registered.
     """
     with ExitStack() as stack:
         for file in dict.fromkeys(path.resolve() for path in files):
@@ -63,28 +63,29 @@ def _error(file: Path | str, message: str, line: int | None = None) -> InputErro
 
 
 def register_source(file: str, text: str) -> None:
-    """Run the text of a plugin file and register what it defines; nothing where that has been done already.
+    """Run the text of a plugin file and register its definitions, unless that has been done in this process already.
 
     Parameters
     ----------
     file : str
-        Its path, for messages; the file itself may lie on another machine.
+        Its path, for messages; the file itself may be on another machine.
     text : str
 
     Raises
     ------
     InputError
+        When the text does not run, registers nothing, or uses a name that is taken.
     """
     name = _module_name(file, text)
     if name in sys.modules:
         return
     try:
         module = _run(name, file, text)
-        found = list(definitions(module))
-        if not found:
+        defined = list(definitions(module))
+        if not defined:
             raise _error(file, _REGISTERS_NOTHING)
-        for known, key, item in found:
-            known.register(key, item, origin=file)
+        for registry_of_kind, key, item in defined:
+            registry_of_kind.register(key, item, origin=file)
     except RegistryError as error:
         _forget(file, text)
         raise _error(file, str(error)) from None
@@ -110,7 +111,7 @@ def _run(name: str, file: str, text: str) -> ModuleType:
 
 
 def _line(error: BaseException, file: str) -> int | None:
-    """Return the last line of the file that an exception came through."""
+    """Return the line of the file at which an exception arose, or from which it was called."""
     if isinstance(error, SyntaxError):
         return error.lineno
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
@@ -118,7 +119,7 @@ def _line(error: BaseException, file: str) -> int | None:
 
 
 def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
-    """Give registry, name and object of what a module defines itself; what it imports is none of its plugins."""
+    """Give registry, name and object of every plugin that a module defines; those that it imports do not count."""
     for name, item in vars(module).copy().items():
         if getattr(item, "__module__", None) != module.__name__ or name.startswith("_"):
             continue
@@ -161,7 +162,7 @@ def _base(kind: str) -> type:
 def _forget(file: str, text: str) -> None:
     name = _module_name(file, text)
     sys.modules.pop(name, None)
-    for known in map(registry, KINDS):
-        for key in known.names():
-            if [owner.value for owner in known.owners(key)] == [file]:
-                known.unregister(key)
+    for registry_of_kind in map(registry, KINDS):
+        for key in registry_of_kind.names():
+            if [owner.value for owner in registry_of_kind.owners(key)] == [file]:
+                registry_of_kind.unregister(key)

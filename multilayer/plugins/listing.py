@@ -1,4 +1,4 @@
-"""Every kind of plugin with its registry, and who brought what."""
+"""Every kind of plugin with its registry, and the origin of every registered name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from multilayer.registry import Registry, RegistryError
 
-# what a plugin is called on the command line, and where its registry lies; imported when it is asked for
+# kind of plugin on the command line -> module and name of its registry, which is imported on use
 _REGISTRIES = {
     "layer": ("multilayer.layers.base", "LAYERS"),
     "law": ("multilayer.media.laws.base", "LAWS"),
@@ -25,12 +25,12 @@ def registry(kind: str) -> Registry[Any]:
     from importlib import import_module
 
     module, name = _REGISTRIES[kind]
-    found: Registry[Any] = getattr(import_module(module), name)
-    return found
+    of_kind: Registry[Any] = getattr(import_module(module), name)
+    return of_kind
 
 
 def describe_plugins() -> list[dict[str, Any]]:
-    """Return kind, name and owners of everything registered; of what is broken, an ``error`` besides."""
+    """Return kind, name and owners of everything registered, and an ``error`` where it does not load."""
     return [_described(kind, name) for kind in KINDS for name in registry(kind).names()]
 
 

@@ -37,7 +37,7 @@ class Skeleton:
     Raises
     ------
     InputError
-        When it is no name for a package, or something else has it.
+        When it is no name for a package, or is taken.
     """
 
     def __init__(self, name: str, kind: str) -> None:
@@ -59,8 +59,8 @@ class Skeleton:
             return f"'{self.module}' is a word of Python's grammar"
         if self.module in sys.stdlib_module_names or self.module == "tests":
             return f"Python has a module '{self.module}' already"
-        found = find_spec(self.module)
-        if found is not None and found.origin is not None:
+        installed = find_spec(self.module)
+        if installed is not None and installed.origin is not None:
             return f"a module '{self.module}' is installed already"
         if self.kind == "command" and self.entry in BUILT_IN:
             return f"'{self.entry}' is a built-in command"

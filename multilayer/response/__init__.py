@@ -1,4 +1,4 @@
-"""What one asks of a stack."""
+"""Responses of a stack: to plane waves, diffuse fields and base motion, inside it, in bands and as ratings."""
 
 from multilayer.response.bands import band_centres, band_edges, band_levels, band_means
 from multilayer.response.base_motion import BaseMotion, base_motion

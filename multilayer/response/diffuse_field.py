@@ -209,8 +209,8 @@ class _Directions:
     def over_azimuths(self) -> tuple[RealArray, RealArray]:
         """Return integrals over s and over half a turn of the azimuth, and the number of directions, per frequency.
 
-        Half of the tolerance is for either. What is integrated over s has no ridge left: where coincidence passes the
-        largest angle it has a step at most, to which panels are halved.
+        Each integral gets half of the tolerance. Integrals over s are smooth in the azimuth, but for a step where
+        coincidence passes the largest angle, to which panels are halved.
         """
         n = len(self.frequency)
         directions, half = np.zeros(n), self.tolerance.halved

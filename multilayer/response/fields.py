@@ -101,9 +101,9 @@ def fields(
 
 
 def _faces(slices: tuple[Layer, ...], wave: Wave) -> list[Faces]:
-    """Return the face matrices of all slices, computed once for those that are one and the same."""
-    found = {id(cut): cut.faces(wave) for cut in {id(cut): cut for cut in slices}.values()}
-    return [found[id(cut)] for cut in slices]
+    """Return the face matrices of all slices, computed once for slices that are the same object."""
+    by_identity = {id(cut): cut.faces(wave) for cut in {id(cut): cut for cut in slices}.values()}
+    return [by_identity[id(cut)] for cut in slices]
 
 
 def _incident(wave: Wave) -> HalfSpace:
@@ -114,7 +114,7 @@ def _collect(
     stack: Stack, slices: list[tuple[Layer, ...]], faces: list[list[Faces]], solution: Solution
 ) -> list[LayerState]:
     coefficients = iter(solution.layers)
-    start, found = 0.0, []
+    start, layer_states = 0.0, []
     for i, (cuts, group) in enumerate(zip(slices, faces, strict=True)):
         states, back = [], None
         for face in group:
@@ -125,9 +125,9 @@ def _collect(
         depth = float(sum(np.max(getattr(cut, "thickness", 0.0)) for cut in cuts)) if inside else 0.0
         values = np.stack(np.broadcast_arrays(*states, back), axis=1)
         position = start + np.linspace(0, depth, len(cuts) + 1)
-        found.append(LayerState(stack.layers[i].name or str(i), group[0].family.components, position, values))
+        layer_states.append(LayerState(stack.layers[i].name or str(i), group[0].family.components, position, values))
         start += depth
-    return found
+    return layer_states
 
 
 def _face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

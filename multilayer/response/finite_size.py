@@ -1,4 +1,4 @@
-"""What a panel of finite size radiates and receives, against an infinite one."""
+"""Radiation of a panel of finite size, and its transmission and absorption from those of an infinite one."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
     largest : float
         Of the trace wavenumbers, rad/m.
     meetings : int
-        How many trace wavenumbers each of the others will meet, about.
+        About how many trace wavenumbers will be asked for at each wavenumber of the fluid.
 
     Returns
     -------
@@ -110,8 +110,8 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
 def _series(window: Window, wavenumber: RealArray, largest: float) -> Radiation:
     """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
 
-    J0 alone knows the trace wavenumber, and is an entire function of its square: a few terms more than half the largest
-    argument give all digits, and all wavenumbers of the fluid share the samples of J0.
+    Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
+    largest argument give all digits, and all wavenumbers of the fluid share the samples of J0.
     """
     n = _n_terms(window, largest)
     x = chebpts1(n)
@@ -131,7 +131,7 @@ def _series(window: Window, wavenumber: RealArray, largest: float) -> Radiation:
 
 
 def _n_terms(window: Window, largest: float) -> int:
-    """Return how many terms hold J0(kt r): they are J_n(z)^2, z half the largest argument, and vanish beyond n = z."""
+    """Return the number of terms for J0(kt r): they are J_n(z)^2, z half the largest argument, and vanish beyond z."""
     z = 0.5 * largest * window.diagonal
     return int(z + 7 * z ** (1 / 3)) + 10
 
@@ -139,14 +139,14 @@ def _n_terms(window: Window, largest: float) -> int:
 def _integrals(window: Window, wavenumber: RealArray, trace: RealArray) -> ComplexArray:
     """Return the impedance for pairs of wavenumbers one by one."""
     k0, kt = wavenumber.ravel(), trace.ravel()
-    found = np.zeros(k0.shape, dtype=complex)
-    for radius, weight in _nodes(window, float(np.max(k0 + kt, initial=0.0)), found.size):
-        found += np.sum(j0(radius[:, None] * kt) * _motion(window, radius, weight, k0), axis=0)
-    return found.reshape(wavenumber.shape)
+    impedance = np.zeros(k0.shape, dtype=complex)
+    for radius, weight in _nodes(window, float(np.max(k0 + kt, initial=0.0)), impedance.size):
+        impedance += np.sum(j0(radius[:, None] * kt) * _motion(window, radius, weight, k0), axis=0)
+    return impedance.reshape(wavenumber.shape)
 
 
 def _motion(window: Window, radius: RealArray, weight: RealArray, wavenumber: RealArray) -> ComplexArray:
-    """Return what stands beside J0 in the integral, shape (n_nodes, n_wavenumbers)."""
+    """Return the factor of J0 in the integral, shape (n_nodes, n_wavenumbers)."""
     phase = radius[:, None] * wavenumber
     moved = np.empty(phase.shape, dtype=complex)  # i exp(-i phase)
     np.sin(phase, out=moved.real)

@@ -1,4 +1,4 @@
-"""What a treatment adds to the transmission loss of a reference."""
+"""Insertion loss: the transmission loss of a stack over that of a reference."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Tolerance:
 
     @property
     def halved(self) -> Tolerance:
-        """Half of it."""
+        """Half of both errors."""
         return Tolerance(self.absorption / 2, self.transmission / 2)
 
 
@@ -61,10 +61,10 @@ def integrate(
     integrand : callable
         See `Integrand`.
     n : int
-        Items, each with panels of its own, all computed at once.
+        Number of items; each has its panels, and all are computed at once.
     upper : float
     tolerance : Tolerance
-        A panel may err by its share of it.
+        Of the whole integral; each panel may err by its share of the width.
     max_panels : int
         Of each item.
     first : int

@@ -141,7 +141,7 @@ def _practical(mean: float) -> float:
 
 
 def _to_twentieths(value: float) -> float:
-    """Round to 0.05, the middle upwards; what is a middle but for rounding errors counts as one."""
+    """Round to 0.05, halves upwards; a value that is a half but for rounding errors counts as a half."""
     return float(np.floor(value / 0.05 + 0.5 + 1e-9) * 0.05)
 
 

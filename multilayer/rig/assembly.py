@@ -29,7 +29,7 @@ PRESSURE = 1e5  # Pa per m of base motion: the scale that makes pressures compar
 
 @dataclass(frozen=True)
 class Parameters:
-    """What one evaluation of the rig takes; arrays broadcast.
+    """Arguments of one evaluation of the rig; arrays broadcast.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Assembly:
 
 
 def coefficients(rig: TwoPlateRig, names: tuple[str, ...], at: Parameters) -> ComplexArray:
-    """Return c_k, shape (n_terms, ...)."""
+    """Return the factors c_k of the named matrices at the parameters `at`, shape (n_terms, ...)."""
     omega2 = (2 * np.pi * np.asarray(at.frequency, dtype=float)) ** 2
     modulus, q = np.asarray(at.modulus, dtype=complex), at.thickness
     values: dict[str, Numeric] = {
@@ -154,7 +154,7 @@ def _full_terms(rig: TwoPlateRig, section: Section) -> dict[str, Sparse]:
     mesh = section.mesh
     sample = basis_of(mesh, section.elements("sample"))
     parts = operators(sample, rig.stiffness_profile)
-    radial, shear, axial = solid_parts(parts, rig.compliance)
+    radial, shear, axial = solid_parts(parts, rig.elastic_constants)
     n, fields = sample.N, 3 if rig.porosity is not None else 2
     terms = {
         "sample_0": blocks(fields, radial),
@@ -170,24 +170,25 @@ def _full_terms(rig: TwoPlateRig, section: Section) -> dict[str, Sparse]:
 
 
 def solid_parts(
-    parts: Operators, compliance: RealArray
+    parts: Operators, elastic_constants: RealArray
 ) -> tuple[dict[tuple[int, int], Sparse], dict[tuple[int, int], Sparse], dict[tuple[int, int], Sparse]]:
-    """Return the stiffness in blocks (row field, column field) by powers 1, 0, -1 of the relative thickness.
+    """Return the stiffness in blocks (row field, column field), for powers 1, 0 and -1 of the relative thickness.
 
     Parameters
     ----------
     parts : Operators
-    compliance : array, shape (4,)
+    elastic_constants : array, shape (5,)
         C_rr, C_rt, C_rz, C_zz, G over Young's modulus.
     """
-    c_rr, c_rt, c_rz, c_zz, g = compliance
-    zero = {
+    c_rr, c_rt, c_rz, c_zz, g = elastic_constants
+    radial = {
         (0, 0): c_rr * (parts.rr + parts.over) + c_rt * (parts.r0 + parts.r0.T),
         (1, 1): g * parts.rr,
     }
     mixed = c_rz * (parts.zr + parts.z0) + g * parts.zr.T
-    one = {(0, 1): mixed, (1, 0): mixed.T}
-    return zero, one, {(0, 0): g * parts.zz, (1, 1): c_zz * parts.zz}
+    shear = {(0, 1): mixed, (1, 0): mixed.T}
+    axial = {(0, 0): g * parts.zz, (1, 1): c_zz * parts.zz}
+    return radial, shear, axial
 
 
 def _both(matrix: Sparse) -> dict[tuple[int, int], Sparse]:
@@ -293,9 +294,9 @@ def _nearest_of(nodes: RealArray, place: tuple[float, float]) -> int:
 
 
 def _nearest(basis: Any, place: tuple[float, float]) -> int:
-    """Return the node of a part nearest to a place: at an open interface the two sides have nodes of their own."""
-    own = np.unique(basis.element_dofs)
-    return int(own[_nearest_of(basis.doflocs[:, own], place)])
+    """Return the node of a part nearest to a place: at an open interface each side has its nodes."""
+    of_part = np.unique(basis.element_dofs)
+    return int(of_part[_nearest_of(basis.doflocs[:, of_part], place)])
 
 
 def _free(rig: TwoPlateRig, section: Section, nodes: RealArray) -> NDArray[np.intp]:
@@ -307,12 +308,12 @@ def _free(rig: TwoPlateRig, section: Section, nodes: RealArray) -> NDArray[np.in
         held &= r <= rig.bonded_radius * (1 + 1e-9)
     radial, axial = ~held, ~held
     radial = radial & (r > 1e-9 * scale)
-    own = np.zeros(len(r), dtype=bool)
-    own[np.unique(basis_of(section.mesh, section.elements("sample")).element_dofs)] = True
-    rim = own & np.isclose(r, scale)
+    in_sample = np.zeros(len(r), dtype=bool)
+    in_sample[np.unique(basis_of(section.mesh, section.elements("sample")).element_dofs)] = True
+    rim = in_sample & np.isclose(r, scale)
     if rig.rim == "held":
         radial = radial & ~rim
     unknown = [radial, axial]
     if rig.porosity is not None:
-        unknown.append(own & ~rim if rig.pore_rim == "open" else own)
+        unknown.append(in_sample & ~rim if rig.pore_rim == "open" else in_sample)
     return np.flatnonzero(np.concatenate(unknown))

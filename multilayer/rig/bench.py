@@ -1,4 +1,4 @@
-"""One configuration on the virtual rig: what stands there, how it answers, and what the channels make of it."""
+"""One configuration on the virtual rig: its geometry, its response, and what the channels do to the signals."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from multilayer.rig.file import RigFile
 from multilayer.rig.specimen import TopPlateSettings
 from multilayer.signals.spectra import frequencies
 
-_RIGID_ABOVE = 50e3  # Hz: where a plate that is to be rigid bends first; ten times that of 1 mm of steel
+_RIGID_ABOVE = 50e3  # Hz: first bending mode of a plate that counts as rigid; ten times that of 1 mm of steel
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ class Bench:
         """
         n, repeats = len(self.mounting.frequencies), self.settings.repeats
         burst = self.mounting.frequencies.index(frequency)
-        again = self.settings.remount is not None
-        elapsed = (repeat * n + burst) / repeats if again else burst + repeat / repeats
-        since = float(burst) if again else elapsed
+        remounted = self.settings.remount is not None
+        elapsed = (repeat * n + burst) / repeats if remounted else burst + repeat / repeats
+        since = float(burst) if remounted else elapsed
         before, total = self.mounting.index * n, float(self.mounting.count * n)
         return Moment(self.mounting, self.geometry, frequency, repeat, before + elapsed, total, since)
 
@@ -103,9 +103,9 @@ class Bench:
         return any(e.varies for e in self.settings.effects) or (remount is not None and remount.stiffness > 0)
 
     def response(self, moment: Moment) -> ComplexArray:
-        """Return top over base at the bins, without what the channels do to it.
+        """Return top over base motion at the bins, before the channels change it.
 
-        Beyond the band of the bursts it goes on as that of a mass: nothing is left there to hear.
+        Beyond the band of the bursts, where they have no energy, it is continued as the response of a mass on a spring.
         """
         inside = self._inside(moment)
         f, known = self.bins[inside], self._known[self._key(moment)]
@@ -125,15 +125,15 @@ class Bench:
 
     @cached_property
     def _known(self) -> dict[tuple[float, int] | None, ComplexArray]:
-        """The transmissibility within the bands; all in one go, for which the finite elements are made."""
+        """The transmissibility within the bands, computed in one call, which the reduced basis makes fast."""
         repeats = range(self.settings.repeats)
         moments = [self.moment(f, repeat) for f in self.mounting.frequencies for repeat in repeats]
         distinct = {self._key(moment): moment for moment in moments}
         f = [self.bins[self._inside(moment)] for moment in distinct.values()]
         moduli = [self.modulus(at, moment) for at, moment in zip(f, distinct.values(), strict=True)]
-        found = self._transmissibility(np.concatenate(f), np.concatenate(moduli))
+        ratios = self._transmissibility(np.concatenate(f), np.concatenate(moduli))
         ends = np.cumsum([len(at) for at in f])[:-1]
-        return dict(zip(distinct, np.split(found, ends), strict=True))
+        return dict(zip(distinct, np.split(ratios, ends), strict=True))
 
     def _transmissibility(self, frequency: RealArray, modulus: ComplexArray) -> ComplexArray:
         from multilayer.rig.two_plate import TwoPlateRig  # heavy: SciPy's and scikit-fem's meshes
@@ -143,11 +143,13 @@ class Bench:
             return TwoPlateRig(**arguments).transmissibility(frequency, modulus)
         except MultilayerError as error:
             reasons = error.problems if isinstance(error, InputError) else [error]
-            told = [Problem(f"configuration '{self.mounting.name}': {reason}", "configurations") for reason in reasons]
-            raise InputError(told) from None
+            problems = [
+                Problem(f"configuration '{self.mounting.name}': {reason}", "configurations") for reason in reasons
+            ]
+            raise InputError(problems) from None
 
     def chain(self, repeat: int) -> tuple[ComplexArray, ComplexArray]:
-        """Return what the top channel shows of top and of base, at the bins, in one repeat."""
+        """Return the factors of top and of base motion in the top channel's signal, at the bins, in one repeat."""
         offset = self._shown(np.zeros(self.bins.shape, dtype=complex))
         factor = self._shown(np.ones(self.bins.shape, dtype=complex)) - offset
         errors, name = self.errors, self.mounting.name
@@ -166,10 +168,11 @@ def _rigid(plate: TopPlateSettings, mounting: Mounting) -> float:
 
 
 def rigid_modulus(radius: float, thickness: float, density: float, modulus: float, poisson_ratio: float) -> float:
-    """Return the modulus, Pa, of a top plate that is to be rigid: its own, or more.
+    """Return the modulus, Pa, of a top plate that is to act as rigid: the given one, or more.
 
-    The first mode of a free disc, ``9.08 / (2 pi R^2) sqrt(D / (rho h))``, comes to lie at 50 kHz. Much stiffer plates
-    would cost the finite elements their digits; so the transmissibility of a rod is met to 4e-5.
+    The first axisymmetric mode of a free disc, ``9.08 / (2 pi R^2) sqrt(D / (rho h))`` (A. W. Leissa, Vibration of
+    Plates, NASA SP-160, 1969, chapter 2), is raised to 50 kHz at least. Much stiffer plates would make the finite
+    elements' equations badly conditioned; with this modulus the transmissibility of a rod is met to 4e-5.
 
     Parameters
     ----------

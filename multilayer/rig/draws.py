@@ -1,4 +1,4 @@
-"""The errors of a virtual campaign, drawn once: what the experimenter states as uncertainty, and does not know."""
+"""The errors of a virtual campaign, drawn from the uncertainties that the experimenter states."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.random import Generator
 
 from multilayer.rig.file import RigFile
 
-# streams of random numbers: one thing more that is drawn changes nothing of the others
+# separate streams of random numbers: a further draw in one leaves the others as they are
 _CAMPAIGN, _THICKNESS, _MOUNTING, _NOISE = range(4)
 
 
 @dataclass(frozen=True)
 class Errors:
-    """One draw each.
+    """The drawn errors of a campaign.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ def draw_errors(settings: RigFile, seed: int) -> Errors:
     drawn = _stream(seed, _THICKNESS).standard_normal(len(heights)).tolist()
     remounts = {m.name: _stream(seed, _MOUNTING, m.index) for m in settings.mountings}
     remount_gain = {name: stated.remount_gain * float(rng.standard_normal()) for name, rng in remounts.items()}
-    again = settings.remount
+    remount = settings.remount
     scatter = {name: rng.standard_normal((2, settings.repeats)) for name, rng in remounts.items()}
     return Errors(
         channel_gain=stated.channel_gain * gain,
@@ -76,8 +76,8 @@ def draw_errors(settings: RigFile, seed: int) -> Errors:
         top_plate_mass=stated.top_plate_mass * mass,
         thickness={h: stated.thickness * x for h, x in zip(heights, drawn, strict=True)},
         remount_gain=remount_gain,
-        repeat_gain={name: _scaled(again.gain if again else 0.0, x[0]) for name, x in scatter.items()},
-        repeat_stiffness={name: _scaled(again.stiffness if again else 0.0, x[1]) for name, x in scatter.items()},
+        repeat_gain={name: _scaled(remount.gain if remount else 0.0, x[0]) for name, x in scatter.items()},
+        repeat_stiffness={name: _scaled(remount.stiffness if remount else 0.0, x[1]) for name, x in scatter.items()},
     )
 
 

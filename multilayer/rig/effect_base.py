@@ -1,4 +1,4 @@
-"""What an effect of the virtual rig is: a few numbers, and four places where it may change a campaign."""
+"""Base class of the virtual rig's effects: a few parameters, and four hooks through which they change a campaign."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from multilayer.rig.specimen import SpecimenSettings
 from multilayer.units import DIMENSIONLESS, Unit
 
 GRAVITY = 9.80665  # m/s2, standard
-PERTURBED = "Perturbed:"  # in an effect's docstring, ahead of what a perturbation makes of its law
+PERTURBED = "Perturbed:"  # in an effect's docstring, ahead of its law with a perturbation
 REFERENCE_FREQUENCY = 500.0  # Hz: where perturbed laws agree with the unperturbed ones
 
 Perturbation = Annotated[float, Field(ge=-0.5, le=0.5), Unit(DIMENSIONLESS)]
@@ -66,7 +66,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a file must agree with its effects on.
+    """The rest of a rig file, against which an effect checks its fields.
 
     Attributes
     ----------
@@ -96,19 +96,19 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Size:
-    """How large a blind check draws an effect: log-uniform from invisible to obvious, of a random sign where `signed`.
+    """How large a blind check draws an effect: log-uniform from invisible to obvious, with a random sign if `signed`.
 
     Attributes
     ----------
     field : str
-        Of the effect; empty where it has no size, or is as large as it is.
+        Of the effect; empty where its size is not drawn.
     low, high : float
         SI; the effect of `high` is the smaller one where that is below `low`.
     signed : bool
     parameter : str
-        Of the effect of this name in a diagnosis, where there is one that says the same.
+        Of the diagnosis's effect of the same name that measures the same thing, where there is one.
     of : callable
-        That parameter's value from the field's.
+        From the value of the field to that of the parameter.
     """
 
     field: str = ""
@@ -119,30 +119,30 @@ class Size:
     of: Callable[[float], float] = float
 
     def place(self, value: float) -> float:
-        """Return where a size lies between the smallest that is drawn, 0, and the largest, 1."""
+        """Return where a size lies on a logarithmic scale from the smallest that is drawn (0) to the largest (1)."""
         return float(np.log(abs(value) / self.low) / np.log(self.high / self.low))
 
 
 class Effect(Model):
-    """One thing that the plane-wave model of the rig does not know.
+    """A physical effect that the plane-wave model of the rig leaves out.
 
     A subclass gives `effect` a `Literal` name, adds fields with defaults, and overrides the hooks it needs; each hook
-    here returns what it gets. `perturbation` changes the *law* of the effect, not its size: a check in which data and
-    explanation share their formulae proves little. It is 0 for the law as stated. The docstring says the law, and
-    behind the word ``Perturbed:`` what becomes of it: the manual's table of effects is made of it.
+    here returns its argument. `perturbation` changes the *law* of the effect, not its size: a check in which data and
+    explanation share their formulae proves little. It is 0 for the law as stated. The docstring states the law, and
+    behind the word ``Perturbed:`` the law with a perturbation p; the manual's table of effects is made of it.
 
     Attributes
     ----------
     known : bool
-        Whether a diagnosis has an effect of this name; one that has not should say "unknown".
+        Whether diagnoses have an effect of this name; where they have not, "unknown" is the right verdict.
     varies : bool
         Whether the modulus differs from recording to recording.
     takes : tuple of str
-        Fields of the specimen that act with this effect alone.
+        Fields of the specimen that act only where this effect is listed.
     needs : tuple of str
         Effects without which it does nothing; a file must list them (`mistakes`).
     drawn : Size or None
-        How large blind checks draw it; None where they do not.
+        How large blind checks draw it; None where they leave it out.
     """
 
     effect: str
@@ -177,7 +177,7 @@ class Effect(Model):
         return base, top
 
     def parameters(self, specimen: SpecimenSettings) -> dict[str, Any]:
-        """Return the numbers in force, in SI, those taken from the specimen included."""
+        """Return the parameters, in SI, those taken from the specimen included."""
         return self.model_dump(mode="json", exclude={"effect", "perturbation"}, exclude_none=True)
 
 

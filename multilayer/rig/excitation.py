@@ -14,7 +14,7 @@ from multilayer.signals.envelope import rms
 from multilayer.signals.spectra import to_spectrum
 
 REST = 0.005  # s, before the burst
-QUIET = 1e-3  # of the top's crest: a record ends when it rings no louder
+QUIET = 1e-3  # of the top's crest: a record ends when the top rings no louder
 SHORTEST_TAIL = 0.04  # s, after the burst
 LONGEST_TAIL = 3.0  # s
 _REACH = 15.0  # widths 1/duration beside the tone: further off a Hann window has less than 1e-4 of its crest
@@ -50,7 +50,7 @@ class Timing:
 
     @property
     def n_fft(self) -> int:
-        """Transform length: twice that, so that nothing wraps round."""
+        """Transform length, at least twice `n_long`, so that no ring-down wraps round to the start."""
         return int(fft.next_fast_len(2 * self.n_long, real=True))
 
     def band(self, frequencies: tuple[float, ...]) -> tuple[float, float]:
@@ -84,9 +84,10 @@ class Timing:
 
 
 def ring_down(modulus: Callable[[ArrayLike], ComplexArray], per_modulus: float, lowest: float) -> float:
-    """Return after how many s the mass on the sample is 60 dB down; infinite without loss.
+    """Return the time, s, in which free vibrations of the mass on the sample fall by 60 dB; infinite without loss.
 
-    The own frequency solves ``w^2 = Re k(w)``; the amplitude falls as ``exp(-w eta t / 2)``.
+    The natural frequency w solves ``w^2 = Re k(w)``, k the stiffness over the mass; the amplitude falls as
+    ``exp(-w eta t / 2)``.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def ring_down(modulus: Callable[[ArrayLike], ComplexArray], per_modulus: float, 
     per_modulus : float
         Stiffness of the sample over its modulus and the moving mass, 1/(Pa s2).
     lowest : float
-        Hz, where the search for the own frequency starts.
+        Hz, where the search for the natural frequency starts.
     """
     f = lowest
     for _ in range(20):  # the modulus varies slowly: each step is closer by its slope, 0.3 at most

@@ -1,4 +1,4 @@
-"""The file of a campaign on the virtual two-plate rig: what is measured, with what, and what is wrong with it."""
+"""The input file of a campaign on the virtual two-plate rig, and the checks of its fields against each other."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from multilayer.config.validate import read
-from multilayer.errors import suggest
 from multilayer.measurements.description import BurstShape, Uncertainty
-from multilayer.models import Model, refuse
+from multilayer.models import Model, refuse, refuse_unknown_keys
 from multilayer.rig.effect_base import Mistake, Mounting, Surroundings
 from multilayer.rig.effects import EFFECTS, EffectField
 from multilayer.rig.excitation import LONGEST_TAIL, Timing, ring_down
@@ -38,11 +36,7 @@ class FrequencySteps(Model, populate_by_name=True):
     @model_validator(mode="before")
     @classmethod
     def _known_keys(cls, data: Any) -> Any:
-        known = ("from", "to", "step")
-        unknown = [key for key in data if key not in (*known, *cls.model_fields)] if isinstance(data, Mapping) else []
-        errors = [_unknown(key, f"there is no such field; {suggest(str(key), known)}") for key in unknown]
-        if errors:
-            raise ValidationError.from_exception_data(cls.__name__, errors)
+        refuse_unknown_keys(cls, data, ("from", "to", "step"))
         return data
 
     @model_validator(mode="after")
@@ -59,12 +53,6 @@ class FrequencySteps(Model, populate_by_name=True):
         """Return the frequencies, Hz."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
         return tuple(float(f"{self.start + i * self.step:.12g}") for i in range(count))
-
-
-def _unknown(key: str, reason: str) -> InitErrorDetails:
-    return InitErrorDetails(
-        type=PydanticCustomError("extra_forbidden", "{reason}", {"reason": reason}), loc=(key,), input=key
-    )
 
 
 def _kind(value: Any) -> str:
@@ -95,7 +83,7 @@ class ConfigurationProduct(Model):
     radii: Lengths = (22.5e-3,)
 
     def configurations(self) -> list[OneConfiguration]:
-        """Return them one by one."""
+        """Return the combinations."""
         sizes = product(self.radii, self.thicknesses, self.top_plates)
         return [OneConfiguration(thickness=h, top_plate=t, radius=r) for r, h, t in sizes]
 
@@ -151,19 +139,19 @@ class RigFile(Model):
         items = written.configurations() if isinstance(written, ConfigurationProduct) else list(written)
         return tuple(
             Mounting(
-                _name(one, items[0].radius), i, len(items), one.thickness, one.top_plate, one.radius,
+                _name(sizes, items[0].radius), i, len(items), sizes.thickness, sizes.top_plate, sizes.radius,
                 self.burst_frequencies,
             )
-            for i, one in enumerate(items)
+            for i, sizes in enumerate(items)
         )  # fmt: skip
 
     def has(self, effect: str) -> bool:
         """Return whether an effect is listed."""
-        return any(one.effect == effect for one in self.effects)
+        return any(listed.effect == effect for listed in self.effects)
 
     @property
     def poisson_ratio(self) -> float:
-        """What the campaign states, and the finite elements start from: 0 without ``finite_size``."""
+        """Poisson's ratio that the campaign states; 0 without ``finite_size``, as in the finite elements."""
         return self.specimen.poisson_ratio if self.has("finite_size") else 0.0
 
     def timing(self, mounting: Mounting) -> Timing:
@@ -216,7 +204,7 @@ class RigFile(Model):
                     yield ("specimen", field), text, None
 
     def _effect_mistakes(self) -> Iterator[Mistake]:
-        names = tuple(one.effect for one in self.effects)
+        names = tuple(effect.effect for effect in self.effects)
         around = Surroundings(self.specimen, self.mountings, self.sampling_rate, names)
         for i, effect in enumerate(self.effects):
             if effect.effect in names[:i]:
@@ -231,10 +219,10 @@ class RigFile(Model):
             yield ("specimen", "young_modulus"), f"{text}; give it a larger loss factor", None
 
 
-def _name(one: OneConfiguration, usual_radius: float) -> str:
-    sizes = f"h{1e3 * one.thickness:.6g}mm-t{1e3 * one.top_plate:.6g}mm"
-    slim = "" if one.radius == usual_radius else f"-r{1e3 * one.radius:.6g}mm"
-    return one.name or sizes + slim
+def _name(configuration: OneConfiguration, usual_radius: float) -> str:
+    sizes = f"h{1e3 * configuration.thickness:.6g}mm-t{1e3 * configuration.top_plate:.6g}mm"
+    slim = "" if configuration.radius == usual_radius else f"-r{1e3 * configuration.radius:.6g}mm"
+    return configuration.name or sizes + slim
 
 
 def load_rig(path: str | Path) -> RigFile:

@@ -1,4 +1,8 @@
-"""The transmissibility of a reduced rig at given frequencies as a sum of simple fractions of the sample's modulus."""
+"""The transmissibility of a reduced rig at given frequencies as a sum of partial fractions of the sample's modulus.
+
+Thousands of moduli at the same frequencies then cost one eigenvalue problem per frequency: for symmetric matrices the
+symmetric-definite one of G. H. Golub & C. F. Van Loan, Matrix Computations, 4th ed., 2013, section 8.7.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +48,7 @@ class PartialFractions:
         return cls(poles, residues)
 
     def at(self, index: IndexArray) -> PartialFractions:
-        """Return those of some of the frequencies."""
+        """Return the fractions at some of the frequencies."""
         return PartialFractions(self.poles[index], self.residues[index])
 
     def __call__(self, modulus: ComplexArray) -> ComplexArray:
@@ -54,7 +58,7 @@ class PartialFractions:
 
 @dataclass(frozen=True)
 class LossyFractions:
-    """The same of a rig with other losses, in pores or glue: ``1 + sum_i w_i / (1 + d_i (E - E0))``, d and w complex.
+    """With further losses, in pores or glue, a rig is ``1 + sum_i w_i / (1 + d_i (E - E0))``, d and w complex.
 
     Attributes
     ----------
@@ -72,9 +76,10 @@ class LossyFractions:
     def of(
         cls, stiffness: RealArray, rest: ComplexArray, loads: ComplexArray, reading: RealArray, centre: complex
     ) -> LossyFractions:
-        """Return the fractions; K may be singular here (it does not act on pressures) and M complex.
+        """Return the fractions as in `PartialFractions.of`; K may be singular (in pressures) and M complex.
 
-        About a modulus with losses, where ``E0 K + M`` is a passive system away from its resonances: well conditioned.
+        The expansion is about a modulus `centre` with losses, at which ``E0 K + M`` is passive, away from its
+        resonances, and so well conditioned.
         """
         about = np.linalg.inv(centre * stiffness + rest)
         slopes, vectors = np.linalg.eig(about @ stiffness)
@@ -83,7 +88,7 @@ class LossyFractions:
         return cls(slopes, amplitudes * (reading @ vectors), centre)
 
     def at(self, index: IndexArray) -> LossyFractions:
-        """Return those of some of the frequencies."""
+        """Return the fractions at some of the frequencies."""
         return LossyFractions(self.slopes[index], self.residues[index], self.centre)
 
     def __call__(self, modulus: ComplexArray) -> ComplexArray:

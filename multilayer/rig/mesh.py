@@ -42,7 +42,7 @@ class Slab:
 
 @dataclass(frozen=True)
 class Slit:
-    """An interface that is open beyond a radius: nodes there are double."""
+    """An interface at a height, m, that is open beyond a radius, m: nodes there are double."""
 
     height: float
     radius: float

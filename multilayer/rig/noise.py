@@ -54,14 +54,14 @@ class NoiseSettings(Model):
 def add_noise(
     signal: RealArray, level: float, settings: NoiseSettings, white: float, sampling_rate: float, rng: Generator
 ) -> RealArray:
-    """Return a channel with its noise, not yet in steps.
+    """Return a channel with its noise, before the converter.
 
     Parameters
     ----------
     signal : array, shape (repeats, n_samples)
         m/s2.
     level : float
-        What `white` and `settings.pink` are relative to, m/s2.
+        Reference of the relative deviations `white` and `settings.pink`, m/s2.
     settings : NoiseSettings
     white : float
         Relative standard deviation of the channel's white noise.
@@ -78,7 +78,7 @@ def add_noise(
 
 
 def pink_noise(shape: tuple[int, ...], rng: Generator) -> RealArray:
-    """Return noise of unit variance (in the mean over draws) whose power falls as 1/f along the last axis."""
+    """Return noise of unit expected variance whose power falls as 1/f along the last axis."""
     n_samples = shape[-1]
     bins = np.arange(n_samples // 2 + 1, dtype=float)
     weight = np.zeros_like(bins)
@@ -119,7 +119,7 @@ def quantise(signal: RealArray, bits: int, full_scale: float) -> RealArray:
 
 
 def converted(signal: RealArray, settings: NoiseSettings) -> RealArray:
-    """Return what the converter makes of a channel; the signal itself without `bits`."""
+    """Return a channel in the steps of its converter; unchanged where the settings have no `bits`."""
     if settings.bits is None:
         return signal
     crest = float(np.max(np.abs(signal)))

@@ -1,7 +1,8 @@
-"""Axisymmetric integrals of second-order elements, from which every matrix of the rig is a sum.
+"""Axisymmetric integrals of second-order elements; every matrix of the rig is a weighted sum of them.
 
-All are over a part of the section, of scalar fields a (trial) and b (test), times 2 pi r. Displacements (u_r, u_z) and
-the pressure in pores are three such fields on the same nodes.
+All are over a part of the section, of scalar fields a (trial) and b (test), times 2 pi r; a,r and a,z are derivatives.
+Displacements (u_r, u_z) and the pressure in pores are three such fields on the same nodes. For the strains of an
+axisymmetric solid see O. C. Zienkiewicz & R. L. Taylor, The Finite Element Method, vol. 1, 5th ed., 2000, chapter 5.
 """
 
 from __future__ import annotations

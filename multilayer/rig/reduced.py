@@ -1,9 +1,11 @@
 """A reduced basis: thousands of transmissibilities from a few dozen full solutions.
 
 The equations are a sum of constant matrices (see `assembly`), so a Galerkin projection onto solutions at some points
-answers for any other. The basis holds solutions of the problem and of its dual (the plate's reading as load), which
-squares the error of the reading; real and imaginary parts apart, so that stiffness stays positive. Points are added in
-rounds; the error of a basis is what the next round's full solutions show, before they join it.
+holds for any other: G. Rozza, D. B. P. Huynh & A. T. Patera, Arch. Comput. Methods Eng. 15 (2008) 229-275. The basis
+holds solutions of the problem and of its dual (a load where the plate's motion is read), which squares the error of the
+reading (N. A. Pierce & M. B. Giles, SIAM Rev. 42 (2000) 247-264); real and imaginary parts are separate vectors, so
+that stiffness stays positive. Points are added in rounds; the error of a basis is estimated from the full solutions of
+the next round, before they join it.
 """
 
 from __future__ import annotations
@@ -62,7 +64,7 @@ class ReducedBasis:
     def trimmed(self, values: ComplexArray, truth: ComplexArray, tolerance: float) -> ReducedBasis:
         """Return the smallest basis whose error at points of known transmissibility stays below `tolerance`.
 
-        The vectors are in the order of their weight in the snapshots.
+        Vectors are kept in the order of their singular values, largest first.
         """
         low, high = 0, len(self.reading)  # the error is above at the first, below at the second
         while high - low > 1:
@@ -93,9 +95,9 @@ class ReducedBasis:
         return (values.T @ self.matrices.reshape(n_terms, -1)).reshape(-1, n, n), values.T @ self.loads
 
 
-def relative_error(found: ComplexArray, truth: ComplexArray) -> float:
-    """Return the largest error, relative to transmissibilities of at least `FLOOR`."""
-    return float(np.max(np.abs(found - truth) / np.maximum(np.abs(truth), FLOOR)))
+def relative_error(values: ComplexArray, truth: ComplexArray) -> float:
+    """Return the largest error of `values`, relative to transmissibilities of at least `FLOOR`."""
+    return float(np.max(np.abs(values - truth) / np.maximum(np.abs(truth), FLOOR)))
 
 
 def grow(assembly: Assembly, rounds: Iterator[ComplexArray], tolerance: float) -> tuple[ReducedBasis, float]:
@@ -176,11 +178,11 @@ class Ranges:
     plate_mass: tuple[float, float] = (1.0, 1.0)
 
     def draw(self, n: int, skip: int) -> Parameters:
-        """Return points of a quasi-random sequence that fills the ranges evenly in wavenumbers."""
+        """Return n points of a Sobol sequence, even in frequency and in slowness; `skip` seeds its scrambling."""
         from scipy.stats import qmc
 
         u = qmc.Sobol(6, scramble=True, rng=np.random.default_rng(skip)).random(n).T
-        # the corner of the shortest wavelengths is the hardest: even in frequency and in 1 / wave speed
+        # the shortest wavelengths are the hardest to represent: evenly spaced moduli would have too few of them
         slow, fast = (e**-0.5 for e in self.modulus)
         storage = (slow + (fast - slow) * u[1]) ** -2
         low, high = (max(loss, _LEAST_LOSS) for loss in self.loss_factor)
@@ -277,15 +279,15 @@ class ReducedRig:
             ("modulus", modulus.real, self.ranges.modulus, "Pa"),
         ):
             if values.size and (values.min() < 0.999 * low or values.max() > 1.001 * high):
-                found = f"{values.min():.4g} to {values.max():.4g} {unit}"
-                raise InputError(f"{name}: {found} leaves the reduced rig's range, {low:.4g} to {high:.4g} {unit}")
+                reached = f"{values.min():.4g} to {values.max():.4g} {unit}"
+                raise InputError(f"{name}: {reached} leaves the reduced rig's range, {low:.4g} to {high:.4g} {unit}")
 
     def _fractions_for(
         self, frequency: ArrayLike, modulus: ArrayLike, shift: tuple[ArrayLike, ...]
     ) -> Fractions | None:
         """Return the partial fractions at these frequencies.
 
-        They are worth their making where many moduli meet the same frequencies, and are kept for the next call.
+        They pay where many moduli meet the same frequencies, else None is returned; they are kept for later calls.
         """
         f = np.asarray(frequency, dtype=float)
         if f.ndim != 1 or np.shape(modulus)[-1:] != f.shape or any(np.ndim(v) for v in shift):
@@ -295,10 +297,10 @@ class ReducedRig:
         if key not in self._fractions:
             if np.size(modulus) <= f.size:
                 return None
-            found = self._part_of_known(f, scales) or self._expand(f, *scales)
+            fractions = self._part_of_known(f, scales) or self._expand(f, *scales)
             if len(self._fractions) >= _REMEMBERED:
                 self._fractions.pop(next(iter(self._fractions)))
-            self._fractions[key] = found
+            self._fractions[key] = fractions
         return self._fractions[key]
 
     def _part_of_known(self, frequency: RealArray, scales: tuple[float, ...]) -> Fractions | None:
@@ -318,8 +320,8 @@ class ReducedRig:
     def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> Fractions:
         at = Parameters(frequency, 0.0, density, thickness, plate_mass)
         rest, loads = self.basis.combined(coefficients(self.rig, self.names, at))
-        own = {"sample_0": thickness, "sample_1": 1.0, "sample_2": 1 / thickness}
-        stiffness = np.tensordot([own.get(name, 0.0) for name in self.names], self.basis.matrices, 1)
+        of_modulus = {"sample_0": thickness, "sample_1": 1.0, "sample_2": 1 / thickness}
+        stiffness = np.tensordot([of_modulus.get(name, 0.0) for name in self.names], self.basis.matrices, 1)
         if self._lossless:
             return PartialFractions.of(stiffness, rest.real, loads.real, self.basis.reading)
         centre = complex(np.sqrt(np.prod(self.ranges.modulus)) * (1 + _ABOUT * 1j))

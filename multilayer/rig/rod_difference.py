@@ -1,4 +1,4 @@
-"""What softening with strain adds to the linear answer of a configuration."""
+"""The change of the top plate's motion by a modulus that falls with strain, added to the linear response."""
 
 from __future__ import annotations
 
@@ -21,17 +21,16 @@ _SCALES = np.geomspace(0.2, 8.0, 400)
 
 
 def softening_of(bench: Bench) -> AmplitudeSoftening | None:
-    """Return the effect where it is listed."""
-    found = [effect for effect in bench.settings.effects if isinstance(effect, AmplitudeSoftening)]
-    return found[0] if found else None
+    """Return the softening effect of a configuration; None where the file does not list it."""
+    return next((effect for effect in bench.settings.effects if isinstance(effect, AmplitudeSoftening)), None)
 
 
 def softened_difference(bench: Bench, effect: AmplitudeSoftening, n_samples: int) -> RealArray:
-    """Return what softening adds to the top's acceleration, m/s2, shape (bursts, n_samples).
+    """Return the change of the top's acceleration by softening, m/s2, shape (bursts, n_samples).
 
     The finite elements are linear. So a rod with the same mass on top is integrated in time twice, with and without
-    softening, and the difference is added to the linear answer. The rod's modulus is scaled by the number that brings
-    its linear answer closest to that of the finite elements: 1 for a rod under a rigid plate.
+    softening, and the difference is added to the linear response. The rod's modulus is scaled by the factor that brings
+    its linear response closest to that of the finite elements: 1 for a rod under a rigid plate.
 
     Parameters
     ----------
@@ -70,12 +69,12 @@ def rod_of(bench: Bench, effect: AmplitudeSoftening) -> SofteningRod:
 
 
 def _together(series: Sequence[PronySeries]) -> PronySeries:
-    relaxed = np.array([one.relaxed for one in series])
-    return PronySeries(relaxed, np.stack([one.stiffnesses for one in series], axis=-1), series[0].times)
+    relaxed = np.array([prony.relaxed for prony in series])
+    return PronySeries(relaxed, np.stack([prony.stiffnesses for prony in series], axis=-1), series[0].times)
 
 
 def modulus_scale(bench: Bench) -> float:
-    """Return by what a rod's modulus must be multiplied to answer as the finite elements do, nearly."""
+    """Return the factor on a rod's modulus that brings its response closest to that of the finite elements."""
     moment = bench.moment(bench.mounting.frequencies[0], 0)
     low, high = bench.timing.band((moment.frequency,) if bench.varies else bench.mounting.frequencies)
     inside = (bench.bins >= low) & (bench.bins <= high) & (bench.bins > 0)

@@ -67,11 +67,11 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
 def interpolated_shape_factor(
     shape: float, lowest: float = 0.0, highest: float = 0.499, *, degree: int = 14, resolution: float = 1.0
 ) -> Callable[[ArrayLike], RealArray]:
-    """Return g as a function of Poisson's ratio, for one shape S: of arrays, and of ratios outside as at the ends.
+    """Return g as a function of (arrays of) Poisson's ratio, for one shape S; constant beyond the given range.
 
-    ln g as a polynomial of ln(1 - 2 nu): g grows without end towards one half. Over the whole range right to 2e-6 of g
-    for S up to 1.8; of degree 6 and half the resolution to 2e-4 over the
-    range of a stated ratio's uncertainty.
+    ln g is a polynomial of ln(1 - 2 nu), as g grows without bound towards one half. Over the whole range it is right to
+    2e-6 of g for S up to 1.8; with degree 6 and half the resolution, to 2e-4 over the range of a stated ratio's
+    uncertainty.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def interpolated_shape_factor(
     lowest, highest : float
         Poisson's ratios between which g is computed.
     degree : int
-        Of the polynomial; there is one finite-element solution more.
+        Of the polynomial; it takes one finite-element solution more than that.
     resolution : float
-        Of their mesh.
+        Of their mesh, see `static_shape_factor`.
     """
 
     def logarithms(x: RealArray) -> RealArray:
@@ -127,10 +127,10 @@ def _axial_stiffness(nodes: RealArray, parts: Operators, poisson_ratio: float) -
 def dynamic_shape_factor(rig: TwoPlateRig, frequency: ArrayLike, modulus: ModulusLike) -> ComplexArray:
     """Return the apparent over the true modulus of a sample on the rig, frequency by frequency.
 
-    The apparent modulus is the one with which a rod of the same length and density under a rigid mass (of top plate
-    and accelerometer) moves as the finite-element rig does; eq. (11) of Bonfiglio & Pompoli 2015. It tends to
-    `static_shape_factor` for low frequencies, and follows the sample's own waves where these are no longer than its
-    radius.
+    With the apparent modulus a rod of the same length and density under a rigid mass (of top plate and accelerometer)
+    moves as the finite-element rig does: eq. (11) of Bonfiglio & Pompoli, Polymer Testing 48 (2015) 89-96. The ratio
+    tends to `static_shape_factor` for low frequencies, and shows waves across the sample where these are no longer than
+    its radius.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def dynamic_shape_factor(rig: TwoPlateRig, frequency: ArrayLike, modulus: Modulu
     Returns
     -------
     complex array, shape (n,)
-        NaN where no rod does as the rig.
+        NaN where no modulus gives a rod the motion of the rig.
     """
     f = np.atleast_1d(np.asarray(frequency, dtype=float))
     value = modulus(f) if callable(modulus) else modulus
@@ -157,7 +157,7 @@ def dynamic_shape_factor(rig: TwoPlateRig, frequency: ArrayLike, modulus: Modulu
 
 
 def _follow(rig: TwoPlateRig, frequency: RealArray, modulus: ComplexArray, motion: ComplexArray) -> ComplexArray:
-    """Return the factor of every frequency, each found from the one below."""
+    """Return the factor at every frequency; the search starts from the factor at the frequency below."""
     load = (rig.static_plate_mass + rig.sensor_mass) / (np.pi * rig.radius**2)
     factors = np.full(len(frequency), np.nan + 0j)
     start = complex(static_shape_factor(rig.poisson_ratio, rig.radius / (2 * rig.thickness)))

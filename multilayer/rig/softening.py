@@ -60,6 +60,9 @@ class PronySeries:
 def fit_prony(frequency: RealArray, modulus: ComplexArray) -> PronySeries:
     """Return the series nearest to a modulus in relative error, by least squares with no negative stiffness.
 
+    The non-negative least squares are those of C. L. Lawson & R. J. Hanson, Solving Least Squares Problems,
+    Prentice-Hall 1974, chapter 23.
+
     Parameters
     ----------
     frequency : array, shape (n,)
@@ -79,9 +82,9 @@ def fit_prony(frequency: RealArray, modulus: ComplexArray) -> PronySeries:
     columns = np.concatenate([np.ones((len(frequency), 1)), turn / (1 + turn)], axis=1)
     weight = 1 / np.abs(modulus)
     rows = np.concatenate([columns.real, columns.imag]) * np.tile(weight, 2)[:, np.newaxis]
-    wanted = np.concatenate([modulus.real, modulus.imag]) * np.tile(weight, 2)
-    found, _ = nnls(rows, wanted)
-    return PronySeries(np.asarray(found[0]), found[1:], times)
+    targets = np.concatenate([modulus.real, modulus.imag]) * np.tile(weight, 2)
+    stiffnesses, _ = nnls(rows, targets)
+    return PronySeries(np.asarray(stiffnesses[0]), stiffnesses[1:], times)
 
 
 @dataclass(frozen=True)
@@ -147,7 +150,7 @@ class SofteningRod:
 
 
 class _Motion:
-    """Where the rods are, from one step to the next."""
+    """State of the rods, advanced from one time step to the next."""
 
     def __init__(self, rod: SofteningRod, bursts: int, dt: float, softened: bool) -> None:
         n, series = rod.n_elements, rod.series
@@ -163,7 +166,7 @@ class _Motion:
         self.branches = np.zeros((len(series.times), bursts, n))
 
     def step(self, base: RealArray) -> RealArray:
-        """Return the top's acceleration at this step, and go to the next."""
+        """Return the top's acceleration at this step, m/s2 (that of the base included), and advance by one step."""
         before, strain = self.strain, (self.place[:, 1:] - self.place[:, :-1]) / self.size
         self.strain = self.rod.effective(strain) if self.softened else strain
         self.branches *= self.kept

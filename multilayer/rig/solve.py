@@ -51,7 +51,7 @@ def _on_pattern(matrix: Sparse, pattern: Sparse) -> RealArray:
     rows = matrix.shape[0]
     columns = np.repeat(np.arange(rows), np.diff(pattern.indptr))
     places = columns * rows + pattern.indices  # rises: the pattern is sorted
-    own = matrix.tocoo()
+    stored = matrix.tocoo()
     entries = np.zeros(pattern.nnz)
-    np.add.at(entries, np.searchsorted(places, own.col.astype(np.int64) * rows + own.row), own.data)
+    np.add.at(entries, np.searchsorted(places, stored.col.astype(np.int64) * rows + stored.row), stored.data)
     return entries

@@ -34,7 +34,7 @@ class SkinSettings(Model):
 
 
 class SpecimenSettings(Model):
-    """What the sample truly is.
+    """True properties of the sample.
 
     Only `density` reaches every campaign and every signal. The other fields beside the modulus act when the effect
     that takes them is listed: `poisson_ratio` with ``finite_size``, the fields of the pores (`porosity`,

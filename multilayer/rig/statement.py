@@ -1,4 +1,4 @@
-"""What is said of a virtual campaign: what the experimenter knows, and what only the truth file tells."""
+"""Descriptions of a virtual campaign: the campaign file with what the experimenter knows, and the truth file."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def campaign_of(settings: RigFile) -> Campaign:
 def truth_of(
     settings: RigFile, seed: int, errors: Errors, moduli: Mapping[str, Mapping[float, complex]]
 ) -> dict[str, Any]:
-    """Return what the experimenter does not know, as plain data.
+    """Return the contents of the truth file, which the experimenter does not know, as plain data.
 
     Parameters
     ----------
     settings : RigFile
     seed : int
-        That was used.
+        Of the draws of errors and noise.
     errors : Errors
         As drawn.
     moduli : mapping

@@ -1,4 +1,4 @@
-"""Campaigns in memory: from the file of a virtual rig to recordings, and what is true of them."""
+"""Campaigns in memory: from the file of a virtual rig to recordings and their truth."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class SyntheticCampaign:
 
 @dataclass(frozen=True)
 class Task:
-    """The recordings of one configuration, to be made anywhere."""
+    """Arguments of `measure` for one configuration, picklable so that another process can make the recordings."""
 
     settings: RigFile
     errors: Errors
@@ -55,7 +55,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a task gives: both channels by burst frequency, and the true modulus, Pa, at each."""
+    """Result of a task: both channels by burst frequency, Hz, and the true modulus, Pa, at each."""
 
     channels: dict[float, Channels]
     moduli: dict[float, complex]
@@ -71,7 +71,7 @@ def make_campaign(settings: RigFile, seed: int | None = None, mapper: Mapper = m
     ----------
     settings : RigFile
     seed : int, optional
-        In place of the one in the file: it draws errors and noise, nothing else.
+        In place of the seed in the file; only errors and noise depend on it.
     mapper : callable, optional
         Gives the results of a function for several tasks, in their order, as `map` does.
 
@@ -86,10 +86,10 @@ def make_campaign(settings: RigFile, seed: int | None = None, mapper: Mapper = m
     measured = list(mapper(measure, tasks))
     recordings = {
         (task.mounting.name, f): Recording(*channels, settings.sampling_rate)
-        for task, found in zip(tasks, measured, strict=True)
-        for f, channels in found.channels.items()
+        for task, result in zip(tasks, measured, strict=True)
+        for f, channels in result.channels.items()
     }
-    moduli = {task.mounting.name: found.moduli for task, found in zip(tasks, measured, strict=True)}
+    moduli = {task.mounting.name: result.moduli for task, result in zip(tasks, measured, strict=True)}
     return SyntheticCampaign(campaign_of(settings), recordings, truth_of(settings, number, errors, moduli))
 
 
@@ -106,7 +106,7 @@ def measure(task: Task) -> Measured:
 
 
 def _true_modulus(bench: Bench, frequency: float) -> complex:
-    """Return the mean over the repeats, Pa."""
+    """Return the modulus at a frequency, Hz, averaged over the repeats, Pa."""
     at = np.array([frequency])
     repeats = range(bench.settings.repeats)
     return complex(np.mean([bench.modulus(at, bench.moment(frequency, repeat)) for repeat in repeats]))
@@ -148,13 +148,13 @@ def _recorded(bench: Bench, frequency: float, clean: Channels, rng: np.random.Ge
     """Return both channels with noise and steps, in the precision of the files."""
     settings = bench.settings.noise
     whites = (settings.white if settings.base is None else settings.base, settings.white)
-    found = []
+    channels = []
     for channel, signal, white in zip(("base", "top"), clean, whites, strict=True):
         level = bench.timing.level_of(signal, frequency)
         noisy = add_noise(signal, level, settings, white, bench.settings.sampling_rate, rng)
         _refuse_overload(bench, frequency, channel, noisy)
-        found.append(converted(noisy, settings).astype(np.float32).astype(np.float64))
-    return found[0], found[1]
+        channels.append(converted(noisy, settings).astype(np.float32).astype(np.float64))
+    return channels[0], channels[1]
 
 
 def _refuse_overload(bench: Bench, frequency: float, channel: str, signal: RealArray) -> None:

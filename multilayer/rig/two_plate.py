@@ -88,9 +88,9 @@ class TwoPlateRig:
 
     Notes
     -----
-    Second-order elements of the displacement (u_r, u_z) and, in pores, of the pressure. Section 3.2 of Bonfiglio &
-    Pompoli 2015 has the elastic case. The sample's modulus is the only viscoelastic one but for the glue's; Poisson's
-    ratios are real.
+    Second-order elements of the displacement (u_r, u_z) and, in pores, of the pressure. Bonfiglio & Pompoli, Polymer
+    Testing 48 (2015) 89-96, section 3.2, have the elastic case. Only the moduli of the sample and of the glue are
+    complex; Poisson's ratios are real.
     """
 
     radius: float
@@ -152,7 +152,7 @@ class TwoPlateRig:
         )
 
     @property
-    def compliance(self) -> RealArray:
+    def elastic_constants(self) -> RealArray:
         """Stiffness coefficients of the sample over its axial modulus; see `assembly.transversely_isotropic`."""
         if self.transverse_ratio == self.shear_ratio == 1:
             return isotropic(self.poisson_ratio)
@@ -195,7 +195,7 @@ class TwoPlateRig:
 
     def shortest_wavelength(self, frequency: float, modulus: float) -> float:
         """Return the shortest wavelength in the sample, m: that of shear, or of sound in its pores."""
-        shear = np.sqrt(self.compliance[-1] * modulus / self.density) / frequency
+        shear = np.sqrt(self.elastic_constants[-1] * modulus / self.density) / frequency
         if self.porosity is None:
             return float(shear)
         rho, bulk = pore_fluid(self, np.array(2 * np.pi * frequency))
@@ -257,7 +257,7 @@ class TwoPlateRig:
     def error_estimate(self, frequency: ArrayLike, modulus: ModulusLike) -> RealArray:
         """Return the estimated error of the transmissibility, relative to its modulus, by halving every interval.
 
-        The difference between the two meshes is the error of the coarser one but for a part of its own.
+        The difference between the two meshes is the error of the coarser one, less the much smaller one of the finer.
         """
         f, e = self._checked(frequency, modulus)
         section = self.section(float(f.max()), float(np.abs(e).min()))
@@ -303,13 +303,13 @@ _RATIOS = ("poisson_ratio", "plate_poisson_ratio", "adhesive_poisson_ratio", "ba
 
 
 def _problems(rig: TwoPlateRig) -> list[str]:
-    said = [_must(name, getattr(rig, name), "above 0") for name in _POSITIVE if not getattr(rig, name) > 0]
-    said += [_must(name, getattr(rig, name), "at least 0") for name in _NOT_NEGATIVE if not getattr(rig, name) >= 0]
+    problems = [_must(name, getattr(rig, name), "above 0") for name in _POSITIVE if not getattr(rig, name) > 0]
+    problems += [_must(name, getattr(rig, name), "at least 0") for name in _NOT_NEGATIVE if not getattr(rig, name) >= 0]
     for name in _RATIOS:
         if not -1 < getattr(rig, name) < 0.5:
             text = "above -1 and below 0.5: at 0.5 a solid is incompressible, which these elements cannot do"
-            said.append(_must(name, getattr(rig, name), text))
-    return said + _geometry_problems(rig) + _pore_problems(rig)
+            problems.append(_must(name, getattr(rig, name), text))
+    return problems + _geometry_problems(rig) + _pore_problems(rig)
 
 
 def _must(name: str, value: object, what: str) -> str:
@@ -317,24 +317,26 @@ def _must(name: str, value: object, what: str) -> str:
 
 
 def _geometry_problems(rig: TwoPlateRig) -> list[str]:
-    said = []
+    problems = []
     if rig.sensor_radius + (rig.sensor_footprint if rig.sensor_mass else 0) > rig.radius:
         limit = f"with its footprint it must stay on the plate of radius {rig.radius:g} m"
-        said.append(f"sensor_radius: {rig.sensor_radius:g} m puts the accelerometer off the plate; {limit}")
+        problems.append(f"sensor_radius: {rig.sensor_radius:g} m puts the accelerometer off the plate; {limit}")
     if rig.reading_radius is not None and not 0 <= rig.reading_radius <= rig.radius:
-        said.append(_must("reading_radius", rig.reading_radius, f"from 0 to the plate's radius, {rig.radius:g} m"))
+        problems.append(_must("reading_radius", rig.reading_radius, f"from 0 to the plate's radius, {rig.radius:g} m"))
     if rig.adhesive_thickness > rig.thickness:
-        said.append(
+        problems.append(
             f"adhesive_thickness: {rig.adhesive_thickness:g} m is more than the sample's thickness of "
             f"{rig.thickness:g} m; give the thickness of one layer of glue"
         )
     if rig.adhesive_thickness > 0 and rig.adhesive_modulus is None:
-        said.append("adhesive_modulus: is missing; an adhesive of some thickness needs a modulus, Pa")
+        problems.append("adhesive_modulus: is missing; an adhesive of some thickness needs a modulus, Pa")
     if not 0 < rig.bonded_fraction <= 1:
-        said.append(_must("bonded_fraction", rig.bonded_fraction, "above 0 and at most 1"))
+        problems.append(_must("bonded_fraction", rig.bonded_fraction, "above 0 and at most 1"))
     if 2 * rig.skin_thickness >= rig.thickness:
-        said.append(f"skin_thickness: {rig.skin_thickness:g} m leaves no core in {rig.thickness:g} m; make it thinner")
-    return said
+        problems.append(
+            f"skin_thickness: {rig.skin_thickness:g} m leaves no core in {rig.thickness:g} m; make it thinner"
+        )
+    return problems
 
 
 def _pore_problems(rig: TwoPlateRig) -> list[str]:
@@ -343,9 +345,9 @@ def _pore_problems(rig: TwoPlateRig) -> list[str]:
     if not 0 < rig.porosity < 1:
         return [_must("porosity", rig.porosity, "above 0 and below 1")]
     names = ("flow_resistivity", "viscous_length", "thermal_length")
-    said = [
+    problems = [
         f"{name}: must be given and above 0 for a poroelastic sample"
         for name in names
         if not (getattr(rig, name) or 0) > 0
     ]
-    return said + ([] if rig.tortuosity >= 1 else [_must("tortuosity", rig.tortuosity, "at least 1")])
+    return problems + ([] if rig.tortuosity >= 1 else [_must("tortuosity", rig.tortuosity, "at least 1")])

@@ -36,7 +36,7 @@ class AdhesiveCheck:
     std : array, shape (n,)
         Standard deviation of its amplitude, relative, and of its phase, rad.
     calibrated : bool
-        Whether the channels' own difference was taken out.
+        Whether the difference between the two channels was taken out.
     """
 
     name: str
@@ -47,7 +47,7 @@ class AdhesiveCheck:
 
     @property
     def p_values(self) -> RealArray:
-        """Probability of a burst's departure from 1, amplitude and phase together, by chance, shape (n,)."""
+        """Probability that noise alone departs as far from T = 1, amplitude and phase together, shape (n,)."""
         squares = np.abs(np.log(self.transmissibility)) ** 2
         with np.errstate(divide="ignore", invalid="ignore"):
             chi_square = np.where(squares > 0, squares / self.std**2, 0.0)
@@ -60,7 +60,7 @@ class AdhesiveCheck:
 
     @property
     def limit(self) -> float:
-        """Frequency up to which all bursts are, Hz; 0 where the lowest is not."""
+        """Frequency up to which T = 1 at all bursts, Hz; 0 where it is not at the lowest."""
         fails = np.flatnonzero(~np.array(self.is_unity))
         last = fails[0] - 1 if fails.size else len(self.frequency) - 1
         return float(self.frequency[last]) if last >= 0 else 0.0
@@ -111,7 +111,7 @@ def check_adhesive(name: str, glued: Calibration, calibration: Calibration | Non
     ----------
     name : str
     glued : Calibration
-        Ratio, delay and deviation of the two plates' motion, found like those of two accelerometers at one spot.
+        Ratio, delay and deviation of the two plates' motion, as `calibrate` returns them of the glued plates.
     calibration : Calibration, optional
         Of the channels, taken out.
 

@@ -1,4 +1,4 @@
-"""The excitation: a Hann-windowed tone burst."""
+"""The excitation: a Hann-windowed tone burst, as in Bonfiglio & Pompoli, Polymer Testing 48 (2015) 89-96."""
 
 from __future__ import annotations
 

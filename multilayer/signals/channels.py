@@ -48,7 +48,7 @@ class Channels:
     channels : tuple of Channel
         Their names differ.
     line : int or None
-        Of a text file, which one names the channels.
+        Number of the line that names the channels, in a text file.
     """
 
     file: Path
@@ -83,13 +83,13 @@ class Channels:
 
 
 def rate_of_step(step: float) -> float:
-    """Return the sampling rate, Hz, of a step in time, s; a whole number where the step is that but for its digits."""
+    """Return the sampling rate, Hz, of a step in time, s; rounded to a whole number where it is one within 1e-5."""
     rate = 1.0 / step
     return float(round(rate)) if rate >= 1 and abs(rate - round(rate)) <= _WHOLE * rate else rate
 
 
 def different(names: list[str], longer: list[str]) -> list[str]:
-    """Return names that differ: the longer form of those that come more than once, and numbers where that does, too."""
+    """Return distinct names: the longer form where the short one comes twice, with a number where that does, too."""
     chosen = [long if names.count(short) > 1 else short for short, long in zip(names, longer, strict=True)]
     so_far = [chosen[: i + 1].count(name) for i, name in enumerate(chosen)]
     return [name if chosen.count(name) == 1 else f"{name} {n}" for name, n in zip(chosen, so_far, strict=True)]

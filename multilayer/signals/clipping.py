@@ -13,7 +13,7 @@ _SINGLE_PRECISION = float(np.finfo(np.float32).eps)
 
 
 def clipped_repeats(channel: RealArray) -> BoolArray:
-    """Return which repeats have flat tops.
+    """Tell which repeats have flat tops.
 
     A converter out of range repeats its extreme value, and then leaves it steeply. A sound sine may repeat it
     too when its steps are coarse, but a rounded parabola is as flat beside its top as on it. So a top is
@@ -42,8 +42,7 @@ def _is_flat(signal: RealArray) -> bool:
     """Return whether the largest value is shared by a run that ends steeply on both sides."""
     largest = float(signal.max())
     resolution = _SINGLE_PRECISION * float(np.abs(signal).max())
-    values = np.unique(signal)
-    steps = np.diff(values)
+    steps = np.diff(np.unique(signal))
     distinct = steps[steps > resolution]
     step = max(float(distinct.min()) if distinct.size else resolution, resolution)
     first, last = _runs(signal >= largest - resolution)

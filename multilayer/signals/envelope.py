@@ -1,4 +1,4 @@
-"""Envelopes of bursts and their levels (Bonfiglio & Pompoli 2015, eqs. (1) and (10))."""
+"""Envelopes of bursts and their levels: Bonfiglio & Pompoli, Polymer Testing 48 (2015) 89-96, eqs. (1) and (10)."""
 
 from __future__ import annotations
 

@@ -20,14 +20,14 @@ _FADE = 2.0  # nepers over a record
 def energy_delay(recording: Recording, frequency: float, cycles: float) -> tuple[float, float]:
     """Return by how much the top's energy comes later than the base's, and the standard deviation of that.
 
-    The instant of a channel is the centre of its energy, ``sum t x(t)^2 / sum x(t)^2``, with the energy of
-    the noise taken out, of what is left of it in the burst's main lobe: mains hum and other noise beside it do not
-    count, nor does a resonance that rings beside it until the record cuts it. In terms of spectra it is the group
-    delay weighted with the channel's own energy spectrum.
+    The instant of a channel is the centre of its energy, ``sum t x(t)^2 / sum x(t)^2``, after the channel is
+    filtered to the burst's main lobe and the energy of the noise is taken out. So mains hum and noise at other
+    frequencies do not count, nor does a resonance there that rings until the record cuts it. In terms of spectra the
+    delay is the group delay weighted with the energy spectrum.
 
-    Both channels are faded by one exponential over the record, ``exp(-s t)``: of a ring-down that the record cuts,
-    what is missing then hardly counts. That is the group delay of T(w - i s), which for a response without zeros is
-    positive like that of T(w): its poles only move further away.
+    Both channels are multiplied by the same decaying exponential, ``exp(-s t)``, so that the missing rest of a
+    ring-down that the record cuts hardly counts. The result is the group delay of T(w - i s), which for a response
+    without zeros is positive like that of T(w): its poles only move further away.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class _Lobe:
         return cls(np.exp(-_FADE * np.linspace(0, 1, recording.n_samples)), gain, n_fft)
 
     def filtered(self, signal: RealArray) -> RealArray:
-        """Return what the filter leaves, over the transform: what it spreads to before the record is at the end."""
+        """Return the faded and filtered signal, shape (n_fft,); times before the record's start are at the end."""
         return self._through(self.fade * (signal - signal.mean()))
 
     def _through(self, signal: RealArray) -> RealArray:

@@ -1,4 +1,4 @@
-"""Impedance tubes: from pressures at microphones to what the sample does; ISO 10534-2 and ASTM E2611.
+"""Impedance tubes: from pressures at microphones to reflection and transmission; ISO 10534-2 and ASTM E2611.
 
 Time exp(+i w t). The incident wave is exp(-i k x): x rises from the source to the sample, whose front face is x = 0.
 With losses along the tube k has a negative imaginary part. All arrays broadcast over frequency.
@@ -37,8 +37,8 @@ def iso_attenuation(frequency: ArrayLike, sound_speed: float, diameter: float) -
 def kirchhoff_attenuation(frequency: ArrayLike, gas: Gas, diameter: float) -> RealArray:
     """Return the attenuation by viscosity and heat conduction at the wall of a wide tube, Np/m.
 
-    Kirchhoff 1868: ``sqrt(w nu / 2) (1 + (gamma - 1) / sqrt(Pr)) / (c a)``, for boundary layers far thinner than the
-    radius a.
+    ``sqrt(w nu / 2) (1 + (gamma - 1) / sqrt(Pr)) / (c a)``, for boundary layers far thinner than the radius a:
+    G. Kirchhoff, Ann. Phys. Chem. 134 (1868) 177-193.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     thermal = 1 + (gas.heat_capacity_ratio - 1) / np.sqrt(gas.prandtl)
@@ -68,10 +68,10 @@ def cut_off(sound_speed: float, width: float, *, rectangular: bool = False) -> f
 
 
 def spacing_range(sound_speed: float, spacing: float, *, e2611: bool = False) -> Range:
-    """Return between which frequencies two microphones so far apart tell the waves apart, Hz.
+    """Return between which frequencies, Hz, two microphones at a distance (m) tell incident from reflected wave.
 
-    ISO 10534-2, 4.2: the spacing is 5 % to 45 % of a wavelength; ASTM E2611: 1 % to 40 %. At half a wavelength
-    nothing is known.
+    ISO 10534-2, 4.2: the spacing is 5 % to 45 % of a wavelength; ASTM E2611: 1 % to 40 %. At half a wavelength both
+    microphones carry the same information.
     """
     narrowest, widest = (_E2611_NARROWEST, _E2611_WIDEST) if e2611 else (_NARROWEST, _WIDEST)
     return Range(narrowest * sound_speed / spacing, widest * sound_speed / spacing)
@@ -230,7 +230,9 @@ def rigid_backed_reflection(matrix: TransferMatrix, impedance: float) -> Complex
 def transfer_functions(
     signals: RealArray, sampling_rate: float, segment: float
 ) -> tuple[RealArray, ComplexArray, RealArray]:
-    """Return transfer functions from the first channel to each, by Welch's cross spectra (estimator H1, Hann windows).
+    """Return transfer functions from the first channel to each: estimator H1 of spectra averaged over Hann windows.
+
+    P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70-73.
 
     Parameters
     ----------
@@ -252,7 +254,6 @@ def transfer_functions(
     n = int(min(round(segment * sampling_rate), signals.shape[-1]))
     options: dict[str, Any] = {"fs": sampling_rate, "nperseg": n, "window": "hann", "detrend": "constant"}
     frequency, cross = csd(signals[:1], signals, **options)
-    power = csd(signals, signals, **options)[1]
-    own = power.real
-    coherence = np.abs(cross) ** 2 / (own[:1] * own)
-    return np.asarray(frequency[1:]), np.asarray(cross[:, 1:] / own[:1, 1:]), np.asarray(coherence[:, 1:])
+    power = csd(signals, signals, **options)[1].real
+    coherence = np.abs(cross) ** 2 / (power[:1] * power)
+    return np.asarray(frequency[1:]), np.asarray(cross[:, 1:] / power[:1, 1:]), np.asarray(coherence[:, 1:])

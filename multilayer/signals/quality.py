@@ -1,4 +1,4 @@
-"""Is a recording fit to be used? Problems in words, each with a remedy."""
+"""Whether a recording is fit to be used: its problems as sentences, each with a remedy."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Look:
-    """One recording: its own problems, which channel leads (+1: base), found over stated frequency."""
+    """Of one recording: its problems, which channel leads (+1: base), measured over stated frequency."""
 
     problems: list[str]
     leads: int = 0
@@ -56,9 +56,9 @@ class _Look:
 
 
 def check_recording(recording: Recording, frequency: float, *, cycles: float = CYCLES) -> list[str]:
-    """Return what is wrong with one recording, in words with a remedy; empty when it is fine.
+    """Return what is wrong with one recording, each problem with its remedy; empty when it is fine.
 
-    Looked for: values that are not finite, a silent channel, a clipped channel (`clipped_repeats`), a record
+    The checks: values that are not finite, a silent channel, a clipped channel (`clipped_repeats`), a record
     that is too short or cuts the burst off, exchanged channels (`leading_channel`), and a burst that
     is not at the stated frequency.
 
@@ -78,12 +78,12 @@ def check_recording(recording: Recording, frequency: float, *, cycles: float = C
     cycles`` if that is more.
     """
     look = _look(recording, frequency, cycles)
-    own = list(look.problems)
+    messages = list(look.problems)
     if look.leads == SWAPPED:
-        own.append(_swapped_message("in this burst"))
+        messages.append(_swapped_message("in this burst"))
     if _is_off(look.frequency_ratio, cycles):
-        own.append(_frequency_message(frequency, look.frequency_ratio))
-    return own
+        messages.append(_frequency_message(frequency, look.frequency_ratio))
+    return messages
 
 
 def check_configuration(
@@ -91,7 +91,7 @@ def check_configuration(
 ) -> list[Finding]:
     """Return what is wrong with the bursts of one configuration; empty when they are fine.
 
-    Beyond `check_recording`, the bursts judge together. Channels are exchanged in the whole configuration
+    Beyond `check_recording`, all bursts are compared. Channels are exchanged in the whole configuration
     when the top leads in more bursts than the base does. The sampling rate is in doubt when at least two
     bursts, and four in five of them, appear at one common factor (within 1 %) beside their stated frequencies
     and that factor is off by more than 2 %; the single frequencies are then not reported as well.

@@ -1,4 +1,4 @@
-"""What one burst leaves behind: two accelerations, a few times over."""
+"""The recording of one burst: accelerations of support plate and top plate, over one or several repeats."""
 
 from __future__ import annotations
 

@@ -92,18 +92,18 @@ def noise_level(recording: Recording, *, of_mean: bool = False) -> Noise:
     """Return the standard deviation of the noise of each channel.
 
     With several repeats it is their scatter about their mean (with n - 1 in the denominator: unbiased), which
-    also holds whatever else differs from repeat to repeat. With a single repeat it comes from the last tenth
-    of the record, through second differences and their median: a ring-down that is not quite over, slow
-    against the sampling, and single spikes do not count. That assumes white noise: noise below a tenth of the
-    sampling rate is underestimated.
+    includes everything else that differs from repeat to repeat. With a single repeat it comes from the last tenth
+    of the record, through the median of its second differences (F. R. Hampel, J. Am. Stat. Assoc. 69 (1974) 383-393):
+    the rest of a ring-down, slow against the sampling, and single spikes do not count. That assumes white noise: noise
+    below a tenth of the sampling rate is underestimated.
 
     Parameters
     ----------
     recording : Recording
         Both channels, (repeats, samples).
     of_mean : bool
-        Noise of the mean over the repeats (smaller by the root of their number) in place of that of one of
-        them.
+        Noise of the mean over the repeats (smaller by the root of their number) in place of that of a single
+        repeat.
     """
     repeats = recording.base.shape[0]
     measure = _quiet_noise if repeats == 1 else _scatter

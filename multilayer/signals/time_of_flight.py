@@ -14,8 +14,8 @@ _NEWTON_STEPS = 3
 def time_of_flight(base: ArrayLike, top: ArrayLike, sampling_rate: float, *, subsample: bool = True) -> RealArray:
     """Return the delay of `top` behind `base` at the maximum of their cross-correlation.
 
-    Bonfiglio & Pompoli 2015, step 2 of the inversion: the delay ``tau`` of the largest ``sum_t base(t) top(t
-    + tau)``.
+    Bonfiglio & Pompoli, Polymer Testing 48 (2015) 89-96, step 2 of the inversion: the delay ``tau`` of the largest
+    ``sum_t base(t) top(t + tau)``.
 
     Parameters
     ----------
@@ -74,9 +74,9 @@ def _interpolated_peak(correlation: RealArray, cross: ComplexArray, n_fft: int) 
     height = np.where(is_peak, correlation * np.hypot(1.0, tangent), -np.inf)
     index = np.argmax(height, axis=-1, keepdims=True)
     offset = np.take_along_axis(np.arctan(tangent) / np.arccos(cosine), index, axis=-1)
-    found = np.take_along_axis(is_peak, index, axis=-1)
-    lag = np.where(found, index + offset, 0.0)
-    return np.where(found, _newton(lag, cross, n_fft), 0.0)[..., 0]
+    has_peak = np.take_along_axis(is_peak, index, axis=-1)
+    lag = np.where(has_peak, index + offset, 0.0)
+    return np.where(has_peak, _newton(lag, cross, n_fft), 0.0)[..., 0]
 
 
 def _newton(lag: RealArray, cross: ComplexArray, n_fft: int) -> RealArray:

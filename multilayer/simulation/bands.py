@@ -20,7 +20,7 @@ class Grid:
     frequency : array, shape (n_frequency,)
         Hz; nominal centres where there are `bands`.
     points : array, shape (n_frequency,) or (n_frequency, n_points)
-        Hz; with bands, what each is averaged over.
+        Hz; with bands, the frequencies over which each is averaged.
     bands : str or None
         ``third octaves`` or ``octaves``; None for single frequencies.
     """

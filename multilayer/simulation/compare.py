@@ -1,4 +1,4 @@
-"""Measured over predicted."""
+"""Measured spectra beside predicted ones, and the differences between them."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ class Comparison:
 
     @property
     def quantities(self) -> list[str]:
-        """What was measured and is predicted, in the order of `QUANTITIES`."""
+        """Names of the quantities that are both measured and predicted, in the order of `QUANTITIES`."""
         return [name for name in QUANTITIES if name in self.measured.quantities and self._is_predicted(name)]
 
     @property
     def left_out(self) -> list[str]:
-        """What was measured and is not predicted."""
+        """Names of the quantities that are measured but not predicted."""
         return [name for name in self.measured.quantities if not self._is_predicted(name)]
 
     def _is_predicted(self, name: str) -> bool:
@@ -82,14 +82,14 @@ class Comparison:
         return float(np.mean(within))
 
     def _columns(self, case: CaseResult) -> dict[str, RealArray]:
-        """Return what was measured, as ``NAME_measured``, and the columns of the prediction."""
-        found: dict[str, RealArray] = {}
+        """Return the measured values, as ``NAME_measured``, and the predicted ones, as ``NAME_predicted``."""
+        columns: dict[str, RealArray] = {}
         for name in self.quantities:
             for column, values in QUANTITIES[name].parts(self.measured.quantities[name]).items():
-                found[f"{column}_measured"] = values
+                columns[f"{column}_measured"] = values
                 alike = {k: v for k, v in case.columns.items() if k == column or k.startswith(f"{column}_p")}
-                found |= {key.replace(column, f"{column}_predicted", 1): value for key, value in alike.items()}
-        return found
+                columns |= {key.replace(column, f"{column}_predicted", 1): value for key, value in alike.items()}
+        return columns
 
     def to_csv(self) -> str:
         """Return one row per case and frequency."""

@@ -1,4 +1,4 @@
-"""A simulation file: a stack, and what to compute of it."""
+"""A simulation file: a stack and the settings of its simulation."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from pydantic_core import PydanticCustomError
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
 from multilayer.json_schema import any_of
-from multilayer.models import refuse
+from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
-from multilayer.simulation.sweep import again, expand, mistakes
+from multilayer.simulation.sweep import expand, mistakes
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance
 from multilayer.stack import Stack, load_stack
 
@@ -55,7 +55,7 @@ class Case:
     Attributes
     ----------
     values : mapping
-        What the sweep writes at each path; empty without a sweep.
+        The swept value by path; empty without a sweep.
     simulation : SimulationFile
         The file with these values, and without a sweep.
     """
@@ -76,12 +76,12 @@ class Case:
 
     @property
     def label(self) -> str:
-        """The values in words, as ``foam.thickness = 10 mm``."""
+        """The values as text, as ``foam.thickness = 10 mm``."""
         return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
 
 
 class SimulationFile(Stack):
-    """A stack and what to compute of it; see ``docs/simulation.md``.
+    """A stack and the settings of its simulation; see ``docs/simulation.md``.
 
     Read one with `load_simulation`.
     """
@@ -113,11 +113,11 @@ class SimulationFile(Stack):
             return cls.model_validate(changed, context=info.context)
 
         try:
-            model, known = handler(data), []
+            model, reported = handler(data), []
             model._scatter = model._parsed_tolerances()
         except ValidationError as error:
-            known = error.errors(include_url=False)
-        wrong = [*map(again, known), *mistakes(single, swept, validated, known)]
+            reported = error.errors(include_url=False)
+        wrong = [*as_mistakes(reported), *mistakes(single, swept, validated, reported)]
         if wrong:
             raise ValidationError.from_exception_data(cls.__name__, wrong)
         read_once = single if model.reference is None else {**single, "reference": model.reference}
@@ -133,7 +133,7 @@ class SimulationFile(Stack):
         return self
 
     def _parsed_tolerances(self) -> dict[str, Tolerance]:
-        found: dict[str, Tolerance] = {}
+        tolerances: dict[str, Tolerance] = {}
         wrong: list[tuple[tuple[str, ...], str, Any]] = []
         for path, written in self.tolerances.items():
             try:
@@ -142,11 +142,11 @@ class SimulationFile(Stack):
                 wrong.append((("tolerances", path, "[key]"), str(error), path))
                 continue
             try:
-                found[path] = parse_tolerance(written, field)
+                tolerances[path] = parse_tolerance(written, field)
             except InputError as error:
                 wrong.append((("tolerances", path), str(error), written))
         refuse(self, wrong)
-        return found
+        return tolerances
 
     @property
     def cases(self) -> tuple[Case, ...]:
@@ -165,7 +165,7 @@ class SimulationFile(Stack):
 
 
 def load_simulation(path: str | Path) -> SimulationFile:
-    """Read a simulation file, or a stack file with what a simulation file may leave out.
+    """Read a simulation file, or a stack file, which is simulated with the default settings.
 
     Parameters
     ----------

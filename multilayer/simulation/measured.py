@@ -60,7 +60,7 @@ class Measured:
     quantities: Mapping[str, NDArray[Any]]
 
     def grid(self, wanted: FrequencyRange | Bands | tuple[float, ...]) -> Grid:
-        """Return the measured frequencies as a grid: as bands where a simulation wants such.
+        """Return the measured frequencies as a grid, of bands where the simulation's `frequency` asks for bands.
 
         Raises
         ------
@@ -91,7 +91,7 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     ----------
     path : Path or str
     quantity : str, optional
-        The one wanted, of `QUANTITIES`; columns called ``re`` and ``im`` are then its parts.
+        Read this one of `QUANTITIES` only; columns called ``re`` and ``im`` are then its parts.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def _complete(table: Table, places: Places, wanted: Mapping[str, Sequence[Column
 
 
 def known_quantity(name: str | None) -> str | None:
-    """Return the name of a quantity that ``--quantity`` gives.
+    """Return the name in `QUANTITIES` of what the option ``--quantity`` gives, which may be an abbreviation.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def known_quantity(name: str | None) -> str | None:
     """
     if name is None:
         return None
-    found = _OTHER_NAMES.get(name.lower(), name.lower())
-    if found not in QUANTITIES:
+    known = _OTHER_NAMES.get(name.lower(), name.lower())
+    if known not in QUANTITIES:
         raise InputError(f"--quantity: there is no '{name}'; {suggest(name, QUANTITIES)}")
-    return found
+    return known

@@ -1,4 +1,4 @@
-"""What a simulation gives: names, columns of tables, units."""
+"""The quantities that simulations compute: names, columns of tables, units."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Quantity:
     name : str
         As in `CaseResult.quantities`.
     title : str
-        As a figure writes it.
+        In figures.
     unit : str
         ``dB``, or empty for a pure number.
     is_complex : bool
@@ -46,7 +46,7 @@ class Quantity:
         return {column: np.asarray(part, dtype=float) for column, part in zip(self.columns, parts, strict=True)}
 
     def mean(self, values: RealArray) -> RealArray:
-        """Return the mean over the last axis: of the transmitted power for what is in dB, else of the values."""
+        """Return the mean over the last axis: of the transmitted power for a quantity in dB, else of the values."""
         return mean_loss(values) if self.unit == "dB" else mean_value(values)
 
 
@@ -65,8 +65,8 @@ QUANTITIES = {
 
 def columns_of(quantities: Mapping[str, NDArray[Any]]) -> dict[str, RealArray]:
     """Return the columns of several quantities, in the order of `QUANTITIES`."""
-    found: dict[str, RealArray] = {}
+    columns: dict[str, RealArray] = {}
     for name, quantity in QUANTITIES.items():
         if name in quantities:
-            found |= quantity.parts(quantities[name])
-    return found
+            columns |= quantity.parts(quantities[name])
+    return columns

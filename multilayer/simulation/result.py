@@ -1,4 +1,4 @@
-"""What a simulation found, as arrays, as a table and as plain data."""
+"""Results of a simulation, as arrays, as a table and as plain data."""
 
 from __future__ import annotations
 
@@ -58,34 +58,34 @@ class CaseResult:
 
     @property
     def insertion_loss(self) -> RealArray | None:
-        """Insertion loss against the reference, dB; None without one."""
+        """Insertion loss against the reference, dB; None without a reference."""
         return self.quantities.get("insertion_loss")
 
     @property
     def reflection(self) -> ComplexArray | None:
-        """Reflected over incident pressure; None in a diffuse field and in bands, as the two below."""
+        """Reflected over incident pressure; None in a diffuse field and in bands."""
         return self.quantities.get("reflection")
 
     @property
     def transmission(self) -> ComplexArray | None:
-        """Transmitted over incident pressure; None without a half-space behind the stack."""
+        """Transmitted over incident pressure; None as `reflection`, and without a half-space behind the stack."""
         return self.quantities.get("transmission")
 
     @property
     def surface_impedance(self) -> ComplexArray | None:
-        """Pressure over normal velocity at the front face, Pa s/m."""
+        """Pressure over normal velocity at the front face, Pa s/m; None as `reflection`."""
         normalised: ComplexArray | None = self.quantities.get("normalised_impedance")
         return None if normalised is None else np.asarray(normalised * self.characteristic_impedance)
 
     @property
     def columns(self) -> dict[str, RealArray]:
         """Columns of a table: nominal values, each followed by its percentiles as ``NAME_p05``."""
-        found: dict[str, RealArray] = {}
+        columns: dict[str, RealArray] = {}
         for name, values in columns_of(self.quantities).items():
-            found[name] = values
+            columns[name] = values
             for percent, band in zip(PERCENTILES, self.percentiles.get(name, ()), strict=False):
-                found[f"{name}_p{percent:02d}"] = band
-        return found
+                columns[f"{name}_p{percent:02d}"] = band
+        return columns
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,7 +99,7 @@ class SimulationResult(Tabular):
     frequency : array
         Hz; nominal centres where there are `bands`.
     bands : str or None
-        What the values are averages over: ``third octaves`` or ``octaves``; None for single frequencies.
+        Over which the values are averaged: ``third octaves`` or ``octaves``; None for single frequencies.
     cases : tuple of CaseResult
     settings : mapping
         The simulation file as plain data.
@@ -113,7 +113,7 @@ class SimulationResult(Tabular):
 
     @property
     def frame(self) -> Frame:
-        """The columns of the CSV file over cases and frequency; what a case lacks is not a number."""
+        """The columns of the CSV file over cases and frequency; NaN where a case lacks a column."""
         nothing = np.full(len(self.frequency), np.nan)
         columns = {
             name: (("case", "frequency"), np.stack([case.columns.get(name, nothing) for case in self.cases]))
@@ -163,5 +163,5 @@ def _case_dict(case: CaseResult) -> dict[str, Any]:
 
 
 def plain_list(values: RealArray) -> list[float | None]:
-    """Return numbers that JSON can hold: None for what is not finite."""
+    """Return numbers that JSON can hold: None in place of infinite values and NaN."""
     return [value if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]

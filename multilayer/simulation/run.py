@@ -29,7 +29,7 @@ _ANGLES_OF_DIFFUSE_FIELD = 60
 
 @dataclass(frozen=True)
 class Plan:
-    """All tasks of a simulation, in order: of each case its nominal one, then its samples in chunks."""
+    """All tasks of a simulation, in order: for each case the nominal one, then its samples in chunks."""
 
     name: str
     simulation: SimulationFile
@@ -39,7 +39,7 @@ class Plan:
 
 
 def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None = None) -> Plan:
-    """Return what is to be computed; draws all samples.
+    """Return the tasks of a simulation, with all samples drawn.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None
     grid = grid or grid_of(simulation.frequency)
     tasks, case_of = [], []
     for i, case in enumerate(simulation.cases):
-        found = list(_tasks(case, grid))
-        tasks += found
-        case_of += [i] * len(found)
+        of_case = list(_tasks(case, grid))
+        tasks += of_case
+        case_of += [i] * len(of_case)
     return Plan(name, simulation, grid, tuple(tasks), tuple(case_of))
 
 
@@ -124,7 +124,7 @@ def run(
 
 
 def _warn_once(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> None:
-    """Warn of what nominal cases met; of what samples met only where no nominal one met anything."""
+    """Warn of the nominal cases' warnings; of one of the samples' only where the nominal cases have none."""
     texts: dict[bool, dict[str, None]] = {True: {}, False: {}}
     for task, outcome in zip(tasks, outcomes, strict=True):
         texts[not task.samples].update(dict.fromkeys(outcome.warnings))
@@ -152,12 +152,12 @@ def simulate(
     executor: Executor | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> SimulationResult:
-    """Return what a simulation file asks for.
+    """Run a simulation file.
 
     Parameters
     ----------
     source : path or SimulationFile
-        A file as in ``docs/simulation.md``, or what `load_simulation` made of it.
+        A file as in ``docs/simulation.md``, or the result of `load_simulation`.
     executor, progress
         As for `run`.
     """

@@ -1,4 +1,4 @@
-"""What a simulation file says beside its stack: frequencies, incidence, size."""
+"""Fields of a simulation file beside its stack: frequencies, incidence, size."""
 
 from __future__ import annotations
 
@@ -13,27 +13,20 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Tag,
-    ValidationError,
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import RealArray
-from multilayer.errors import show, suggest
+from multilayer.errors import show
 from multilayer.json_schema import NUMBER_TEXT, any_of
-from multilayer.models import Model, refuse
+from multilayer.models import Model, refuse, refuse_unknown_keys
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
 from multilayer.units import Frequency, Length, Unit, parse_quantity
 
 MOST_POINTS = 100_000
-
-
-def _unknown(key: str, reason: str) -> InitErrorDetails:
-    return InitErrorDetails(
-        type=PydanticCustomError("extra_forbidden", "{reason}", {"reason": reason}), loc=(key,), input=key
-    )
 
 
 class FrequencyRange(Model, populate_by_name=True):
@@ -47,11 +40,7 @@ class FrequencyRange(Model, populate_by_name=True):
     @model_validator(mode="before")
     @classmethod
     def _known_keys(cls, data: Any) -> Any:
-        known = ("from", "to", "points", "spacing")
-        unknown = [key for key in data if key not in (*known, *cls.model_fields)] if isinstance(data, Mapping) else []
-        words = {key: f"there is no such field; {suggest(str(key), (*known, *Bands.model_fields))}" for key in unknown}
-        if unknown:
-            raise ValidationError.from_exception_data(cls.__name__, [_unknown(key, words[key]) for key in unknown])
+        refuse_unknown_keys(cls, data, ("from", "to", "points", "spacing"), tuple(Bands.model_fields))
         return data
 
     @model_validator(mode="after")
@@ -83,8 +72,8 @@ class Bands(Model):
     @property
     def ends(self) -> tuple[float, float]:
         """A frequency in the first and one in the last band, Hz."""
-        (found,) = (ends for ends in (self.third_octaves, self.octaves) if ends is not None)
-        return found
+        (given,) = (ends for ends in (self.third_octaves, self.octaves) if ends is not None)
+        return given
 
     @model_validator(mode="after")
     def _one_width_that_rises(self) -> Self:
@@ -118,7 +107,7 @@ class PlaneIncidence(Model):
 
 
 class DiffuseField(Model):
-    """How far from the normal waves of a diffuse field arrive, degrees, and how strong by their angle.
+    """Largest angle of a diffuse field's waves from the normal, degrees, and their intensity by angle.
 
     The integral stops at `max_angle`, also with a `finite_size`: 78 by custom, 90 for the whole half-space.
     """

@@ -35,7 +35,7 @@ _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], ob
 
 
 def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str]:
-    """Return the ratings that the bands of a case allow, by name, as they are written.
+    """Return the ratings that the bands of a case allow, by name, as text.
 
     Parameters
     ----------
@@ -44,20 +44,20 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
     grid : Grid
         Values at single frequencies are averaged over third octaves; three of them are needed in each.
     """
-    # what does not come back from a stack that lets sound through is not absorbed
+    # with transmission, power that is not reflected is not all absorbed: ratings of absorption would mislead
     quantity = "transmission_loss" if "transmission_loss" in quantities else "absorption"
     bands = _band_values(quantity, quantities[quantity], grid)
-    found: dict[str, str] = {}
+    rated: dict[str, str] = {}
     for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
         try:
-            found[name] = str(function(bands))
+            rated[name] = str(function(bands))
         except InputError:  # a band is missing
             continue
-    return found
+    return rated
 
 
 def _band_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float, float]:
-    """Return a value for every band, of single frequencies for every third octave that holds enough, by centre."""
+    """Return values by centres of bands; single frequencies are averaged over third octaves that hold enough."""
     if grid.bands is not None:
         return dict(zip(grid.frequency.tolist(), values.tolist(), strict=True))
     return band_means(grid.frequency, values, mean=QUANTITIES[quantity].mean, least=_LEAST_POINTS)

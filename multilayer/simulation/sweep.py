@@ -8,9 +8,10 @@ from math import prod
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+from pydantic_core import ErrorDetails, InitErrorDetails
 
 from multilayer.errors import InputError, show, suggest
+from multilayer.models import mistake
 from multilayer.paths import with_entry
 
 T = TypeVar("T")
@@ -18,48 +19,36 @@ SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_si
 MOST_CASES = 10_000
 
 
-def mistake(path: tuple[str | int, ...], text: str, written: Any) -> InitErrorDetails:
-    """Return what a ValidationError tells: what is wrong with what was written where."""
-    return InitErrorDetails(type=PydanticCustomError("input", "{reason}", {"reason": text}), loc=path, input=written)
-
-
-def again(problem: ErrorDetails) -> InitErrorDetails:
-    """Return a mistake that was told once, to tell it with others."""
-    kind: Any = problem["type"]
-    message = PydanticCustomError(kind, "{reason}", {"reason": problem["msg"]})
-    return InitErrorDetails(type=message, loc=problem["loc"], input=problem["input"])
-
-
 def expand(
     data: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]], validated: Callable[[Any], T]
 ) -> list[tuple[dict[str, Any], T]]:
-    """Return every combination of swept values, as written, and what `validated` makes of the data with them.
+    """Return every combination of swept values, as written, and the validated data with these values.
 
     Parameters
     ----------
     data : mapping
-        What the file says, without its sweep.
+        Of the file, without its sweep.
     sweep : mapping
         Values by path.
     validated : callable
-        Raises ValidationError for data with mistakes.
+        From data to the model; raises ValidationError for data with mistakes.
 
     Raises
     ------
     ValidationError
-        For combinations of values that are allowed one by one.
+        For combinations that are not allowed, even if each value is.
     """
-    found = []
+    cases = []
     for values in product(*sweep.values()):
         case = dict(zip(sweep, values, strict=True))
         try:
-            found.append((case, validated(_with_entries(data, case))))
+            cases.append((case, validated(_with_entries(data, case))))
         except (ValidationError, InputError) as error:
-            told = [str(error)] if isinstance(error, InputError) else [_told(problem) for problem in error.errors()]
+            texts = [str(error)] if isinstance(error, InputError) else [_message(problem) for problem in error.errors()]
             label = ", ".join(f"{path} = {show(value)}" for path, value in case.items())
-            details = [mistake(("sweep",), f"{label}: {text}", case) for text in told]
+            details = [mistake("input", ("sweep",), f"{label}: {text}", case) for text in texts]
             raise ValidationError.from_exception_data("sweep", details) from None
-    return found
+    return cases
 
 
 def _with_entries(data: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
@@ -70,7 +59,7 @@ def _with_entries(data: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
 
 
 def mistakes(
-    data: Mapping[str, Any], sweep: Any, validated: Callable[[Any], Any], known: Sequence[ErrorDetails]
+    data: Mapping[str, Any], sweep: Any, validated: Callable[[Any], Any], without_sweep: Sequence[ErrorDetails]
 ) -> Iterator[InitErrorDetails]:
     """Give what is wrong with each swept path and value, taken one by one.
 
@@ -79,48 +68,48 @@ def mistakes(
     data, validated
         As for `expand`.
     sweep : object
-        As written; what is no mapping of lists is for the model to refuse.
-    known : sequence
+        As written; anything but a mapping of lists is left for the model to refuse.
+    without_sweep : sequence
         Mistakes of the data without the sweep, which are not repeated.
     """
     if not isinstance(sweep, Mapping):
         return
-    told = {_key(problem) for problem in known}
+    reported = {_key(problem) for problem in without_sweep}
     lists = {path: values for path, values in sweep.items() if isinstance(values, list | tuple)}
     for path, values in lists.items():
         if path.partition(".")[0] not in SWEPT:
             text = f"leads to nothing that can be swept; {suggest(path.partition('.')[0], SWEPT)}"
-            yield mistake(("sweep", path, "[key]"), text, path)
+            yield mistake("input", ("sweep", path, "[key]"), text, path)
             continue
         for i, value in enumerate(values):
             if value in values[:i]:
-                yield mistake(("sweep", path, i), "stands here a second time", value)
-            yield from _of_one(data, path, i, value, validated, told)
+                yield mistake("input", ("sweep", path, i), "stands here a second time", value)
+            yield from _value_mistakes(data, path, i, value, validated, reported)
     if prod(len(values) for values in lists.values()) > MOST_CASES:
-        yield mistake(("sweep",), f"makes more than {MOST_CASES} cases; sweep fewer values", sweep)
+        yield mistake("input", ("sweep",), f"makes more than {MOST_CASES} cases; sweep fewer values", sweep)
 
 
-def _of_one(
-    data: Mapping[str, Any], path: str, i: int, value: Any, validated: Callable[[Any], Any], told: set[Any]
+def _value_mistakes(
+    data: Mapping[str, Any], path: str, i: int, value: Any, validated: Callable[[Any], Any], reported: set[Any]
 ) -> Iterator[InitErrorDetails]:
     try:
         validated(with_entry(data, path, value))
     except InputError as error:
-        yield mistake(("sweep", path, "[key]"), str(error), path)
+        yield mistake("input", ("sweep", path, "[key]"), str(error), path)
     except ValidationError as error:
         for problem in error.errors(include_url=False):
-            if _key(problem) in told:
+            if _key(problem) in reported:
                 continue
             unknown = problem["type"] == "extra_forbidden" and _ends_alike(problem, path)
-            yield mistake(("sweep", path, "[key]" if unknown else i), _told(problem, path), value)
+            yield mistake("input", ("sweep", path, "[key]" if unknown else i), _message(problem, path), value)
 
 
 def _key(problem: ErrorDetails) -> tuple[Any, ...]:
     return (problem["loc"], problem["msg"])
 
 
-def _told(problem: ErrorDetails, path: str | None = None) -> str:
-    """Return a mistake's words, with its place where that is not the end of the swept path."""
+def _message(problem: ErrorDetails, path: str | None = None) -> str:
+    """Return the message of a mistake, with its place where that is not the end of the swept path."""
     message = problem["msg"].removeprefix("Value error, ")
     if not problem["loc"] or (path and _ends_alike(problem, path)):
         return message

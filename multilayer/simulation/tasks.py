@@ -25,7 +25,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Task:
-    """What to compute; small, and pickled to wherever it is computed.
+    """Arguments of `run_task`; small, because they are pickled for other processes.
 
     Attributes
     ----------
@@ -39,8 +39,7 @@ class Task:
     reference : Stack or None
         For the insertion loss.
     samples : mapping
-        By path, values of fields that take the place of those in `stack`; all of one length. Empty for `stack` as it
-        is.
+        By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
     """
 
     stack: Stack
@@ -61,12 +60,12 @@ class Outcome:
 
 
 def run_task(task: Task) -> Outcome:
-    """Return what one stack does, or a chunk of samples of it.
+    """Return the quantities of one stack, or of a chunk of samples of it.
 
     Raises
     ------
     MultilayerError
-        When it has no response, naming the case.
+        When it has no finite response, naming the case.
     """
     with collected_warnings() as warnings:
         try:
@@ -79,33 +78,33 @@ def run_task(task: Task) -> Outcome:
 
 
 def _sampled(task: Task) -> Arrays:
-    """Return quantities of all samples at once, where the response takes arrays; otherwise of one after the other."""
+    """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
     if isinstance(task.incidence, PlaneIncidence) and all(path.startswith("layers.") for path in task.samples):
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
-        found = _respond(with_values(task.stack, values), task)
-        return {name: np.broadcast_to(value, (n, value.shape[-1])) for name, value in found.items()}
+        quantities = _respond(with_values(task.stack, values), task)
+        return {name: np.broadcast_to(value, (n, value.shape[-1])) for name, value in quantities.items()}
     rows = [{path: column[i].item() for path, column in task.samples.items()} for i in range(n)]
     each = [_respond(with_values(task.stack, row), task) for row in rows]
-    return {name: np.stack([one[name] for one in each]) for name in each[0]}
+    return {name: np.stack([row_quantities[name] for row_quantities in each]) for name in each[0]}
 
 
 def _respond(stack: Stack, task: Task) -> Arrays:
-    """Return quantities over the frequencies of `task`, averaged over its bands if it has some."""
-    found = _averaged(stack, task)
+    """Return quantities over the frequencies of `task`, averaged over its bands if it has any."""
+    quantities = _averaged(stack, task)
     if task.reference is not None:
         bare = _averaged(task.reference, task)
-        found["insertion_loss"] = found["transmission_loss"] - bare["transmission_loss"]
-    return found
+        quantities["insertion_loss"] = quantities["transmission_loss"] - bare["transmission_loss"]
+    return quantities
 
 
 def _averaged(stack: Stack, task: Task) -> Arrays:
     values = _quantities(stack, task.frequency.ravel(), task)
-    found = {name: value for name, value in values.items() if value is not None}
+    quantities = {name: value for name, value in values.items() if value is not None}
     if task.frequency.ndim == 1:
-        return found
-    kept = {name: value for name, value in found.items() if not QUANTITIES[name].is_complex}
+        return quantities
+    kept = {name: value for name, value in quantities.items() if not QUANTITIES[name].is_complex}
     return {
         name: QUANTITIES[name].mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
         for name, value in kept.items()
@@ -119,24 +118,24 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
         field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
-    found = {
+    quantities = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
         "normalised_impedance": wave.surface_impedance / stack.ambient.gas.impedance,
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
-    return found if window is None else found | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+    return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
 
 
 def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict[str, NDArray[Any] | None]:
-    """Return what the size of a panel changes; impedance and coefficients stay those of an infinite one."""
+    """Return absorption and loss of a finite panel; impedance and coefficients stay those of an infinite one."""
     angle = np.deg2rad(wave.angle)
     wavenumber = 2 * np.pi * wave.frequency / sound_speed
     radiation = radiation_impedance(window, wavenumber, wavenumber * np.sin(angle))
-    found = {"absorption": finite_absorption(wave.reflection, radiation, np.cos(angle)), "transmission_loss": None}
+    changed = {"absorption": finite_absorption(wave.reflection, radiation, np.cos(angle)), "transmission_loss": None}
     if wave.transmission_loss is not None:
         power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation, np.cos(angle))
         with np.errstate(divide="ignore"):
-            found["transmission_loss"] = -10 * np.log10(power)
-    return found
+            changed["transmission_loss"] = -10 * np.log10(power)
+    return changed

@@ -20,7 +20,7 @@ _MOST_ROUNDS = 50
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How a field scatters.
+    """The distribution of a field's value.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Tolerance:
     centre : float or None
         None for the nominal value of the field.
     width : float
-        In SI, or a share of the nominal value where `relative`.
+        In SI, or as a fraction of the nominal value where `relative`.
     relative : bool
     """
 
@@ -39,19 +39,19 @@ class Tolerance:
     relative: bool = False
 
     def values(self, nominal: Any, standard: RealArray) -> Any:
-        """Return samples from those of the standard distribution: uniform in [-1, 1], or normal of variance 1."""
+        """Return samples from `standard` ones: uniform in [-1, 1], or normal with mean 0 and variance 1."""
         if self.relative:
             return nominal * (1 + self.width * standard)
         return (nominal if self.centre is None else self.centre) + self.width * standard
 
 
 def parse_tolerance(written: Any, field: Located) -> Tolerance:
-    """Return the tolerance that an input says of a field.
+    """Return the tolerance of a field from an input.
 
     Raises
     ------
     InputError
-        When it is none, or its unit does not fit the field.
+        When it is no tolerance, or its unit does not fit the field.
     """
     if field.value is None:
         raise InputError("a tolerance needs a nominal value, and this field is left to its default; write it out")
@@ -97,7 +97,7 @@ def _about_nominal(shape: Literal["uniform", "normal"], written: Any, unit: str)
 
 
 def _difference(written: str | float, unit: str) -> float:
-    """Return a difference in SI: one of 2 degC would be taken for 275.15 K."""
+    """Return a difference in SI; one of temperatures must be in K, since 2 degC would be read as 275.15 K."""
     if isinstance(written, str) and unit == "K" and not written.rstrip().endswith("K"):
         raise ValueError(f"{show(written)} is no difference of temperatures; write it in K, as '2 K'")
     return _finite(written, unit)
@@ -119,7 +119,7 @@ def _positive(width: float, otherwise: str) -> float:
 def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, seed: int) -> dict[str, Any]:
     """Return `samples` values of each field within its tolerance, independent of each other.
 
-    What a field's model refuses, such as a porosity above 1, is drawn again.
+    Values that the model refuses, such as a porosity above 1, are drawn again.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, se
         By path.
     samples : int
     seed : int
-        The same seed gives the same draws, whatever is computed from them where.
+        The same seed gives the same draws, wherever results are computed from them.
 
     Raises
     ------
@@ -156,11 +156,13 @@ def _draw(
     def standard(shape: str) -> RealArray:
         return rng.uniform(-1, 1, n) if shape == "uniform" else rng.standard_normal(n)
 
-    return {path: one.values(fields[path].value, standard(one.shape)) for path, one in tolerances.items()}
+    return {
+        path: tolerance.values(fields[path].value, standard(tolerance.shape)) for path, tolerance in tolerances.items()
+    }
 
 
 def _allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArray:
-    """Return which draws every model that holds such fields takes."""
+    """Return which draws are valid for every model that holds one of the fields."""
     n = len(next(iter(drawn.values())))
     good = np.ones(n, dtype=bool)
     for owner in {id(field.owner): field.owner for field in fields.values()}.values():

@@ -1,4 +1,4 @@
-"""Warnings of validity, collected where they arise: also in threads that compute side by side."""
+"""Collecting warnings of validity thread by thread, while several threads compute."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _here = threading.local()
 def collected_warnings() -> Iterator[list[str]]:
     """Give a list that takes the texts of every `ValidityWarning` of this thread, in place of showing them.
 
-    Of one inside another the inner takes them.
+    Where such contexts are nested, the inner one takes them.
     """
     before = getattr(_here, "texts", None)
     texts: list[str] = []
@@ -31,7 +31,7 @@ def collected_warnings() -> Iterator[list[str]]:
 
 
 class _State:
-    """Python's warnings belong to the whole process: who enters first sets them up, who leaves last restores them."""
+    """Python's filters of warnings, which all threads share: the first thread sets them, the last restores them."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""What layers, modulus laws, effects and inverse methods keep, for whoever writes one; no test framework is needed."""
+"""Checks of what layers, modulus laws, effects and inverse methods keep, for tests of plugins in any test framework."""
 
 from multilayer.testing.effects import check_effect
 from multilayer.testing.laws import check_law

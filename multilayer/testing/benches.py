@@ -1,4 +1,4 @@
-"""Small measurements without errors, on which the laws of effects are tried: a two-plate rig and a tube."""
+"""Small measurements without errors, on which the laws of effects are checked: a two-plate rig and a tube."""
 
 from __future__ import annotations
 

@@ -22,10 +22,10 @@ _SAME = 1e-10
 def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     """Check that an effect keeps the laws of a diagnosis.
 
-    Says what it is (name, law, what separates it, a source for its prior); parameters have priors and own names;
-    it vanishes as its parameters become small; it changes something at their usual size; responses stay finite; a batch
-    of parameters gives what each gives alone, over frequencies and configurations; nothing it is given is changed in
-    place.
+    The laws: it states its name, its law, what separates it and a source for its prior; parameters have priors and
+    distinct names; it vanishes as its parameters become small; it changes something at their usual size; responses stay
+    finite; a batch of parameters gives the same as single ones, over frequencies and configurations; its arguments are
+    not changed in place.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def _acts(effect: BaseEffect) -> Iterator[str]:
     if not _is_tried(effect):
         return
     usual = np.array([1.0 if parameter.prior.kind == "normal" else _USUAL for parameter in effect.parameters])
-    found = _logs(effect, usual)
-    if not np.all(np.isfinite(found)):
+    responses = _logs(effect, usual)
+    if not np.all(np.isfinite(responses)):
         yield "at its usual size the response is not finite"
-    elif not np.max(np.abs(found - _nominal(effect))) > 1e-6:
+    elif not np.max(np.abs(responses - _nominal(effect))) > 1e-6:
         yield "at its usual size it changes nothing"
 
 

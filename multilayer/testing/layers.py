@@ -23,6 +23,7 @@ from multilayer.matrix.families import Family
 from multilayer.matrix.wave import Wave
 from multilayer.response import plane_wave
 from multilayer.stack import Ambient, Stack
+from multilayer.testing.broken import broken_laws
 
 FREQUENCIES = (1.0, 31.0, 1e3, 9.7e3, 5e4)  # Hz
 ANGLES = (0.0, 30.0, 60.0, 85.0, 89.9)  # degrees
@@ -63,17 +64,17 @@ def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = 
 
     The laws: well-formed and finite face matrices; reciprocity; passivity, by the power at its two faces and by what
     it reflects and transmits; energy balance; composition (one layer equals two bonded parts, from a thousandth to
-    ten times its thickness); an infinitely thin layer is none; exactly normal incidence is the limit of small angles;
+    ten times its thickness); an infinitely thin layer has no effect; normal incidence is the limit of small angles;
     finite and continuous response near grazing; the azimuth makes no difference to a layer that is isotropic in its
     plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave does; arrays of
-    frequency, angle, azimuth and parameters give what single calls give; a stack file brings the same layer back.
+    frequency, angle, azimuth and parameters give the same as single calls; read from a stack file, it is the same.
 
     Parameters
     ----------
     layer : Layer
         The type must be registered (entry point ``multilayer.layers``, or `LAYERS.register`). A type with a field
-        ``thickness`` that is no homogeneous slab says so by the class attribute ``composes = False``, one that is not
-        isotropic in its plane by ``isotropic_in_plane = False``.
+        ``thickness`` that is no homogeneous slab must set the class attribute ``composes = False``, one that is not
+        isotropic in its plane ``isotropic_in_plane = False``.
     frequency : array
         Hz, one axis; narrow it for a layer that holds in a band only.
     lossless : bool
@@ -93,17 +94,9 @@ def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = 
     subject = _Subject(layer, np.asarray(frequency, dtype=float), lossless)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ValidityWarning)  # the laws hold outside a formula's range too
-        broken = [reason for law in _LAWS for reason in _run(law, subject)]
+        broken = broken_laws(_LAWS, subject)
     if broken:
         raise AssertionError("\n- ".join([f"a layer of type '{layer.type}' breaks these laws:", *broken]))
-
-
-def _run(law: Law, subject: _Subject) -> list[str]:
-    name = law.__name__.strip("_").replace("_", " ")
-    try:
-        return [f"{name}: {reason}" for reason in law(subject)]
-    except Exception as error:  # a layer under test may fail in any way; the other laws are still worth knowing
-        return [f"{name}: {type(error).__name__}: {error}"]
 
 
 def _well_formed_faces(subject: _Subject) -> Iterator[str]:
@@ -216,10 +209,14 @@ def _broadcasting(subject: _Subject) -> Iterator[str]:
         values = [value, 0.99 * value]
         several = _respond(stack.replaced({f"layers.0.{field}": np.reshape(values, (2, 1, 1))}), subject)
         for i, sample in enumerate(values):
-            one = _respond(stack.replaced({f"layers.0.{field}": sample}), subject)
-            picked = np.broadcast_to(several, (2, 2, *one.shape[1:]))[:, i] if several.ndim > one.ndim else several
+            single_sample = _respond(stack.replaced({f"layers.0.{field}": sample}), subject)
+            picked = (
+                np.broadcast_to(several, (2, 2, *single_sample.shape[1:]))[:, i]
+                if several.ndim > single_sample.ndim
+                else several
+            )
             what = f"an array and single numbers of {field} differ by"
-            yield from _exceeding(_difference(picked, one), _SAMPLES_DIFFERENT, what, subject)
+            yield from _exceeding(_difference(picked, single_sample), _SAMPLES_DIFFERENT, what, subject)
 
 
 def _yaml_round_trip(subject: _Subject) -> Iterator[str]:

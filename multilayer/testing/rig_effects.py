@@ -1,4 +1,4 @@
-"""What every effect of the virtual rig keeps to: `check_rig_effect`."""
+"""The laws that every effect of the virtual rig keeps: `check_rig_effect`."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from multilayer.rig.effect_base import PERTURBED, Effect
 from multilayer.rig.effects import EFFECTS
 from multilayer.rig.file import RigFile
 from multilayer.rig.two_plate import TwoPlateRig
+from multilayer.testing.broken import broken_laws
 from multilayer.units import field_unit
 
 _PERTURBATIONS = (-0.5, 0.0, 0.3)
@@ -35,11 +36,11 @@ _RIG = {
 def check_rig_effect(kind: type[Effect]) -> None:
     """Check that an effect of the virtual rig can be listed in a file, drawn for a blind check, and documented.
 
-    Its docstring says its law, and behind ``Perturbed:`` what a perturbation makes of that; all fields have defaults,
-    and numbers a unit; with any perturbation it makes a rig that the finite elements take, a passive modulus and a
-    finite reading that is affine in top over base, in another process too; it changes nothing in place; it comes back
-    from a file; a diagnosis has an effect of its name exactly if it is `known`; sizes that are drawn are allowed, and
-    sizes that the prior of the diagnosis' parameter thinks of.
+    The laws: its docstring states its law, and behind ``Perturbed:`` the law with a perturbation; all fields have
+    defaults, and numbers a unit; with any perturbation it makes a valid rig, a passive modulus and a finite reading
+    that is affine in top over base, in another process too; it changes nothing in place; read from a file, it is the
+    same; diagnoses have an effect of its name if it is `known`; drawn sizes are allowed, and not improbable by the
+    prior of the diagnosis's parameter.
 
     Parameters
     ----------
@@ -56,12 +57,7 @@ def check_rig_effect(kind: type[Effect]) -> None:
     >>> from multilayer.rig.effects.channel_gain import ChannelGain
     >>> check_rig_effect(ChannelGain)
     """
-    broken = []
-    for law in _LAWS:
-        try:
-            broken += [f"{law.__name__.strip('_').replace('_', ' ')}: {text}" for text in law(kind)]
-        except Exception as error:  # an effect under test may fail in any way; the other laws are still worth knowing
-            broken.append(f"{law.__name__.strip('_').replace('_', ' ')}: {type(error).__name__}: {error}")
+    broken = broken_laws(_LAWS, kind)
     assert not broken, "\n".join(broken)
 
 

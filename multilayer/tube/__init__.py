@@ -1,1 +1,1 @@
-"""Raw data of impedance tubes: files that describe them, and what follows for the sample."""
+"""Raw data of impedance tubes: files that describe them, and their evaluation by ISO 10534-2 and ASTM E2611."""

@@ -27,7 +27,7 @@ class Transfer:
     functions : complex array, shape (n_microphones, n)
         Pressure at each microphone over a common reference.
     coherence : array, shape (n,) or None
-        The least of all microphones; None where it is not known.
+        The lowest of all microphones'; None where it is not known.
     """
 
     file: Path
@@ -37,13 +37,13 @@ class Transfer:
 
 
 def read_transfer(source: Source, folder: Path, n_microphones: int) -> Transfer:
-    """Read a source.
+    """Read the transfer functions of one measurement.
 
     Parameters
     ----------
     source : Source
     folder : Path
-        That its files are relative to.
+        To which its files are relative.
     n_microphones : int
         2 or 4.
 

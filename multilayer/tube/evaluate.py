@@ -38,7 +38,7 @@ Spectra = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class TubeResult:
-    """What a tube says of its sample.
+    """Evaluated measurements of a tube.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ class TubeResult:
     working_range : Range
         Hz.
     n_outside : int
-        Frequencies measured, and wanted, that lie outside of the working range: left out, or kept if the file says so.
+        Number of frequencies, measured and wanted, outside of the working range: left out, or kept if the file says so.
     spectra : mapping
-        By name of the file that holds them, quantities as in `simulation.quantities`: ``tube`` (the sample in front of
-        the tube's own end, or with gas on both sides), ``rigid_backed`` (of four microphones).
+        Quantities as in `simulation.quantities`, by name of the CSV file that takes them: ``tube`` (the sample in front
+        of the tube's end, or with gas on both sides), ``rigid_backed`` (of four microphones).
     matrix : TransferMatrix or None
         Of four microphones.
     coherence : array, shape (n,) or None
@@ -75,14 +75,14 @@ class TubeResult:
         """Return CSV files by name, which `simulate`, `compare`, `fit` and `diagnose` take as measured data."""
         head = {"frequency_hz": self.frequency, "in_range": self.in_range}
         more = {} if self.coherence is None else {"coherence": self.coherence}
-        found = {f"{name}.csv": _csv({**head, **columns_of(dict(s)), **more}) for name, s in self.spectra.items()}
+        files = {f"{name}.csv": _csv({**head, **columns_of(dict(s)), **more}) for name, s in self.spectra.items()}
         if self.matrix is not None:
             parts = {f"{n}_{p}": getattr(v, q) for n, v in self.matrix._asdict().items() for p, q in _PARTS.items()}
-            found["transfer_matrix.csv"] = _csv({**head, **parts})
-        return found
+            files["transfer_matrix.csv"] = _csv({**head, **parts})
+        return files
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON: what the tables hold, column by column."""
+        """Return plain data for JSON: the columns of the tables."""
         return {
             "version": 1,
             "name": self.name,
@@ -106,7 +106,7 @@ def _csv(columns: Mapping[str, NDArray[Any]]) -> str:
 
 
 def evaluate(source: Path) -> TubeResult:
-    """Return what the measurements of a tube file say.
+    """Evaluate the measurements of a tube file.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def evaluate(source: Path) -> TubeResult:
 
 
 def name_of(source: Path) -> str:
-    """Return the name of a measurement: of its folder where the file is called as by default."""
+    """Return the name of a measurement: that of its file, or of the folder of a ``tube.yaml``."""
     file = tube_file(source).resolve()
     return file.parent.name if file.name == FILE_NAME else file.stem
 
@@ -147,19 +147,19 @@ def _working_range(file: TubeFile, spacings: tuple[float, ...], *, e2611: bool) 
     c = file.ambient.gas.sound_speed
     ranges = [spacing_range(c, spacing, e2611=e2611) for spacing in spacings]
     plane = cut_off(c, file.tube.widest, rectangular=file.tube.diameter is None)
-    return Range(max(one.low for one in ranges), min(plane, *(one.high for one in ranges)))
+    return Range(max(working.low for working in ranges), min(plane, *(working.high for working in ranges)))
 
 
 def _kept(file: TubeFile, path: Path, frequency: RealArray, working: Range) -> tuple[BoolArray, int]:
-    """Return which frequencies are evaluated, and how many of those wanted lie outside of the working range."""
+    """Return which frequencies are evaluated, and how many of the wanted ones lie outside of the working range."""
     wanted = (frequency >= (file.start or 0.0)) & (frequency <= (file.to or np.inf))
     inside = (frequency >= working.low) & (frequency <= working.high)
     kept = wanted if file.keep_outside else wanted & inside
     if not kept.any():
         band = f"{working.low:.4g} to {working.high:.4g} Hz"
-        said = f"there are frequencies from {frequency.min():.4g} to {frequency.max():.4g} Hz"
+        measured = f"there are frequencies from {frequency.min():.4g} to {frequency.max():.4g} Hz"
         message = (
-            f"no frequency is left to evaluate: {said}, and this tube works from {band}; check spacing and diameter"
+            f"no frequency is left to evaluate: {measured}, and this tube works from {band}; check spacing and diameter"
         )
         raise InputError(Problem(message, file=path))
     return kept, int(np.sum(wanted & ~inside))

@@ -1,4 +1,4 @@
-"""What a tube file says: the tube, its microphones, and where the raw data stand; format version 1."""
+"""The tube file: the tube, its microphones, and the files of raw data; format version 1."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Source(Model):
 
 
 class Section(Model):
-    """The tube's cross section, and what waves lose along it.
+    """The tube's cross section, and the attenuation of waves along it.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Section(Model):
 
 
 class TubeFile(Model):
-    """What both methods share.
+    """Fields that both methods share.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class TwoMicrophones(TubeFile):
         From the sample's face to the nearer microphone, m.
     measurement : Source
     exchanged : Source, optional
-        The same with the microphones in each other's place.
+        The same measurement with the two microphones exchanged.
     calibration : Switched, optional
         In place of `exchanged`.
     """
@@ -188,20 +188,8 @@ _MODELS: dict[Any, type[TwoMicrophones] | type[FourMicrophones]] = {
 
 
 def tube_file(source: Path) -> Path:
-    """Return the tube file that is meant: the source itself, or the one that a folder holds."""
+    """Return the path of a tube file: the source itself, or the ``tube.yaml`` of a folder."""
     return source / FILE_NAME if source.is_dir() else source
-
-
-def is_tube(source: Path) -> bool:
-    """Tell whether a file, or the ``tube.yaml`` of a folder, is a tube file."""
-    file = tube_file(source)
-    if file.suffix not in (".yaml", ".yml") or not file.is_file():
-        return False
-    try:
-        data = read_yaml(file, keep_problems=True).data
-    except InputError:
-        return False  # told by whoever reads it next
-    return isinstance(data, dict) and "tube" in data and "method" in data
 
 
 def load_tube(path: Path) -> TwoMicrophones | FourMicrophones:

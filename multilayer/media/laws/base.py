@@ -1,4 +1,4 @@
-"""What every modulus law is: its base class, what a fit must know of it, and the registry."""
+"""Base class of modulus laws, with the bounds that fits need, and the registry of laws."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Limit:
     Attributes
     ----------
     powers : mapping
-        Exponent by field; of several free ones a fit replaces the last by its distance from the bound.
+        Exponent by field; a fit replaces the last free field by the product's distance from the bound.
     message : str
-        What a user reads who exceeds it.
+        For a user who exceeds it.
     """
 
     powers: Mapping[str, int]
@@ -38,19 +38,19 @@ class Limit:
 class ModulusLaw(Model):
     """A modulus law: subclass it, give ``law`` a `Literal` name, and define `__call__`.
 
-    Time exp(+i w t): a passive law has Re(E) > 0 and Im(E) >= 0 at every positive frequency, and the answer to real
-    strains is real, ``E(-f) = conj E(f)``.
+    Time exp(+i w t): a passive law has Re(E) > 0 and Im(E) >= 0 at every positive frequency, and the stress of a real
+    strain is real, ``E(-f) = conj E(f)``.
 
     Attributes
     ----------
     causal : bool
-        Whether E1 and E2 obey the Kramers-Kronig relations, so that stress never precedes strain. Say so where not.
+        Whether E1 and E2 obey the Kramers-Kronig relations, so that stress never precedes strain.
     limits : tuple of Limit
-        Bounds that tie fields together; inputs are held to them, and so are fits.
+        Bounds that tie fields together, for inputs and fits.
     grid : tuple of str
-        Fields that lay out the law along frequency, which a fit takes as given.
+        Fields with the frequencies of the law's elements, which a fit keeps.
     examples : tuple of mapping
-        Fields of typical ones, on which a plugin's law is tried.
+        Fields of typical laws, for tests of a plugin's law.
     """
 
     causal: ClassVar[bool] = True
@@ -69,7 +69,7 @@ class ModulusLaw(Model):
 
     @classmethod
     def spread(cls, elements: int, low: float, high: float) -> Self:
-        """Return a law of so many alike elements, moduli of order 1 Pa, spread over the band of some data for a fit.
+        """Return a law of equal elements, moduli of order 1 Pa, spread over the band of the data, to start a fit.
 
         Parameters
         ----------

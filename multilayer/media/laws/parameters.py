@@ -1,4 +1,4 @@
-"""The parameters of a law as a box of numbers, for fits: logarithms, held within the passive range."""
+"""The parameters of a law as numbers for a fit: logarithms within bounds, such that every point is a passive law."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class _Unknown:
-    """A number sought: a field, or entry `index` of one, with its bounds as natural logarithms."""
+    """A free parameter: a field, or entry `index` of one, with its bounds as natural logarithms."""
 
     field: str
     index: int | None
@@ -37,7 +37,7 @@ class _Unknown:
 
 @dataclass(frozen=True)
 class _Tie:
-    """A `Limit`: the logarithm of its product is ``known + powers . logs``; it is sought instead of unknown `last`."""
+    """A `Limit`: the logarithm of its product is ``known + powers . logs``; it replaces the parameter `last`."""
 
     last: int
     powers: RealArray
@@ -53,18 +53,18 @@ class _Tie:
 
 @dataclass(frozen=True)
 class LawSpace:
-    """The unknowns of a law as a box of numbers z: logarithms of parameters, or of the products of its limits.
+    """The unknowns of a law as a vector z within bounds: logarithms of parameters, or of the products of its limits.
 
     Attributes
     ----------
     template : ModulusLaw
-        A law with as many elements as sought.
+        A law with as many elements as the fitted one.
     known : mapping
-        Fields that are not sought.
+        Values of the fields that are not fitted.
     unknowns, ties : tuple
-        What is sought, and what ties it together.
+        The free parameters, and the limits that tie them together.
     low, high : array, shape (n,)
-        The box.
+        Bounds of z.
     """
 
     template: ModulusLaw
@@ -78,12 +78,12 @@ class LawSpace:
     def of(
         cls, template: ModulusLaw, fixed: Mapping[str, Any], bounds: Bounds, f: RealArray, e: ComplexArray
     ) -> LawSpace:
-        """Return the space for data `f` (Hz) and `e` (Pa): fields are sought that are neither `fixed` nor a grid.
+        """Return the space for data `f` (Hz) and `e` (Pa); fields are free unless they are `fixed` or a grid.
 
         Raises
         ------
         InputError
-            For unknown fields, bounds that are none, or more unknowns than data.
+            For unknown fields, bounds that are not in order, or more unknowns than data.
         """
         fields = [name for name in type(template).model_fields if name != "law"]
         for name in (*fixed, *bounds):
@@ -111,7 +111,7 @@ class LawSpace:
 
     @property
     def coordinates(self) -> list[str]:
-        """What each entry of z is the logarithm of: an unknown, or a product as ``relaxed_modulus/order^2``."""
+        """The quantity whose logarithm each entry of z is: an unknown, or a product as ``relaxed_modulus/order^2``."""
         products = {tie.last: tie.product for tie in self.ties}
         return [products.get(index, name) for index, name in enumerate(self.names)]
 
@@ -162,20 +162,20 @@ class LawSpace:
         return np.asarray(self.low + (cells + rng.random(cells.shape)) / count * (self.high - self.low))
 
     def on_bound(self, z: RealArray) -> BoolArray:
-        """Return which unknowns lie on a bound, of the box or of their own."""
+        """Return which unknowns lie on a bound, of z or of the parameter itself."""
         y, low, high = self.logs(z), *np.array([(u.low, u.high) for u in self.unknowns]).T
         of_box = np.minimum(z - self.low, self.high - z) < _ON_BOUND * (self.high - self.low)
         return np.asarray(of_box | (np.minimum(y - low, high - y) < _ON_BOUND * (high - low)))
 
 
 def _parsed(kind: type[ModulusLaw], fixed: Mapping[str, Any]) -> dict[str, Any]:
-    """Return fields as an input would have them, each checked by itself."""
+    """Return the values of fields as an input would give them, each validated alone."""
     fields: dict[str, Any] = {name: (kind.model_fields[name].annotation, kind.model_fields[name]) for name in fixed}
     try:
         return dict(create_model("Fixed", __base__=Model, **fields).model_validate(dict(fixed)))
     except ValidationError as error:
-        told = (f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors())
-        raise InputError(list(told)) from None
+        messages = (f"{'.'.join(map(str, item['loc']))}: {item['msg']}" for item in error.errors())
+        raise InputError(list(messages)) from None
 
 
 def _plain(value: Any) -> Any:
@@ -183,10 +183,10 @@ def _plain(value: Any) -> Any:
 
 
 def _annotation(template: ModulusLaw, name: str) -> list[Any]:
-    """Return what is said of a field, or of an entry of a list: its unit and its bounds."""
+    """Return the annotations of a field, or of the entries of a list: unit and bounds."""
     info = type(template).model_fields[name]
-    said = [*info.metadata, *(part for item in get_args(info.annotation)[:1] for part in item.__metadata__)]
-    return [part for item in said for part in (item.metadata if isinstance(item, FieldInfo) else [item])]
+    annotations = [*info.metadata, *(part for item in get_args(info.annotation)[:1] for part in item.__metadata__)]
+    return [part for item in annotations for part in (item.metadata if isinstance(item, FieldInfo) else [item])]
 
 
 def _unit(template: ModulusLaw, name: str) -> str:
@@ -194,7 +194,7 @@ def _unit(template: ModulusLaw, name: str) -> str:
 
 
 def _ranges(f: RealArray, e: ComplexArray) -> dict[str, tuple[float, float]]:
-    """Return where a quantity of some unit is sought."""
+    """Return the default bounds of free parameters by unit, from the moduli and frequencies of the data."""
     size, omega = np.abs(e), 2 * np.pi * f
     return {
         "Pa": (size.min() / _WIDE, size.max() * _WIDE),
@@ -242,12 +242,12 @@ def _product(powers: Mapping[str, float]) -> str:
 
 
 def _least(low: RealArray, high: RealArray, tie: _Tie) -> RealArray:
-    """Return the least that each unknown can add to a tie."""
+    """Return the smallest contribution of each unknown to a tie."""
     return np.minimum(tie.powers * low, tie.powers * high)
 
 
 def _tighten(low: RealArray, high: RealArray, tie: _Tie) -> None:
-    """Narrow the bounds of a tie's unknowns to what the bounds of the others leave passive."""
+    """Narrow the bounds of a tie's unknowns to values for which the others can still keep the limit."""
     least = _least(low, high, tie)
     if least.sum() + tie.known > 0:
         raise InputError(f"{tie.message}: the bounds and fixed values leave no such law")

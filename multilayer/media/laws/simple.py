@@ -1,4 +1,8 @@
-"""Laws of one spring: constant, with losses that do not depend on frequency, or beside a dashpot."""
+"""Laws of one spring: constant, with losses that do not depend on frequency, or beside a dashpot.
+
+Constant losses: S. H. Crandall, J. Sound Vib. 11 (1970) 3-18; spring and dashpot: N. W. Tschoegl, The Phenomenological
+Theory of Linear Viscoelastic Behavior, Springer 1989, ch. 3.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from multilayer.units import Pressure, Ratio, Viscosity
 
 
 def _imaginary(frequency: ArrayLike) -> ComplexArray:
-    """Return i sgn(f): a loss that is the same at all frequencies must change sign with them to be one."""
+    """Return i sgn(f): the imaginary part is odd in frequency, else the stress of a real strain would be complex."""
     return np.asarray(1j * np.copysign(1.0, frequency))
 
 

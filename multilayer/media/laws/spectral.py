@@ -13,7 +13,7 @@ from multilayer.media.laws.base import LossModulus, ModulusLaw
 from multilayer.media.laws.relaxing import relaxation
 from multilayer.units import Duration, Frequency, Pressure
 
-_MARGIN = 10.0  # what relaxes a decade outside the data still shows in them
+_MARGIN = 10.0  # relaxations up to a decade outside the data still show in them
 
 
 class Maxwell(ModulusLaw):

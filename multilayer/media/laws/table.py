@@ -20,7 +20,7 @@ from multilayer.units import Frequency, Pressure
 class Table(ModulusLaw):
     """E1 and E2 from a table, linear in the logarithm of frequency; no extrapolation.
 
-    As causal as what stands in it (`kramers_kronig.check_kramers_kronig`).
+    It is as causal as its values are (`kramers_kronig.check_kramers_kronig`).
 
     In an input, `file` may name a CSV file (beside the YAML file) with the columns frequency (Hz), E1, E2 (Pa);
     its values then stand in the fields.
@@ -35,12 +35,12 @@ class Table(ModulusLaw):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        found = handler(core)
-        schema = handler.resolve_ref_schema(found)
+        reference = handler(core)
+        schema = handler.resolve_ref_schema(reference)
         columns = [name for name in schema.pop("required") if name != "law"]
         schema["properties"]["file"] = {"type": "string", "description": "A CSV file with the three columns."}
         schema["oneOf"] = [{"required": ["file"]}, {"required": columns}]
-        return found
+        return reference
 
     @model_validator(mode="before")
     @classmethod

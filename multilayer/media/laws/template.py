@@ -1,4 +1,4 @@
-"""Laws to start a fit from: of the right shape, with values that say nothing yet."""
+"""Laws to start a fit from: of the right type and number of elements, with arbitrary values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,22 @@ from multilayer.media.laws import LAWS, ModulusLaw, Table
 
 
 def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None, f: RealArray) -> ModulusLaw:
-    """Return a law of the right shape; its values are a first guess at best."""
+    """Return a law to start a fit from.
+
+    Parameters
+    ----------
+    law : str, type or ModulusLaw
+        A name in `LAWS`, a class, or a law, which is returned as it is.
+    elements : int or None
+        Number of elements; None for laws without lists.
+    f : array
+        Frequencies of the data, Hz, over which the elements are spread.
+
+    Raises
+    ------
+    InputError
+        For a table, and for a law with lists of elements but no number of them.
+    """
     kind = LAWS[law] if isinstance(law, str) else law if isinstance(law, type) else type(law)
     if issubclass(kind, Table):
         raise InputError("a table is data, not a law with parameters; fit another law")

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import PlainSerializer, PlainValidator, ValidationError, ValidationInfo
-from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import show, suggest
 from multilayer.json_schema import Written, by_name
+from multilayer.models import mistake
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.rig.effect_base import Effect
 
@@ -21,22 +21,21 @@ def _parse(value: Any, info: ValidationInfo) -> Effect:
         return value
     if not isinstance(value, Mapping):
         hint = f"write {{effect: {value}}}" if value in EFFECTS else "write {effect: NAME, ...}"
-        raise _refused("effect", f"must be a mapping of fields, not {show(value)}; {hint}", ())
+        raise _refused(f"must be a mapping of fields, not {show(value)}; {hint}", ())
     name = value.get("effect")
     if name is None:
-        raise _refused("effect", f"has no 'effect'; allowed: {', '.join(EFFECTS.names())}", ())
+        raise _refused(f"has no 'effect'; allowed: {', '.join(EFFECTS.names())}", ())
     if name not in EFFECTS:
-        raise _refused("effect", f"there is no effect {show(name)}; {suggest(str(name), EFFECTS.names())}", ("effect",))
+        raise _refused(f"there is no effect {show(name)}; {suggest(str(name), EFFECTS.names())}", ("effect",))
     try:
         kind = EFFECTS[str(name)]
     except RegistryError as error:
-        raise _refused("effect", str(error), ("effect",)) from None
+        raise _refused(str(error), ("effect",)) from None
     return kind.model_validate(dict(value), context=info.context)
 
 
-def _refused(title: str, reason: str, path: tuple[str, ...]) -> ValidationError:
-    error = PydanticCustomError("effect", "{reason}", {"reason": reason})
-    return ValidationError.from_exception_data(title, [InitErrorDetails(type=error, loc=path, input=None)])
+def _refused(reason: str, path: tuple[str, ...]) -> ValidationError:
+    return ValidationError.from_exception_data("effect", [mistake("effect", path, reason, None)])
 
 
 EffectField = Annotated[

@@ -28,6 +28,6 @@ class CableResonance(Effect):
     drawn = Size("depth", 0.01, 0.5)
 
     def apply_to_response(self, frequency: RealArray, ratio: ComplexArray, mounting: Mounting) -> ComplexArray:
-        own = self.frequency * (1 + self.perturbation * mounting.index / max(mounting.count - 1, 1))
-        undamped, loss = own**2 - frequency**2, 1j * self.loss_factor * own * frequency
+        natural = self.frequency * (1 + self.perturbation * mounting.index / max(mounting.count - 1, 1))
+        undamped, loss = natural**2 - frequency**2, 1j * self.loss_factor * natural * frequency
         return np.asarray(ratio * (undamped + (1 - self.depth) * loss) / (undamped + loss))

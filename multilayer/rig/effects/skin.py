@@ -47,8 +47,8 @@ class Skin(Effect):
     drawn = Size("ratio", 1.2, 10.0, parameter="ratio")
 
     def _skin(self, specimen: SpecimenSettings) -> SkinSettings:
-        own = specimen.skin or SkinSettings(thickness=1e-3, ratio=3.0)
-        return SkinSettings(thickness=self.thickness or own.thickness, ratio=self.ratio or own.ratio)
+        usual = specimen.skin or SkinSettings(thickness=1e-3, ratio=3.0)
+        return SkinSettings(thickness=self.thickness or usual.thickness, ratio=self.ratio or usual.ratio)
 
     def parameters(self, specimen: SpecimenSettings) -> dict[str, Any]:
         return self._skin(specimen).model_dump()
