@@ -55,11 +55,11 @@ def _draw_bursts(fit: FitRun, result: FitResult) -> Files:
     if any(burst.time.size for burst in result.bursts):
         page = fit_html(result, job.campaign, job.settings, fit.inputs)
         return {"report.html": page, **fit_figures(result, job.campaign, job.settings)}
-    found = replace(result, bursts=[burst for burst in result.bursts if np.isfinite(burst.storage_modulus)])
-    if not found.bursts:
+    known = replace(result, bursts=[burst for burst in result.bursts if np.isfinite(burst.storage_modulus)])
+    if not known.bursts:
         return {}
     with figure_style():
-        return {"moduli.png": png(draw_moduli(found, job.settings)), "gross_check.png": png(draw_gross_check(found))}
+        return {"moduli.png": png(draw_moduli(known, job.settings)), "gross_check.png": png(draw_gross_check(known))}
 
 
 def _draw_joint(fit: FitRun, result: Any) -> Files:
