@@ -103,7 +103,7 @@ def _list(as_json: bool) -> None:
     from multilayer.fits.methods import METHODS
     from multilayer.json_text import json_text
 
-    found = [
+    listed = [
         {
             "method": name,
             "summary": kind.summary,
@@ -113,8 +113,8 @@ def _list(as_json: bool) -> None:
         for name, kind in METHODS.working()
     ]
     if as_json:
-        typer.echo(json_text(found), nl=False)
+        typer.echo(json_text(listed), nl=False)
         return
-    for one in found:
-        typer.echo(f"{one['method']:20}{one['summary']}")
-        typer.echo(f"{'':20}of a {TITLES[str(one['reads'])]}; {', '.join(one['options']) or 'no options'}")
+    for entry in listed:
+        typer.echo(f"{entry['method']:20}{entry['summary']}")
+        typer.echo(f"{'':20}of a {TITLES[str(entry['reads'])]}; {', '.join(entry['options']) or 'no options'}")

@@ -73,13 +73,14 @@ class FitTask:
 
     def _of_stacks(self, source: Source) -> Method[StackJob]:
         """Return the method for a file about stacks, with its options."""
-        taken = self.method is not None and self.method in METHODS and METHODS[self.method].reads == "stack-fit"
-        kind = METHODS[self.method if self.method is not None and taken else STACKS]
-        others = {name: value for name, value in self.options.items() if name not in kind.options()}
-        for option, value in {"method": self.method and not taken, "joint": self.joint, **others}.items():
-            if value:
-                text = f"--{option} is of the fit of a campaign; {source.path} is a stack-fit file: leave it out"
-                raise InputError(text)
+        name = self.method or STACKS
+        fits_stacks = name in METHODS and METHODS[name].reads == "stack-fit"
+        kind = METHODS[name if fits_stacks else STACKS]
+        wrong = [*([] if fits_stacks else ["method"]), *(["joint"] if self.joint else [])]
+        wrong += [option for option in self.options if option not in kind.options()]
+        if wrong:
+            text = f"--{wrong[0]} is of the fit of a campaign; {source.path} is a stack-fit file: leave it out"
+            raise InputError(text)
         return kind.with_options(self.options)
 
     def _of_campaign(self, kind: type[Method[Any]]) -> Method[FitJob]:
@@ -87,9 +88,7 @@ class FitTask:
         for name in self.options:
             if name not in kind.options():
                 takers = [other for other, method in METHODS.working() if name in method.options()]
-                remedy = "choose one of them with --method" if len(takers) > 1 else f"add --method {takers[0]}"
-                if set(takers) <= {JOINT, STACKS}:
-                    remedy = "add --joint"
+                remedy = "add --joint" if set(takers) <= {JOINT, STACKS} else "choose another --method"
                 text = f"--{name} is of {' and '.join(takers)}, not of {kind.name}"
                 raise InputError(f"{text}; {remedy}, or leave it out")
         return kind.with_options(self.options)

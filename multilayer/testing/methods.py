@@ -76,12 +76,12 @@ def _finds_the_truth(_: CampaignMethod, result: FitResult, tolerance: float) -> 
     if not any(burst.accepted for burst in result.bursts):
         yield "it accepts no modulus of a campaign without any difficulty"
     for burst in result.bursts:
-        found, truth = complex(burst.storage_modulus, burst.loss_modulus), complex(true_modulus(burst.frequency))
+        given, truth = complex(burst.storage_modulus, burst.loss_modulus), complex(true_modulus(burst.frequency))
         place = f"{burst.configuration} {burst.frequency:g} Hz"
         if not burst.accepted and not burst.reason:
             yield f"{place}: not accepted, and no reason is told"
-        if burst.accepted and not abs(found - truth) <= tolerance * abs(truth):
-            yield f"{place}: {found:.4g} Pa are accepted; the truth is {truth:.4g} Pa"
+        if burst.accepted and not abs(given - truth) <= tolerance * abs(truth):
+            yield f"{place}: {given:.4g} Pa are accepted; the truth is {truth:.4g} Pa"
 
 
 def _can_be_written(_: CampaignMethod, result: FitResult, __: float) -> Iterator[str]:

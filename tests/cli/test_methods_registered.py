@@ -91,9 +91,15 @@ class TestOptions:
         [
             (("--law", "zener"), "--law is of joint, not of least-squares; add --joint, or leave it out"),
             (("--elements", "3"), "--elements is of joint, not of least-squares; add --joint, or leave it out"),
-            (("--lateral", "held"), "--lateral is of transfer-function, not of least-squares; add --method transfer-"),
+            (
+                ("--lateral", "held"),
+                "--lateral is of transfer-function, not of least-squares; choose another --method, or",
+            ),
             (("--method", "transfer-function", "--lateral", "hold"), "--lateral: there is no 'hold'; did you mean"),
-            (("--method", "transfer-function", "--model", "finite"), "choose one of them with --method, or leave it"),
+            (
+                ("--method", "transfer-function", "--model", "finite"),
+                "not of transfer-function; choose another --method",
+            ),
             (("--method", "transfer-function", "--joint"), "--joint and --method transfer-function are two methods"),
             (("--method", "stacks"), "--method: 'stacks' fits no campaigns, but what a stack-fit file says"),
             (("--method", "nelder-mead", "--model", "finite"), "--method: nelder-mead is the paper's method with"),

@@ -139,7 +139,7 @@ class QuasiStatic(CampaignMethod):
             ]
         slow = _slow_bursts(job)
         if (nu := job.campaign.specimen.poisson_ratio) >= 0:
-            bursts += [_of_slow(c, stiffness, nu) for c, found in slow for stiffness in found]
+            bursts += [_of_slow(c, stiffness, nu) for c, stiffnesses in slow for stiffness in stiffnesses]
         notes = _of_two_shapes(slow, job.campaign.uncertainty)
         if not bursts and not notes:
             raise InputError("no quasi_static values in a fit file, and no burst below a tenth of the resonance")
@@ -148,30 +148,30 @@ class QuasiStatic(CampaignMethod):
 
 def _slow_bursts(job: FitJob) -> list[tuple[Configuration, list[BurstStiffness]]]:
     """Return the stiffnesses that bursts far below the resonance show, by configuration."""
-    campaign, found = job.campaign, []
+    campaign, slow = job.campaign, []
     for configuration in campaign.configurations:
         area = np.pi * configuration.specimen_radius**2
         top = area * configuration.top_plate_thickness * campaign.top_plate.density
         sample = area * configuration.specimen_thickness * campaign.specimen.density
         measured = [measure(b, campaign.uncertainty) for b in job.bursts if b.configuration == configuration.name]
         shown = [burst_stiffness(m, top, sample) for m in measured]
-        found.append((configuration, [s for s in shown if s.quasi_static and s.stiffness.real > 0]))
-    return found
+        slow.append((configuration, [s for s in shown if s.quasi_static and s.stiffness.real > 0]))
+    return slow
 
 
 def _of_two_shapes(slow: Sequence[tuple[Configuration, list[BurstStiffness]]], known: Uncertainty) -> list[str]:
     """Return what pairs of configurations of different shape say of Poisson's ratio."""
-    discs = {configuration.name: _disc(configuration, found[0], known) for configuration, found in slow if found}
+    discs = {configuration.name: _disc(configuration, bursts[0], known) for configuration, bursts in slow if bursts}
     told = []
     for (first, disc), (second, other) in combinations(discs.items(), 2):
         pair = f"{first} and {second}, quasi-static"
         try:
-            found = two_shapes(disc, other)
+            shapes = two_shapes(disc, other)
         except InputError as problem:
             told.append(f"{pair}: {problem}")
             continue
-        text = f"nu = {found.poisson_ratio:.3f} ± {found.poisson_ratio_std:.3f}, E1 = {found.young_modulus.real:.4g}"
-        told.append("; ".join([f"{pair}: {text} Pa", *found.remarks]))
+        text = f"nu = {shapes.poisson_ratio:.3f} ± {shapes.poisson_ratio_std:.3f}, E1 = {shapes.young_modulus.real:.4g}"
+        told.append("; ".join([f"{pair}: {text} Pa", *shapes.remarks]))
     return told
 
 

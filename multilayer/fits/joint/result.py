@@ -96,11 +96,11 @@ class JointFit(FitResult):
         z, covariance = self.best.z, self.best.covariance
         logs, slopes = central(lambda points: space.logs(self.problem.law_coordinates(points)), z)
         spread = np.sqrt(np.einsum("ki,ij,kj->k", slopes, covariance, slopes))
-        found = {name: (float(v), float(v * s)) for name, v, s in zip(space.names, np.exp(logs), spread, strict=True)}
+        values = {name: (float(v), float(v * s)) for name, v, s in zip(space.names, np.exp(logs), spread, strict=True)}
         for i, parameter in enumerate(self.problem.nuisances.parameters, start=n):
             size = parameter.prior.normal[1] if parameter.prior.normal else 1.0
-            found[parameter.name] = (size * float(z[i]), size * float(np.sqrt(covariance[i, i])))
-        return found
+            values[parameter.name] = (size * float(z[i]), size * float(np.sqrt(covariance[i, i])))
+        return values
 
     def discrepancies(self) -> dict[str, tuple[RealArray, RealArray, RealArray]]:
         """Return frequency (Hz), time of flight (s) and level (dB), measured minus modelled, by configuration."""
@@ -183,23 +183,23 @@ class JointFit(FitResult):
     @property
     def remark_on_laws(self) -> str:
         """What the moduli's bands hold besides the law's own; empty where there is nothing to say."""
-        said = []
+        sentences = []
         rows = self.laws.rows()
         if len(rows) > 1 and rows[0].probability < _DECIDED:
-            told = ", ".join(f"{row.law} {row.probability:.2g}" for row in rows if row.probability > _WORTH_TELLING)
-            said.append(f"the data do not decide between the laws ({told}); the bands hold what they leave open")
+            listed = ", ".join(f"{row.law} {row.probability:.2g}" for row in rows if row.probability > _WORTH_TELLING)
+            sentences.append(f"the data do not decide between the laws ({listed}); the bands hold what they leave open")
         if self.laws.departs() > _DECIDED and self.laws.widening == 1:
             other = "" if len(rows) > 1 else ", or find a better one with --law auto"
-            said.append(
+            sentences.append(
                 f"the material departs from {rows[0].law}, its loss factor by about {100 * rows[0].deviation:.2g} %: "
                 f"the bands of the moduli hold that, the law's parameters do not; take the moduli{other}"
             )
         if self.laws.widening > 1:
-            said.append(
+            sentences.append(
                 f"deviations and bands of the moduli are {self.laws.widening:.2g} times as wide as noise and what is "
                 "stated make them: by the root of chi-square per datum that no departure from a law explains"
             )
-        return "; ".join(said)
+        return "; ".join(sentences)
 
     def _of_misfit(self) -> str:
         if self.explained:
