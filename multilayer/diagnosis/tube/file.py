@@ -118,7 +118,7 @@ class DiagnosisFile(StackFitFile):
         Raises
         ------
         InputError
-            When one to leave out does not exist.
+            When an effect to leave out does not exist.
         """
         for name in without:
             if name not in EFFECTS:
