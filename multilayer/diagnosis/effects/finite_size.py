@@ -18,8 +18,8 @@ class FiniteSize(Effect):
     """The stated Poisson's ratio acts with a free rim: a disc is softer than a laterally constrained layer.
 
     Finite elements have the stated ratio nu. Another ratio, nu (1 + error), or a sample that is stiffer along its
-    radius, changes the modulus by the factor of slow compression, g(nu (1 + error), S)/g(nu, S). Shape factor g: A. N. Gent &
-    P. B. Lindley, Proc. Inst. Mech. Eng. 173 (1959) 111-122; here by finite elements (`rig.shape_factor`).
+    radius, changes the modulus by the factor of slow compression, g(nu (1 + error), S)/g(nu, S). Shape factor g: A. N.
+    Gent & P. B. Lindley, Proc. Inst. Mech. Eng. 173 (1959) 111-122; here by finite elements (`rig.shape_factor`).
     """
 
     name = "finite_size"
