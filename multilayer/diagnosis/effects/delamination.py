@@ -25,8 +25,8 @@ class Delamination(Effect):
 
     The open rim is attached to the bonded core by shear. As two columns of shares b and 1 - b, coupled by a spring in
     proportion to E, their difference falls as exp(-p z) from the face, ``p^2 = K^2 - q^2`` with ``q^2 = rho w^2/E``; so
-    the compliance is ``c R/(E (1 - q^2/K^2)^(1/2))``, and ``K = (1 - b)/(b c R)`` from its static limit. Finite elements
-    of rigs with a bonded share of 0.5 to 0.9 give 0.7 of that.
+    the compliance is ``c R/(E (1 - q^2/K^2)^(1/2))``, and ``K = (1 - b)/(b c R)`` from its static limit. Finite
+    elements of rigs with a bonded share of 0.5 to 0.9 give 0.7 of that.
 
     Limits: less exact the smaller the share, the thinner the sample and the larger Poisson's ratio. Of a sample of
     little loss (E2/E1 of 0.1 and less) that is thicker than its radius, with 30 % of each face open, the resonance is
