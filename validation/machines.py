@@ -208,7 +208,7 @@ def of_plant(name: str, thickness: float, cm: int) -> Callable[[Any, int], dict[
 
         sure = sure_from("plants", {name: thickness}, WIDE)
         file = delft("plants", {f"{name} + cavity {cm} cm": thickness}, WIDE, sure.error)
-        return tube(file.given(sure.file), executor, noise)
+        return tube(file.with_reference(sure.file), executor, noise)
 
     return run
 

@@ -165,21 +165,21 @@ def how_much_better(other: Any, end: Any) -> float:
 
 def harder(nominal: Any, minima: Sequence[Any], effect: Any, truth: Mapping[str, float]) -> list[Any]:
     """Return the ends of a search with more starts, among them the true size where the draw tells it."""
-    from multilayer.diagnosis.fitting import begin, polished
-    from multilayer.diagnosis.scattered import scattered
+    from multilayer.diagnosis.fitting import begin, polish_fits
+    from multilayer.diagnosis.starting_laws import starting_laws
     from multilayer.inference import multistart
 
-    others = np.concatenate([scattered(nominal.hypothesis), minima])
+    others = np.concatenate([starting_laws(nominal.hypothesis), minima])
     effects = [effect]
     if all(f"{effect.name}.{one.name}" in truth for one in effect.parameters):
         at = tuple(float(one.prior.coordinate(truth[f"{effect.name}.{one.name}"])) for one in effect.parameters)
         effects.append(type("AtTruth", (type(effect),), {"starts": (at,)})())
     usual, multistart._STAGES = multistart._STAGES, STAGES
     hypotheses = [nominal.hypothesis.with_effects(one) for one in effects]
-    begun = [begin(one, nominal.minimum.z, others=others, followed=FOLLOWED) for one in hypotheses]
+    started = [begin(one, nominal.minimum.z, others=others, followed=FOLLOWED) for one in hypotheses]
     multistart._STAGES = usual
-    pairs = [(start, end) for one in begun for start, end in zip(one.starts, one.ends, strict=True)]
-    return [polished({0: replace(end(), valleys=start[None])})[0] for start, end in pairs]
+    pairs = [(start, end) for one in started for start, end in zip(one.starts, one.ends, strict=True)]
+    return [polish_fits({0: replace(end(), valleys=start[None])})[0] for start, end in pairs]
 
 
 def tell(text: str) -> None:

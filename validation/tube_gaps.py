@@ -137,7 +137,7 @@ class Case:
 
 def diagnose(name: str, file: DiagnosisFile, sure: Sure | None = None) -> Case:
     """Return the diagnosis of a file, of a sample that is known if `sure` says so."""
-    found = diagnose_tube(file if sure is None else file.given(sure.file), name)
+    found = diagnose_tube(file if sure is None else file.with_reference(sure.file), name)
     hypothesis = file.hypothesis
     before, after = (
         float(np.sqrt(np.mean([np.mean(a**2 + b**2) for a, b in parts])))

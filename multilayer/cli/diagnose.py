@@ -87,8 +87,8 @@ def _campaign(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.diagnosis.assessment import N_STEPS
     from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
-    from multilayer.diagnosis.judgement import N_STEPS
     from multilayer.errors import InputError, suggest
     from multilayer.media.laws import LAWS
 
@@ -111,7 +111,7 @@ def _tube(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.judgement import N_STEPS
+    from multilayer.diagnosis.assessment import N_STEPS
     from multilayer.diagnosis.tube.diagnose import diagnose_tube
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError

@@ -1,4 +1,8 @@
-"""How far the gap shrinks on data that were not used in the fit."""
+"""Cross-validation: how far the gap shrinks on data that were not used in the fit.
+
+Leave-one-group-out, with the log predictive density as score: A. Vehtari, A. Gelman & J. Gabry, Stat. Comput. 27 (2017)
+1413-1432.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.diagnosis.fitting import Fitted, minimised
+from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.model_discrepancy import law_parts
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.low_rank import LowRank, WithModelErrors, prediction_root
+from multilayer.inference.problem import Problem
 
-_FEWEST = 4  # bursts of which blocks can be made
+_FEWEST = 4  # bursts that can be divided into blocks
 
 
 @dataclass(frozen=True)
@@ -25,12 +30,12 @@ class Shrinkage:
     Attributes
     ----------
     before, after : float
-        ``G = r^T C^-1 r / n`` of nominal model and hypothesis; 1 where nothing but noise is left, and what the kept
-        data leave open of the parameters.
+        ``G = r^T C^-1 r / n`` of the nominal model and of the hypothesis, C being the covariance of noise and of
+        predictions from the data that were fitted; 1 where only noise is left.
     held_out : str
-        What was left out.
+        What was left out, in words.
     log_score : float
-        Log density of the left-out data as foretold with the hypothesis, but for a constant of the data.
+        Log predictive density of the held-out data with the hypothesis, without a constant of the data.
     """
 
     before: float
@@ -46,31 +51,31 @@ class Shrinkage:
 
 
 def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data]]]]:
-    """Return how data are left out, and pairs (kept, left out).
+    """Return what is held out, in words, and pairs of data (fitted, held out).
 
-    One configuration after the other; of a single one contiguous blocks of bursts, whose neighbours are left out too.
+    Each configuration in turn; of a single one contiguous blocks of bursts, whose neighbours are not fitted either.
     """
     data = list(hypothesis.data)
     if len(data) > 1:
-        pairs = [([other for other in data if other is not one], [one]) for one in data]
+        pairs = [([other for other in data if other is not part], [part]) for part in data]
         return "leave one configuration out", pairs
     (only,) = data
     n = len(only.centres)
     if n < _FEWEST:
         return "nothing could be left out", []
-    found = []
+    pairs = []
     for block in np.array_split(np.arange(n), min(hypothesis.blocks, n // 2)):
         guard = np.arange(max(block[0] - 1, 0), min(block[-1] + 2, n))
         kept = np.setdiff1d(np.arange(n), guard)
         if len(kept) > 1:
-            found.append(([only.part(kept)], [only.part(block)]))
-    return "contiguous blocks of frequencies, with guards", found
+            pairs.append(([only.part(kept)], [only.part(block)]))
+    return "contiguous blocks of frequencies, with guards", pairs
 
 
-def shrinkage(
+def cross_validate(
     nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | None = None, before: float | None = None
 ) -> list[Shrinkage]:
-    """Return the held-out shrinkage of several hypotheses.
+    """Return the shrinkage of the gap on held-out data for several hypotheses.
 
     Parameters
     ----------
@@ -81,47 +86,51 @@ def shrinkage(
     before : float, optional
         `Shrinkage.before` of the nominal model where it is known already.
     """
-    how, pairs = folds(nominal.hypothesis)
+    held_out, pairs = folds(nominal.hypothesis)
     if not pairs:
-        return [Shrinkage(float("nan"), float("nan"), how) for _ in fitted]
-    everything = [*fitted] if before is not None else [nominal, *fitted]
-    tasks = [(one, kept, left) for one in everything for kept, left in pairs]
-    foretold = run_all(_foretold, tasks, executor)
-    folded = [foretold[i : i + len(pairs)] for i in range(0, len(foretold), len(pairs))]
-    gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in folded]
-    scores = [sum(score for _, score in parts) for parts in folded]
+        return [Shrinkage(float("nan"), float("nan"), held_out) for _ in fitted]
+    hypotheses = [*fitted] if before is not None else [nominal, *fitted]
+    tasks = [(hypothesis, kept, left) for hypothesis in hypotheses for kept, left in pairs]
+    predicted = run_all(_predict_held_out, tasks, executor)
+    by_hypothesis = [predicted[i : i + len(pairs)] for i in range(0, len(predicted), len(pairs))]
+    gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in by_hypothesis]
+    scores = [sum(score for _, score in parts) for parts in by_hypothesis]
     if before is None:
         before, gaps, scores = gaps[0], gaps[1:], scores[1:]
-    return [Shrinkage(before, gap, how, score) for gap, score in zip(gaps, scores, strict=True)]
+    return [Shrinkage(before, gap, held_out, score) for gap, score in zip(gaps, scores, strict=True)]
 
 
-def _foretold(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[RealArray, float]:
-    """Return the residuals of data that are left out, in units of noise and of what the kept data leave open.
+def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[RealArray, float]:
+    """Return the whitened residuals of held-out data, and the log predictive density of these data.
 
-    And the logarithm of their density as foretold, in which the effects' laws may be wrong, too. The task is a fit, and
-    the data that are kept and left. What the kept data tell of the error that a law makes everywhere is foretold.
+    The task is a fit of all data, the data to be fitted again, and those held out. Residuals are whitened by noise and
+    by the posterior of the unknowns. In the density the effects' laws may be wrong, too; the errors of laws that are
+    common to all configurations are predicted from the fitted data.
     """
-    one, kept, left = task
-    seen, unseen = one.hypothesis.with_data(kept), one.hypothesis.with_data(left)
+    fitted, kept_data, held_out_data = task
+    kept, held_out = fitted.hypothesis.with_data(kept_data), fitted.hypothesis.with_data(held_out_data)
 
-    def errors(part: Hypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
-        return law_parts(part, z, one.hypothesis)
+    def law_columns(part: Hypothesis, z: RealArray) -> tuple[RealArray, RealArray]:
+        return law_parts(part, z, fitted.hypothesis)
 
-    start = one.minimum.z
-    soft = WithModelErrors(seen, LowRank.of(np.concatenate(errors(seen, start), axis=1))) if one.errors else seen
-    found = minimised(soft, start)
-    residual, slopes = unseen.linearised(found.z)
-    open_of_unknowns = LowRank.of(prediction_root(slopes, found.jacobian))
-    if not one.errors:
-        return open_of_unknowns.whitened(residual), open_of_unknowns.log_density(residual)
-    here, slopes_here = seen.linearised(found.z)
-    common, own = errors(seen, found.z)
-    elsewhere, anew = errors(unseen, found.z)
-    laws = np.concatenate([common, own], axis=1)
-    amounts = np.linalg.solve(np.eye(laws.shape[1]) + laws.T @ laws, laws.T @ here)
-    residual = residual - elsewhere @ amounts[: common.shape[1]]
-    # unknowns and errors of laws together; what is each configuration's own is not seen elsewhere
-    known = np.concatenate([slopes_here, laws], axis=1)
-    told = np.concatenate([slopes, elsewhere, np.zeros((len(residual), own.shape[1]))], axis=1)
-    every = LowRank.of(np.concatenate([prediction_root(told, known), anew], axis=1))
-    return open_of_unknowns.whitened(residual), every.log_density(residual)
+    start = fitted.minimum.z
+    problem: Problem = kept
+    if fitted.errors:
+        problem = WithModelErrors(kept, LowRank.of(np.concatenate(law_columns(kept, start), axis=1)))
+    minimum = minimise_scaled(problem, start)
+    residual, slopes = held_out.linearised(minimum.z)
+    by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))
+    if not fitted.errors:
+        return by_unknowns.whitened(residual), by_unknowns.log_density(residual)
+    kept_residual, kept_slopes = kept.linearised(minimum.z)
+    common, separate = law_columns(kept, minimum.z)
+    held_out_common, held_out_separate = law_columns(held_out, minimum.z)
+    laws = np.concatenate([common, separate], axis=1)
+    amounts = np.linalg.solve(np.eye(laws.shape[1]) + laws.T @ laws, laws.T @ kept_residual)
+    residual = residual - held_out_common @ amounts[: common.shape[1]]
+    # unknowns and errors of laws together; errors separate for each configuration do not act on the held-out ones
+    fitted_columns = np.concatenate([kept_slopes, laws], axis=1)
+    zeros = np.zeros((len(residual), separate.shape[1]))
+    predicted_columns = np.concatenate([slopes, held_out_common, zeros], axis=1)
+    root = np.concatenate([prediction_root(predicted_columns, fitted_columns), held_out_separate], axis=1)
+    return by_unknowns.whitened(residual), LowRank.of(root).log_density(residual)

@@ -1,4 +1,4 @@
-"""What is decided from the evidence of all hypotheses: a cause, none that is known, or no gap."""
+"""The decision from the evidence of all hypotheses: a known cause, an unknown one, or no gap."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from multilayer.diagnosis.cross_validation import Shrinkage
-from multilayer.diagnosis.evidence import UNKNOWN, Hypotheses
+from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.strain import probability_text, strain
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text
 from multilayer.diagnosis.thresholds import (
     FULL_FIT,
     FULL_SHRINKAGE,
@@ -29,7 +29,7 @@ Verdict = Literal["effect", "unknown", "no_gap"]
 
 @dataclass(frozen=True)
 class Decision:
-    """What is said.
+    """A verdict with its reason.
 
     Attributes
     ----------
@@ -37,10 +37,10 @@ class Decision:
     best : tuple of str
         The cause; empty without a gap.
     group : list of tuple of str
-        Hypotheses that the data cannot tell from it.
+        Hypotheses that the data cannot distinguish from it.
     reason : str
     guarded : bool
-        Whether the verdict is "unknown" against the evidence.
+        Whether the verdict is "unknown" although a known effect has the most evidence.
     """
 
     verdict: Verdict
@@ -49,134 +49,141 @@ class Decision:
     reason: str
     guarded: bool = False
 
-    def probability(self, found: Hypotheses) -> float:
+    def probability(self, comparison: ModelComparison) -> float:
         """Return the probability that the verdict is right.
 
         Where a guard overrules the evidence (a misfit that remains, or no shrinkage on held-out data), and where there
-        is no gap, no less than what such verdicts reached on development runs.
+        is no gap, it is at least the share of such verdicts that were right on development runs.
         """
-        probabilities = found.probabilities()
+        probabilities = comparison.probabilities()
         if self.verdict == "no_gap":
             return max(probabilities[()], RIGHT_NO_GAP)
         if self.verdict == "unknown":
             return max(probabilities[UNKNOWN], RIGHT_GUARDED if self.guarded else 0.0)
-        return found.probability_with([self.best])
+        return comparison.probability_with([self.best])
 
 
-def decide(found: Hypotheses, shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
-    """Return the verdict; see the thresholds."""
-    if not found.is_gap:
-        text = f"a misfit as large has the probability {found.p_value:.2g} without any effect"
-        if found.is_supported and found.best_fitted:
-            change = f"{100 * found.gap_size:.2f} %"
-            text += (
-                f", and {in_words(found.best_fitted)} would change the data by {change}, less than solvers differ by"
-            )
+def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
+    """Return the verdict by the thresholds; the rules stand in ``docs/theory/diagnosis.md``."""
+    if not comparison.is_gap:
+        text = f"a misfit as large has the probability {comparison.p_value:.2g} without any effect"
+        if comparison.is_supported and comparison.best_fitted:
+            change = f"{100 * comparison.gap_size:.2f} %"
+            cause = in_words(comparison.best_fitted)
+            text += f", and {cause} would change the data by {change}, less than solvers differ by"
         return Decision("no_gap", (), [], text)
-    if not found.is_supported:
-        probability = probability_text(found.p_value)
+    if not comparison.is_supported:
+        probability = probability_text(comparison.p_value)
         text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)
-    best = _carried_over(found, found.ranked[0], shrinkage)
+    best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     if best == UNKNOWN:
         text = "a smooth discrepancy explains the gap better than any known effect"
-        return Decision("unknown", best, _group(found, best), text)
-    group = _group(found, best)
-    if reason := _mistrust(found, best, shrinkage):
+        return Decision("unknown", best, _group(comparison, best), text)
+    group = _group(comparison, best)
+    if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, guarded=True)
-    if found.probability_with(group) < found.probabilities()[UNKNOWN]:
+    if comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]:
         text = f"{in_words(best)} explains most, but that it is something else is more probable"
         return Decision("unknown", best, group, text)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 
-def _mistrust(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
-    """Return why the best cause is not named; empty where it is."""
-    share = _seen_share(best, shrinkage)
-    if left := strain(found.fitted[best], forgiven=len(best) == 1 and _explains_enough(found, best, share)):
-        return f"{in_words(best)} explains most, but {left}"
-    if doubt := _not_foretold(found, best, shrinkage):
-        return f"with {in_words(best)} {doubt}"
-    return _mistrust_of_two(found, best, shrinkage) if len(best) > 1 else ""
+def _objection(
+    comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> str:
+    """Return why the best cause is not named; empty where it is named."""
+    share = _visible_share(best, shrinkages)
+    is_misfit_allowed = len(best) == 1 and _explains_enough(comparison, best, share)
+    if reason := lack_of_fit(comparison.fitted[best], is_misfit_allowed=is_misfit_allowed):
+        return f"{in_words(best)} explains most, but {reason}"
+    if reason := _held_out_objection(comparison, best, shrinkages):
+        return f"with {in_words(best)} {reason}"
+    return _objection_to_two(comparison, best, shrinkages) if len(best) > 1 else ""
 
 
-def _not_foretold(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
-    """Return what speaks against a cause on held-out data."""
-    share = _seen_share(best, shrinkage)
+def _held_out_objection(
+    comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> str:
+    """Return what speaks against a cause on held-out data; empty where nothing does."""
+    share = _visible_share(best, shrinkages)
     if share is None:
-        worse = best in shrinkage and shrinkage[best].after > SEEN_HELD_OUT
+        worse = best in shrinkages and shrinkages[best].after > SEEN_HELD_OUT
         return "held-out data are foretold worse than without" if worse else ""
-    least = LEAST_SHRINKAGE if found.several else LEAST_SHRINKAGE_ONE
+    least = LEAST_SHRINKAGE if comparison.several else LEAST_SHRINKAGE_ONE
     return f"the gap on held-out data shrinks by {100 * share:.0f} % only" if share < least else ""
 
 
-def _mistrust_of_two(found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> str:
-    """Return why two effects that fit are not named."""
-    label, share = in_words(best), _seen_share(best, shrinkage)
-    if not found.several:
+def _objection_to_two(
+    comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> str:
+    """Return why two effects that fit are not named; empty where they are."""
+    label, share = in_words(best), _visible_share(best, shrinkages)
+    if not comparison.several:
         return f"only two effects at once, such as {label}, explain it, and one configuration cannot tell such apart"
-    if (times := undone(found.fitted[best])) > MOST_UNDONE:
+    if (times := cancellation(comparison.fitted[best])) > MOST_UNDONE:
         return f"{label} would nearly undo each other, each by itself {times:.1f} times as large as both together"
-    alone = max((held.share, names) for names, held in shrinkage.items() if len(names) == 1)
+    alone = max((shrinkage.share, names) for names, shrinkage in shrinkages.items() if len(names) == 1)
     if share is not None and alone[0] >= share:
         return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
     return ""
 
 
-def _seen_share(best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
-    """Return the shrinkage on held-out data; None where there is next to no gap on these."""
-    held = shrinkage.get(best)
-    return held.share if held is not None and held.before > SEEN_HELD_OUT else None
+def _visible_share(best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
+    """Return the shrinkage on held-out data; None where these show next to no gap."""
+    shrinkage = shrinkages.get(best)
+    return shrinkage.share if shrinkage is not None and shrinkage.before > SEEN_HELD_OUT else None
 
 
-def undone(fitted: Fitted) -> float:
-    """Return how many times what two effects change together the lesser of them changes, the other being there.
+def cancellation(fitted: Fitted) -> float:
+    """Return the change of residuals by the lesser of two effects, relative to the change by both together.
 
-    Two laws that are far off and nearly undo each other leave a difference that fits much; what two effects of a rig
-    change has little to do with each other.
+    Two wrong laws that nearly cancel leave a difference flexible enough to fit much, whereas the changes by two effects
+    that act are nearly independent of each other. The change by an effect is that in presence of the other.
     """
     hypothesis, z = fitted.hypothesis, fitted.minimum.z
-    whole = hypothesis.residual(z)
-    nothing = hypothesis.with_effects().residual(z[: len(z) - len(hypothesis.effect_parameters)])
-    parts = []
+    with_both = hypothesis.residual(z)
+    without = hypothesis.with_effects().residual(z[: len(z) - len(hypothesis.effect_parameters)])
+    changes = []
     for index in range(len(hypothesis.effects)):
         others, rest = hypothesis.without(index, z)
-        parts.append(float(np.linalg.norm(whole - others.residual(rest))))
-    return min(parts) / max(float(np.linalg.norm(whole - nothing)), 1e-12)
+        changes.append(float(np.linalg.norm(with_both - others.residual(rest))))
+    return min(changes) / max(float(np.linalg.norm(with_both - without)), 1e-12)
 
 
-def _explains_enough(found: Hypotheses, best: tuple[str, ...], share: float | None) -> bool:
+def _explains_enough(comparison: ModelComparison, best: tuple[str, ...], share: float | None) -> bool:
     """Tell whether an effect may be right although it leaves a misfit, because it explains so much of a huge gap."""
     if share is None:
         return False
-    before, after = (one.minimum.cost_per_datum - 1 for one in (found.nominal, found.fitted[best]))
+    before, after = (fit.minimum.cost_per_datum - 1 for fit in (comparison.nominal, comparison.fitted[best]))
     return share > FULL_SHRINKAGE or (share > LEAST_SHRINKAGE and after < (1 - FULL_FIT) * before)
 
 
-def _carried_over(
-    found: Hypotheses, best: tuple[str, ...], shrinkage: Mapping[tuple[str, ...], Shrinkage]
+def _single_where_enough(
+    comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
 ) -> tuple[str, ...]:
-    """Return one effect in place of two where it explains the gap by itself.
+    """Return a single effect in place of two where it explains the gap by itself.
 
-    A plate bends under an accelerometer: that is no second cause.
+    For instance, a plate bends under an accelerometer: this is no second cause.
     """
-    parts = [names for names in shrinkage if len(names) < len(best) and set(names) <= set(best)]
-    seen = {names: _seen_share(names, shrinkage) for names in parts}
-    parts = [names for names, share in seen.items() if share is None or share >= LEAST_SHRINKAGE]
-    enough = [names for names in parts if not strain(found.fitted[names])]
-    if parts and not enough and strain(found.fitted[best]):  # two are not better than one
+    parts = [names for names in shrinkages if len(names) < len(best) and set(names) <= set(best)]
+    shares = {names: _visible_share(names, shrinkages) for names in parts}
+    parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
+    enough = [names for names in parts if not lack_of_fit(comparison.fitted[names])]
+    if parts and not enough and lack_of_fit(comparison.fitted[best]):  # two are not better than one
         enough = [
             names
             for names in parts
-            if _explains_enough(found, names, seen[names]) and not strain(found.fitted[names], forgiven=True)
+            if _explains_enough(comparison, names, shares[names])
+            and not lack_of_fit(comparison.fitted[names], is_misfit_allowed=True)
         ]
-    return max(enough, key=found.score, default=best)
+    return max(enough, key=comparison.score, default=best)
 
 
-def _group(found: Hypotheses, best: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Return the causes that the data cannot tell from the best; with a second effect beside it, it is the same one."""
-    top = found.score(best)
-    tied = [names for names in found.ranked if names != UNKNOWN and top - found.score(names) < TIED]
+def _group(comparison: ModelComparison, best: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Return the best cause and those that the data cannot distinguish from it, without supersets of the best."""
+    top = comparison.score(best)
+    tied = [names for names in comparison.ranked if names != UNKNOWN and top - comparison.score(names) < TIED]
     return [best, *(names for names in tied if not set(best) <= set(names))]
 
 

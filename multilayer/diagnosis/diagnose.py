@@ -1,4 +1,4 @@
-"""The diagnosis of a campaign, from recordings to verdict."""
+"""The diagnosis of a campaign, from recordings to a verdict."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
-from multilayer.diagnosis.experiments import next_experiments
-from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polished
-from multilayer.diagnosis.free_rim import ROUGH, free_rim
-from multilayer.diagnosis.judgement import Progress, judge
+from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits
+from multilayer.diagnosis.free_rim import COARSE, free_rim
 from multilayer.diagnosis.result import Curves, Diagnosis
-from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
-from multilayer.diagnosis.scattered import scattered
+from multilayer.diagnosis.rig_designs import rank_rig_designs
+from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import plane_wave_problem
@@ -34,7 +34,7 @@ from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
-_REFERENCE = 1000.0  # Hz, where moduli are told
+_REFERENCE = 1000.0  # Hz, at which moduli are reported
 _DB = 20 / np.log(10)
 
 
@@ -46,13 +46,13 @@ def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] =
     InputError
         For names that are not registered.
     RegistryError
-        For a plugin that is wanted and broken; of all, it is left out with a `PluginWarning`.
+        For a plugin that is wanted and broken; without `wanted`, it is left out with a `PluginWarning`.
     """
     for name in (*(wanted or ()), *without):
         if name not in EFFECTS:
             raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
-    found = dict(EFFECTS.working()) if wanted is None else {name: EFFECTS[name] for name in wanted}
-    return {name: kind() for name, kind in found.items() if name not in without}
+    classes = dict(EFFECTS.working()) if wanted is None else {name: EFFECTS[name] for name in wanted}
+    return {name: kind() for name, kind in classes.items() if name not in without}
 
 
 def diagnose_campaign(
@@ -66,7 +66,7 @@ def diagnose_campaign(
     progress: Progress | None = None,
     executor: Executor | None = None,
 ) -> Diagnosis:
-    """Say where model and measurement disagree, which effect causes it, and how far the gap shrinks with it.
+    """Diagnose where model and measurement disagree, which effect causes it, and how far the gap shrinks with it.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def diagnose_campaign(
     effects : mapping, optional
         By name; all registered ones when left out.
     law : str
-        Of the nominal model: one causal modulus law for all bursts.
+        The nominal model's causal modulus law, the same for all bursts.
     calibration : Calibration, optional
     seed : int
     progress : callable, optional
@@ -96,14 +96,14 @@ def diagnose_campaign(
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor)
     tell("effects one by one")
-    judgement = judge(nominal, singles, usable, tell, executor)
+    assessment = assess(nominal, singles, usable, tell, executor)
     name = campaign.folder.resolve().name
-    record = judgement.record(partial(next_experiments, executor=executor), seed) | {
-        "unknowns": _unknowns(nominal, judgement.corrected),
-        "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **judgement.fit_numbers()},
+    record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
+        "unknowns": _unknowns(nominal, assessment.corrected),
+        "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **assessment.misfit_entries()},
     }
-    best = judgement.shown
-    return Diagnosis(name, record, _curves(nominal, best), judgement.similarity, _moduli(nominal, best))
+    best = assessment.best_fit
+    return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, _moduli(nominal, best))
 
 
 def fit_nominal(
@@ -118,7 +118,7 @@ def fit_nominal(
     """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
-    minima = solve_joint(joint, seed=seed, tolerance=ROUGH, executor=executor)
+    minima = solve_joint(joint, seed=seed, tolerance=COARSE, executor=executor)
     return fit(joint, minima[0].z), minima
 
 
@@ -139,44 +139,44 @@ def fits_one_by_one(
     finite = {name: effect for name, effect in effects.items() if effect.needs_finite_elements}
     rest = {name: effect for name, effect in effects.items() if name not in finite}
     tasks = begin_tasks(nominal, rest, others=_other_laws(nominal, minima))
-    # making finite elements takes as long as many fits, and none of these needs them
+    # finite elements take as long as many fits, and the other fits do not need them
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
-    begun = run_all(call, [*first, *tasks.values()], executor)
-    rigs, found = begun.pop(0) if finite else ({}, {})
-    found |= finish_all(dict(zip(tasks, begun, strict=True)), executor, list(found.values()))
-    found = polished(found, executor)
-    return _with_rigs(nominal, rigs), {names: _with_rigs(found[names], rigs) for names in ((name,) for name in effects)}
+    started = run_all(call, [*first, *tasks.values()], executor)
+    rigs, fits = started.pop(0) if finite else ({}, {})
+    fits |= finish_all(dict(zip(tasks, started, strict=True)), executor, list(fits.values()))
+    fits = polish_fits(fits, executor)
+    return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
 
 
 def _other_laws(nominal: Fitted, minima: Sequence[Minimum]) -> RealArray:
-    """Return further starts of the nominal model's unknowns: its other minima, and all laws where a gap hides them."""
+    """Return further starts of the nominal model: its other minima; for a large gap, laws all over the prior."""
     others = [minimum.z for minimum in minima]
     if is_far_off(nominal.minimum.cost_per_datum):
-        others.extend(scattered(rig_hypothesis(nominal.hypothesis)))
+        others.extend(starting_laws(nominal.hypothesis_as(CampaignProblem)))
     return np.stack(others)
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
-    """Return a fit that further effects may be added to, whatever they need."""
-    return replace(fitted, hypothesis=replace(rig_hypothesis(fitted.hypothesis), finite=rigs))
+    """Return a fit with finite elements, to which any effects may be added."""
+    return replace(fitted, hypothesis=replace(fitted.hypothesis_as(CampaignProblem), finite=rigs))
 
 
 def _fits_with_rim(
     nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect]
 ) -> tuple[Mapping[str, Rig], dict[tuple[str, ...], Fitted]]:
     """Return finite elements by configuration, and the fits of effects that need them."""
-    rigs, start = free_rim(rig_hypothesis(nominal.hypothesis), minima)
+    rigs, start = free_rim(nominal.hypothesis_as(CampaignProblem), minima)
     return rigs, fit_effects(_with_rigs(nominal, rigs), effects, start)
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
-    return rig_hypothesis(fitted.hypothesis).modulus(fitted.minimum.z, frequency)
+    return fitted.hypothesis_as(CampaignProblem).modulus(fitted.minimum.z, frequency)
 
 
 def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
     f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
     at = float(np.clip(_REFERENCE, f.min(), f.max()))
-    before, after = (_modulus(one, np.array([at]))[0] for one in (nominal, corrected))
+    before, after = (_modulus(fitted, np.array([at]))[0] for fitted in (nominal, corrected))
     pairs = {"nominal": before, "corrected": after}
     values: dict[str, Any] = {name: [float(e.real), float(e.imag)] for name, e in pairs.items()} | {"unit": "Pa"}
     return {f"E({at:.0f} Hz)": values}
@@ -185,29 +185,29 @@ def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
 def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
     f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
     at = np.geomspace(f.min(), f.max(), 60)
-    found: dict[str, Any] = {"frequency_hz": at.tolist()}
-    for name, one in (("nominal", nominal), ("corrected", best)):
-        e = _modulus(one, at)
-        found[name] = {"E1": e.real.tolist(), "E2": e.imag.tolist()}
-    return found
+    moduli: dict[str, Any] = {"frequency_hz": at.tolist()}
+    for name, fitted in (("nominal", nominal), ("corrected", best)):
+        e = _modulus(fitted, at)
+        moduli[name] = {"E1": e.real.tolist(), "E2": e.imag.tolist()}
+    return moduli
 
 
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
     pairs = zip(
-        rig_hypothesis(nominal.hypothesis).data,
+        nominal.hypothesis_as(CampaignProblem).data,
         nominal.hypothesis.differences(nominal.minimum.z),
         best.hypothesis.differences(best.minimum.z),
         strict=True,
     )
-    found = []
+    curves = []
     for data, before, after in pairs:
         spread = np.sqrt(np.diag(data.covariance(MODEL_ERROR)))
         levels = (-_DB * before.real, -_DB * after.real)
         phases = (-np.rad2deg(before.imag), -np.rad2deg(after.imag))
-        found.append(
+        curves.append(
             Curves(
                 data.name, data.frequency, data.burst, levels[0], phases[0], levels[1], phases[1],
                 _DB * spread, np.rad2deg(spread),
             )
         )  # fmt: skip
-    return tuple(found)
+    return tuple(curves)

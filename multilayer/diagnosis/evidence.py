@@ -1,4 +1,8 @@
-"""Every hypothesis with its evidence: the nominal model, effects one by one, pairs, and something unknown."""
+"""Model comparison: evidence of the nominal model, of effects one by one, of pairs, and of an unknown cause.
+
+Bayes factors of models: R. E. Kass & A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773-795. Tempered probabilities of
+models that are all a little wrong: P. Grünwald & T. van Ommen, Bayesian Anal. 12 (2017) 1069-1103.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +16,8 @@ from scipy.special import logsumexp
 
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import HOPELESS, Begun, Fitted, begin, finish_all, polished
-from multilayer.diagnosis.strain import strain
+from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, StartedFit, begin, finish_all, polish_fits
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit, misfit_p_value
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
     LEAST_SCORE,
@@ -32,23 +36,20 @@ from multilayer.diagnosis.thresholds import (
     TEMPERATURE,
     TOLERANCE,
 )
-from multilayer.diagnosis.unknown_cause import (
-    discrepancy_evidence,
-    tolerant_p_value,
-)
+from multilayer.diagnosis.unknown_cause import discrepancy_evidence
 from multilayer.executors import run_all
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
-_SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)
-_LARGE = (0.01, 0.02, 0.04, 0.08)
-_FAR_BEHIND = 10.0  # times the least misfit: an effect that no second one could help
-_PAIR_BEHIND = 2.0  # the same of a pair after its first steps
-_MOST_TIMES = 10.0  # its usual size, of an effect whose gain is estimated
+_SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
+_LARGE = (0.01, 0.02, 0.04, 0.08)  # those of an unknown cause
+_FAR_BEHIND = 10.0  # times the least misfit, above which an effect is not combined with a second one
+_PAIR_BEHIND = 2.0  # times the least misfit, above which a pair is given up after its first steps
+_MOST_TIMES = 10.0  # largest size of an effect, relative to its usual one, in the estimate of its gain
 
 
 @dataclass(frozen=True)
-class Hypotheses:
-    """All that was tried.
+class ModelComparison:
+    """All hypotheses that were tried, with their evidence.
 
     Attributes
     ----------
@@ -56,26 +57,26 @@ class Hypotheses:
     fitted : dict
         By the names of their effects; without the nominal one.
     evidence : dict
-        Log evidence by names, the tolerance being allowed in each; the nominal model under ``()``, none of the known
-        effects under ``("unknown",)``.
+        Log evidence by names of effects, each with a discrepancy of the tolerance; the nominal model under ``()``, an
+        unknown cause under ``("unknown",)``.
     n_effects : int
         How many effects were tried by themselves.
-    foretold : dict
-        By names, how much worse than the best of those near each other a cause foretells held-out data, nats: at most
-        0; of causes that were checked.
+    held_out : mapping
+        By names, the log predictive density of held-out data, relative to the best of the near causes and at most 0; of
+        causes that were checked.
     """
 
     nominal: Fitted
     fitted: dict[tuple[str, ...], Fitted]
     evidence: dict[tuple[str, ...], float]
     n_effects: int
-    foretold: Mapping[tuple[str, ...], float] = field(default_factory=dict)
+    held_out: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
     def score(self, names: tuple[str, ...]) -> float:
-        """Return the logarithm of evidence times prior: how common such a cause is, shared by all of its kind.
+        """Return the logarithm of evidence times prior, plus the log predictive density of held-out data.
 
-        And what held-out data say of it: the evidence of two causes that fit hangs on how wrong their laws may be, that
-        they foretell other data does not.
+        The prior probability of each kind of causes is shared by its members. Of two causes that fit, the evidence
+        depends on how wrong their laws may be; the prediction of held-out data hardly does.
         """
         if names == ():
             return self.evidence[names] + float(np.log(PRIOR_NONE))
@@ -83,31 +84,32 @@ class Hypotheses:
             return self.evidence[names] + float(np.log(PRIOR_UNKNOWN))
         n = max(self.n_effects, 1)
         prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
-        return self.evidence[names] + float(np.log(prior)) + self.foretold.get(names, 0.0)
+        return self.evidence[names] + float(np.log(prior)) + self.held_out.get(names, 0.0)
 
     @property
     def near(self) -> list[tuple[str, ...]]:
-        """Names of the causes that held-out data are to tell apart, the most probable first."""
+        """Names of the causes that held-out data are to distinguish, the most probable first."""
         ranked = [names for names in self.ranked if names in self.fitted]
         return [names for names in ranked if self.score(ranked[0]) - self.score(names) < NEAR][:MOST_NEAR]
 
-    def informed(self, held: Mapping[tuple[str, ...], Shrinkage]) -> Hypotheses:
-        """Return the same with what held-out data say of the causes that are near each other, and of others."""
-        best = max((held[names].log_score for names in self.near if names in held), default=0.0)
-        return replace(self, foretold={names: min(one.log_score - best, 0.0) for names, one in held.items()})
+    def with_held_out(self, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> ModelComparison:
+        """Return the comparison with the log predictive densities of held-out data."""
+        best = max((shrinkages[names].log_score for names in self.near if names in shrinkages), default=0.0)
+        scores = {names: min(shrinkage.log_score - best, 0.0) for names, shrinkage in shrinkages.items()}
+        return replace(self, held_out=scores)
 
     @cached_property
     def p_value(self) -> float:
-        """Probability of a misfit as large as the nominal model's, if nothing acts."""
-        return tolerant_p_value(self.nominal, 1e-6)
+        """Probability of a misfit as large as the nominal model's, if no effect acts."""
+        return misfit_p_value(self.nominal, 1e-6)
 
     @property
     def is_gap(self) -> bool:
         """Whether a cause is well ahead of the nominal model, or chance cannot explain the misfit.
 
-        A known effect shows in the evidence long before it shows in the sum of all squares. What changes the data by
-        less than solvers differ is none, whatever its evidence: their differences are no noise, and look like
-        something.
+        A known effect shows in the evidence long before it shows in the sum of squares. A cause that changes the data
+        by less than solvers differ is no gap, whatever its evidence: differences of solvers are not noise, and resemble
+        effects.
         """
         return self.p_value <= CERTAIN_P or (self.is_supported and self.gap_size >= LEAST_SIZE)
 
@@ -118,7 +120,7 @@ class Hypotheses:
 
     @cached_property
     def gap_size(self) -> float:
-        """By how much the best effect changes what is modelled: rms of the relative difference."""
+        """Change of the modelled data by the best effect, as rms of the relative difference."""
         names = self.best_fitted
         if names is None:
             return 0.0
@@ -144,10 +146,11 @@ class Hypotheses:
         return sorted((names for names in self.evidence if names), key=lambda names: -self.score(names))
 
     def probabilities(self) -> dict[tuple[str, ...], float]:
-        """Return probabilities by names: scores over the temperature that development runs called for.
+        """Return probabilities by names, from scores divided by a temperature calibrated on development runs.
 
-        Evidence weighs what was tried. That something else acts which looks the same, it cannot know: development runs
-        say how often, and that share of what the known effects have is the unknown's.
+        Evidence weighs the hypotheses that were tried only. How often something else acts that looks like a known
+        effect is calibrated on development runs, too: this share of the known effects' probability is the unknown
+        cause's.
         """
         names = list(self.evidence)
         scaled = np.array([self.score(n) for n in names]) / TEMPERATURE
@@ -158,13 +161,13 @@ class Hypotheses:
         return shares | {n: right * shares[n] for n in known} | {UNKNOWN: shares[UNKNOWN] + mistaken}
 
     def probability_with(self, causes: Sequence[tuple[str, ...]]) -> float:
-        """Return the probability of some causes; with a second effect of little use beside it, it is the same one."""
+        """Return the probability of some causes, with or without a second effect besides."""
         shares = self.probabilities().items()
-        return sum(p for names, p in shares if any(set(one) <= set(names) for one in causes))
+        return sum(p for names, p in shares if any(set(cause) <= set(names) for cause in causes))
 
 
 def tolerant_evidence(fitted: Fitted) -> float:
-    """Return the log evidence of a hypothesis that may be off by as much as solvers, and its laws, are."""
+    """Return the log evidence of a hypothesis with a discrepancy as large as the differences of solvers."""
     return discrepancy_evidence(fitted, _SMALL)[0]
 
 
@@ -173,25 +176,25 @@ def compare(
     singles: Mapping[tuple[str, ...], Fitted],
     effects: Mapping[str, BaseEffect],
     executor: Executor | None = None,
-) -> Hypotheses:
-    """Return the evidence of nominal model, single effects, pairs of promising ones, and of something unknown."""
+) -> ModelComparison:
+    """Return the evidence of the nominal model, single effects, promising pairs, and an unknown cause."""
     fitted = dict(singles)
-    evidence = {names: tolerant_evidence(one) for names, one in {(): nominal, **fitted}.items()}
+    evidence = {names: tolerant_evidence(fit) for names, fit in {(): nominal, **fitted}.items()}
     best = sorted(singles, key=lambda names: -evidence[names])
     several = len(nominal.hypothesis.data) > 1
-    strained = bool(best) and bool(strain(singles[best[0]]))
-    # of one configuration two are named never, and matter only where one effect does not fit
-    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or strained):
-        pairs = _promising(singles, best, effects, several=several, strained=strained)
+    is_unfit = bool(best) and bool(lack_of_fit(singles[best[0]]))
+    # from a single configuration pairs are never named, and matter only where no single effect fits
+    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or is_unfit):
+        pairs = _promising(singles, best, effects, several=several, is_unfit=is_unfit)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
-        begun = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
-        rough = finish_all(begun, executor, behind=_PAIR_BEHIND)
-        for (names, second), pair in polished(rough, executor, HOPELESS).items():
+        started = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
+        coarse = finish_all(started, executor, behind=_PAIR_BEHIND)
+        for (names, second), pair in polish_fits(coarse, executor, UNEXPLAINED).items():
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
     evidence[UNKNOWN] = discrepancy_evidence(nominal, _LARGE)[0]
-    return Hypotheses(nominal, fitted, evidence, len(singles))
+    return ModelComparison(nominal, fitted, evidence, len(singles))
 
 
 def _promising(
@@ -200,33 +203,34 @@ def _promising(
     effects: Mapping[str, BaseEffect],
     *,
     several: bool,
-    strained: bool,
+    is_unfit: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
-    """Return pairs to be fitted, no pair twice: the best effect with those that would gain most beside it.
+    """Return pairs to be fitted, no pair twice: the best effect with those of the largest expected gain besides.
 
-    Where it leaves a misfit by itself, the next best ones as well, and of several configurations the best with every
-    other: far from a minimum, gains are not to be foreseen.
+    Where the best effect alone does not fit, the next best ones are combined as well, and with several configurations
+    the best with every other effect: far from a minimum, gains cannot be estimated.
     """
-    found: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
-    least = min(one.minimum.cost for one in singles.values())
-    hopeful = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
-    for names in hopeful[: N_FIRST if strained else 1]:
+    pairs: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
+    least = min(fit.minimum.cost for fit in singles.values())
+    competitive = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
+    for names in competitive[: N_FIRST if is_unfit else 1]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
-        for second in others if several and strained and names == best[0] else _likely(singles[names], others):
-            found.setdefault(frozenset((*names, second)), (names, second))
-    return list(found.values())
+        for second in others if several and is_unfit and names == best[0] else _likely(singles[names], others):
+            pairs.setdefault(frozenset((*names, second)), (names, second))
+    return list(pairs.values())
 
 
 def _likely(fitted: Fitted, others: Mapping[str, BaseEffect]) -> list[str]:
-    """Return the further effects that promise most beside those of a fit."""
+    """Return the further effects of the largest expected gains beside those of a fit."""
     gains = expected_gains(fitted, others)
-    return [name for name in sorted(gains, key=lambda one: -gains[one])[:N_SECOND] if gains[name] > SECOND_EVIDENCE]
+    return [name for name in sorted(gains, key=lambda name: -gains[name])[:N_SECOND] if gains[name] > SECOND_EVIDENCE]
 
 
 def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str, float]:
-    """Return by about how much the cost would fall with each of some further effects: half the score statistic.
+    """Return estimates of half the fall of the cost with each of some further effects: half the score statistic.
 
-    From the change of the residuals that an effect of its usual size makes, taken as proportional to that size.
+    From the change of the residuals by an effect of its usual size, taken as proportional to the size. C. R. Rao, Proc.
+    Camb. Philos. Soc. 44 (1948) 50-57.
     """
     hypothesis, minimum = fitted.hypothesis, fitted.minimum
     here = hypothesis.residual(minimum.z)
@@ -235,7 +239,7 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
         more = hypothesis.with_effects(*hypothesis.effects, effect)
         parts = [p.prior.normal is not None for p in effect.parameters]
         steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
-        change = fitted.softened(more.residual(steps) - here)
+        change = fitted.whitened(more.residual(steps) - here)
         if not np.all(np.isfinite(change)):
             gains[name] = 0.0
             continue
@@ -248,7 +252,7 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
     return gains
 
 
-def _begin_pair(task: tuple[Fitted, BaseEffect]) -> Begun:
-    one, other = task
-    hypothesis = one.hypothesis.with_effects(*one.hypothesis.effects, other)
-    return begin(hypothesis, one.minimum.z, followed=1)
+def _begin_pair(task: tuple[Fitted, BaseEffect]) -> StartedFit:
+    fitted, second = task
+    hypothesis = fitted.hypothesis.with_effects(*fitted.hypothesis.effects, second)
+    return begin(hypothesis, fitted.minimum.z, followed=1)

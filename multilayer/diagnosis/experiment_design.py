@@ -1,105 +1,147 @@
-"""Which change of an experiment best separates the hypotheses that are still alive."""
+"""Experimental design: which change of an experiment best discriminates between rival hypotheses.
+
+G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71: the expected gain is the distance of two hypotheses'
+predictions, weighted by the product of their probabilities.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ComplexArray, RealArray, half_turn
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.executors import run_all
 
-Alive: TypeAlias = Sequence[tuple[Fitted, float]]  # hypotheses with their probabilities
+Rivals: TypeAlias = Sequence[tuple[Fitted, float]]  # hypotheses with their probabilities
 _MOST = 1e4  # nats
 
 
-class Change(Protocol):
-    """A change of an experiment."""
+@dataclass(frozen=True)
+class Design:
+    """A planned change of an experiment.
 
-    @property
-    def change(self) -> str:
-        """In words."""
+    Attributes
+    ----------
+    change : str
+        In words.
+    cost : float
+        Hours of a laboratory's time.
+    """
 
-    @property
-    def cost(self) -> float:
-        """Hours of a laboratory's time."""
+    change: str
+    cost: float
 
 
-C = TypeVar("C", bound=Change)
+class Prediction(NamedTuple):
+    """Predicted values, shape (n,), and a root of their covariance by the unknowns' posterior, shape (n, d)."""
+
+    values: ComplexArray
+    root: ComplexArray
+
+
+D = TypeVar("D", bound=Design)
 T = TypeVar("T")
 
 
 def unchanged(part: T) -> T:
-    """Return a part of an experiment that a change leaves alone: by name, as other processes need it."""
+    """Return a part of an experiment that a design leaves as it is; a named function, as pickling needs it."""
     return part
 
 
-def rank_changes(
-    alive: Alive,
-    menu: Sequence[C],
-    nothing: C,
-    predict: Callable[[Fitted, C], Any],
-    distance: Callable[[Any, Any, Fitted], float],
+def rank_designs(
+    rivals: Rivals,
+    designs: Sequence[D],
+    unchanged_design: D,
+    predict: Callable[[Fitted, D], Prediction],
     executor: Executor | None = None,
+    *,
+    has_phase: bool = False,
 ) -> list[dict[str, Any]]:
     """Return the entries of ``next_experiment``, the most informative for its cost first.
 
     Parameters
     ----------
-    alive : sequence of (Fitted, probability)
-    menu : sequence of changes
-    nothing : change
-        That changes nothing.
+    rivals : sequence of (Fitted, probability)
+    designs : sequence of Design
+    unchanged_design : Design
+        That of the experiment as it was.
     predict : callable
-        Gives what a hypothesis foretells after a change: values of shape (n,), and whatever `distance` takes.
-    distance : callable
-        Gives half the squared distance, nats, of two predictions in units of their common uncertainty; its third
-        argument is the first one's hypothesis.
+        Prediction of a hypothesis for a design.
     executor : Executor, optional
-        Where predictions are made; in this process when left out. `menu` and `predict` must be fit for pickling.
-
-    Notes
-    -----
-    After G. E. P. Box & W. J. Hill, Technometrics 9 (1967) 57-71: the expected gain is the distance of two hypotheses'
-    predictions, weighted by the product of their probabilities.
+        Where predictions are made; in this process when left out. `designs` and `predict` must be picklable.
+    has_phase : bool
+        Whether the imaginary part of predictions is an angle.
     """
-    if len(alive) < 2:
+    if len(rivals) < 2:
         return []
-    found = []
-    hypotheses = [fitted for fitted, _ in alive]
-    as_before, *foretold = run_all(partial(_predictions, predict, hypotheses), [nothing, *menu], executor)
-    for change, predictions in zip(menu, foretold, strict=True):
+    entries = []
+    hypotheses = [fitted for fitted, _ in rivals]
+    tasks = [unchanged_design, *designs]
+    as_before, *predicted = run_all(partial(_predictions, predict, hypotheses), tasks, executor)
+    for design, predictions in zip(designs, predicted, strict=True):
         if all(np.allclose(new[0], old[0], rtol=1e-9) for new, old in zip(predictions, as_before, strict=True)):
-            continue  # of no consequence for what is still alive: a mere repetition
+            continue  # changes nothing for these hypotheses: a mere repetition
         best: tuple[float, int, int] = (-1.0, 0, 1)
         gains, weights = 0.0, 0.0
-        for (i, a), (j, b) in combinations(enumerate(alive), 2):
+        for (i, a), (j, b) in combinations(enumerate(rivals), 2):
             weight = a[1] * b[1]
-            gain = min(distance(predictions[i], predictions[j], a[0]), _MOST)
+            gain = min(_half_squared_distance(predictions[i], predictions[j], a[0], has_phase=has_phase), _MOST)
             gains, weights = gains + weight * gain, weights + weight
             best = max(best, (weight * gain, i, j))
-        found.append(
+        entries.append(
             {
-                "change": change.change,
-                "separates": [list(alive[i][0].names) for i in best[1:]],
+                "change": design.change,
+                "separates": [list(rivals[i][0].names) for i in best[1:]],
                 "expected_gain": round(gains / max(weights, 1e-12), 2),
-                "cost_hours": change.cost,
+                "cost_hours": design.cost,
             }
         )
-    return sorted(found, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
+    return sorted(entries, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
 
 
-def _predictions(predict: Callable[[Fitted, C], Any], alive: Sequence[Fitted], change: C) -> list[Any]:
-    return [predict(fitted, change) for fitted in alive]
+def _predictions(predict: Callable[[Fitted, D], Prediction], rivals: Sequence[Fitted], design: D) -> list[Prediction]:
+    return [predict(fitted, design) for fitted in rivals]
 
 
-def half_squared(delta: RealArray, spread: RealArray) -> float:
-    """Return ``delta^T (1 + S S^T)^-1 delta / 2`` for whitened differences (n,) and what is open of them, S (n, d)."""
-    along = spread.T @ delta
-    inner = np.linalg.solve(np.eye(spread.shape[1]) + spread.T @ spread, along)
+def posterior_without(fitted: Fitted, removed: Callable[[Any], bool]) -> tuple[list[Any], RealArray, RealArray]:
+    """Return the effects that a design leaves, and the posterior of the unknowns without the removed effects.
+
+    Parameters
+    ----------
+    fitted : Fitted
+    removed : callable
+        Whether the design removes an effect.
+
+    Returns
+    -------
+    effects : list of effects
+    z : array, shape (d,)
+    root : array, shape (d, d)
+        Of the covariance of z.
+    """
+    hypothesis = fitted.hypothesis
+    effects = [effect for effect in hypothesis.effects if not removed(effect)]
+    names = {parameter.name for parameter in hypothesis.with_effects(*effects).parameters}
+    index = [i for i, parameter in enumerate(hypothesis.parameters) if parameter.name in names]
+    covariance = fitted.minimum.covariance[np.ix_(index, index)]
+    return effects, fitted.minimum.z[index], np.asarray(np.linalg.cholesky(covariance))
+
+
+def _half_squared_distance(a: Prediction, b: Prediction, fitted: Fitted, *, has_phase: bool) -> float:
+    """Return half the squared Mahalanobis distance of two predictions, nats, by noise and by both posteriors."""
+    difference = a.values - b.values
+    if has_phase:
+        difference = difference.real + 1j * half_turn(difference.imag)
+    whiten = fitted.hypothesis.experiments[0].whiten
+    delta, root = whiten(difference), whiten(np.concatenate([a.root, b.root], axis=1).T).T
+    # (1 + S S^T)^-1 by the matrix inversion lemma
+    along = root.T @ delta
+    inner = np.linalg.solve(np.eye(root.shape[1]) + root.T @ root, along)
     return float(0.5 * (delta @ delta - along @ inner))

@@ -14,7 +14,7 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.model_discrepancy import Embedded, law_basis, smooth_basis
+from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import ALIVE
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
@@ -24,18 +24,19 @@ from multilayer.inference.multistart import continuation_sizes, costs_per_datum,
 from multilayer.inference.problem import Minimum, Problem
 
 K = TypeVar("K")
-_WIDEST = 100.0  # standard deviations of the prior, times an effect's `size_error`, that a law leaves open at most
+H = TypeVar("H", bound=Hypothesis)
+_WIDEST = 100.0  # most standard deviations of the prior, times an effect's `size_error`, that a law leaves uncertain
 _TINY = 1e-300
-_TOLERANCE = 1e-9  # of the cost, relative: sizes are then the same to 1e-3 whatever the processor
-_ROUGH = 1e-3  # that of minima that are compared
-_SOME, _MOST = 30, 100  # steps after which ends are compared, and a descent is given up
-ROUGHLY = (_SOME, _ROUGH)  # steps and tolerance of minima that are compared
-_FOLLOWED = 2  # valleys whose floor is sought
-_BEHIND = 10.0  # times the least misfit of all effects in their valleys: of one that is given up
-_NEAR, _MOST_FOLLOWED = 2.0, 5  # the same of fits whose rough minima are followed to the end, and how many of them
-HOPELESS = 10.0  # cost per datum at a rough minimum, the errors of laws allowed, above which nothing is explained
+_TOLERANCE = 1e-9  # of the cost, relative: sizes are then reproducible to 1e-3 on any processor
+_COARSE = 1e-3  # tolerance of minima that are only compared
+_SOME, _MOST = 30, 100  # steps after which minima are compared, and after which a descent is given up
+COARSELY = (_SOME, _COARSE)  # steps and tolerance of minima that are only compared
+_FOLLOWED = 2  # valleys that are followed to their minimum
+_BEHIND = 10.0  # times the least misfit in the valleys of all effects, above which an effect is given up
+_NEAR, _MOST_FOLLOWED = 2.0, 5  # times the least misfit, up to which coarse minima are polished, and how many at most
+UNEXPLAINED = 10.0  # cost per datum, errors of laws included, above which a hypothesis explains nothing
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
-_SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of those of either sign
+_SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of sizes of either sign
 
 
 @dataclass(frozen=True)
@@ -46,11 +47,11 @@ class Fitted:
     ----------
     hypothesis : Hypothesis
     minimum : Minimum
-        Its residuals have unit variance where the effects' laws are as wrong as they may be.
+        Its residuals are whitened by noise and by the errors of the effects' laws.
     errors : LowRank, optional
-        Those of the laws; none of the nominal model.
+        Covariance of noise and of the laws' errors; none of the nominal model.
     valleys : array, shape (k, n), optional
-        Coordinates where its search began, the most promising first.
+        Coordinates where its descents began, the most promising first.
     """
 
     hypothesis: Hypothesis
@@ -60,31 +61,43 @@ class Fitted:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of its effects."""
+        """Names of the effects."""
         return self.hypothesis.names
 
     @property
     def log_evidence(self) -> float:
-        """Laplace's, but for the constant of the whitened data."""
+        """Laplace's approximation, without the constant of the whitened data."""
         return self.minimum.log_evidence - (0.5 * self.errors.log_determinant if self.errors else 0.0)
 
-    def softened(self, values: RealArray) -> RealArray:
-        """Return changes of the hypothesis' residuals, shape (..., n_data), as changes of those of the minimum."""
+    def hypothesis_as(self, kind: type[H]) -> H:
+        """Return the hypothesis, which must be of a kind.
+
+        Raises
+        ------
+        TypeError
+            When it is of another kind.
+        """
+        if not isinstance(self.hypothesis, kind):
+            raise TypeError(f"{type(self.hypothesis).__name__} is no {kind.__name__}")
+        return self.hypothesis
+
+    def whitened(self, values: RealArray) -> RealArray:
+        """Return changes of the hypothesis' residuals, shape (..., n_data), whitened by the laws' errors as well."""
         return values if self.errors is None else self.errors.whitened(values)
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
-        """Return value and ends of the central interval of an effect's parameter, in its own unit.
+        """Return value and ends of the central interval of an effect's parameter, in its unit.
 
-        Laplace's approximation, and what the effect's law leaves open of the size (`BaseEffect.size_error`).
+        By Laplace's approximation, and by the uncertainty of sizes for a given law (`BaseEffect.size_error`).
         """
         index = [p.name for p in self.hypothesis.parameters].index(name)
         prior = self.hypothesis.parameters[index].prior
         value, z = prior.value, float(self.minimum.z[index])
         here, slope = float(value(z)), prior.slope(z)
         relative = abs(slope) if prior.is_logarithmic else abs(slope) / max(abs(here), _TINY)
-        # far beyond a bound of the prior the value does not move any more: its whole range is open
-        open_by_law = self._size_error(name) / max(relative, 1 / _WIDEST)
-        spread = float(np.hypot(np.sqrt(self.minimum.covariance[index, index]), open_by_law))
+        # far beyond a bound of the prior the value is constant: its whole range is uncertain
+        std_by_law = self._size_error(name) / max(relative, 1 / _WIDEST)
+        spread = float(np.hypot(np.sqrt(self.minimum.covariance[index, index]), std_by_law))
         reach = spread * float(ndtri(0.5 + probability / 2))
         return here, float(value(np.asarray(z - reach))), float(value(np.asarray(z + reach)))
 
@@ -94,25 +107,25 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Begun:
-    """A fit of which valleys are known, not their floors.
+class StartedFit:
+    """A fit of which the valleys are known, but not yet their minima.
 
     Attributes
     ----------
     hypothesis : Hypothesis
     starts : array, shape (k, n)
         Coordinates in the valleys, the most promising first.
-    given_up : Fitted
-        The fit in the first of them, the errors of laws as there; at its end it would have more evidence.
+    provisional : Fitted
+        The fit at the first of them, for the case that it is given up; a finished fit would have more evidence.
     """
 
     hypothesis: Hypothesis
     starts: RealArray
-    given_up: Fitted
+    provisional: Fitted
 
     @classmethod
-    def at(cls, hypothesis: Hypothesis, starts: RealArray) -> Begun:
-        """Return what is known at the starts."""
+    def at(cls, hypothesis: Hypothesis, starts: RealArray) -> StartedFit:
+        """Return a fit that begins at these starts."""
         z, errors = starts[0], None
         problem: Problem = hypothesis
         if _has_law_errors(hypothesis):
@@ -125,8 +138,8 @@ class Begun:
 
     @property
     def ends(self) -> list[Callable[[], Fitted]]:
-        """What finishes the fit in every valley, not done yet; that with the most evidence is the fit."""
-        return [partial(at_minimum, self.hypothesis, z, *ROUGHLY) for z in self.starts]
+        """Tasks that finish the fit in each valley; the result with the most evidence is the fit."""
+        return [partial(at_minimum, self.hypothesis, z, *COARSELY) for z in self.starts]
 
 
 def fit(hypothesis: Hypothesis, start: RealArray) -> Fitted:
@@ -136,32 +149,32 @@ def fit(hypothesis: Hypothesis, start: RealArray) -> Fitted:
 
 def begin(
     hypothesis: Hypothesis, start: RealArray, *, others: RealArray | None = None, followed: int = _FOLLOWED
-) -> Begun:
-    """Return the valleys of a hypothesis.
+) -> StartedFit:
+    """Return a fit of a hypothesis whose valleys are known.
 
     Parameters
     ----------
     hypothesis : Hypothesis
     start : array, shape (n,)
-        Coordinates of law and nuisances, and of effects that are given already.
+        Coordinates of law and nuisances, and of the effects but the last.
     others : array, shape (m, n), optional
-        Further ones.
+        Further starts.
     followed : int
-        Of how many valleys the floor is sought.
+        How many valleys are followed to their minimum.
     """
-    # what is stated of the laboratory may have been dragged far off to explain what the effect explains
-    stated = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
-    bases = [start[None], np.where(stated, 0.0, start)[None], *([] if others is None else [others])]
+    # without the effect, nuisances may have been fitted far off to explain what the effect explains
+    is_nuisance = np.array([parameter.nuisance for parameter in hypothesis.parameters[: len(start)]], dtype=bool)
+    bases = [start[None], np.where(is_nuisance, 0.0, start)[None], *([] if others is None else [others])]
     effect = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(start)))
     starts = valleys(hypothesis, np.unique(np.concatenate(bases), axis=0), effect)
-    if any(one.needs_finite_elements for one in hypothesis.effects):
-        # these hold around one law, with which they were made: that is as good a start as a valley
+    if any(e.needs_finite_elements for e in hypothesis.effects):
+        # finite elements hold around the law that they were made for: this is as good a start as a valley
         points = np.concatenate([np.broadcast_to(start, (len(effect), len(start))), effect], axis=1)
-        straight = points[np.argmin(costs_per_datum(hypothesis.residual, points))]
-        return Begun.at(hypothesis, np.insert(starts[:followed], 0, straight, axis=0))
-    if not len(starts):  # no response anywhere: where it is, for what follows to say so
+        best = points[np.argmin(costs_per_datum(hypothesis.residual, points))]
+        return StartedFit.at(hypothesis, np.insert(starts[:followed], 0, best, axis=0))
+    if not len(starts):  # no response anywhere: the start itself, at which the fit will have no finite cost
         starts = np.concatenate([start, effect[0]])[None]
-    return Begun.at(hypothesis, starts[:followed])
+    return StartedFit.at(hypothesis, starts[:followed])
 
 
 def _has_law_errors(hypothesis: Hypothesis) -> bool:
@@ -171,24 +184,27 @@ def _has_law_errors(hypothesis: Hypothesis) -> bool:
 def at_minimum(hypothesis: Hypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
     """Return the minimum reached from a start near it, with the errors of laws there."""
     if not _has_law_errors(hypothesis):
-        return Fitted(hypothesis, minimised(hypothesis, start, most, tolerance))
-    embedded = Embedded(hypothesis)
-    found = embedded.minimum(minimised(embedded, start, most, tolerance))
-    return Fitted(hypothesis, found, embedded.errors(found.z))
+        return Fitted(hypothesis, minimise_scaled(hypothesis, start, most, tolerance))
+    with_errors = WithLawErrors(hypothesis)
+    minimum = with_errors.minimum(minimise_scaled(with_errors, start, most, tolerance))
+    return Fitted(hypothesis, minimum, with_errors.errors(minimum.z))
 
 
-def polished(fits: Mapping[K, Fitted], executor: Executor | None = None, most: float = float("inf")) -> dict[K, Fitted]:
-    """Return fits at their minima, from near there.
+def polish_fits(
+    fits: Mapping[K, Fitted], executor: Executor | None = None, most: float = float("inf")
+) -> dict[K, Fitted]:
+    """Return coarse fits at their exact minima.
 
-    Those that explain far less than the best, or leave more than `most` per datum, stay as they are; those that an
-    experiment may have to tell from the best are followed until nothing moves any more.
+    Fits that explain far less than the best, or leave a cost of more than `most` per datum, stay as they are; those
+    that an experiment may have to distinguish from the best are followed to full convergence.
     """
-    least = min((one.minimum.cost for one in fits.values()), default=0.0)
-    near = [key for key, one in fits.items() if one.minimum.cost < _NEAR * least and one.minimum.cost_per_datum < most]
+    least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
+    near = [key for key, fit in fits.items() if fit.minimum.cost < _NEAR * least and fit.minimum.cost_per_datum < most]
     chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
-    found = _replaced(fits, chosen, _polish, executor)
-    best = max((found[key].log_evidence for key in chosen), default=0.0)
-    return _replaced(found, [key for key in chosen if found[key].log_evidence > best - ALIVE], _settled, executor)
+    polished = _replaced(fits, chosen, _polish, executor)
+    best = max((polished[key].log_evidence for key in chosen), default=0.0)
+    rivals = [key for key in chosen if polished[key].log_evidence > best - ALIVE]
+    return _replaced(polished, rivals, _with_fixed_errors, executor)
 
 
 def _replaced(
@@ -198,49 +214,49 @@ def _replaced(
 
 
 def _polish(fitted: Fitted) -> Fitted:
-    """Return the best of a fit's own minimum and, where the data alone leave much over, those below its valleys.
+    """Return the best of the minimum reached from a fit and, where its misfit is large, those reached from its valleys.
 
-    What the errors of laws may explain is no valley of the data alone, and a descent that uses them early is lost:
-    there a smooth discrepancy is allowed first, and let go by and by.
+    The misfit is that without errors of laws. A minimum that needs these need not be near a valley without them, and a
+    descent with them from far away goes astray: from there a smooth discrepancy is allowed first, and reduced in steps.
     """
     hypothesis, starts = fitted.hypothesis, [fitted.minimum.z]
     if fitted.valleys is not None and is_far_off(float(costs_per_datum(hypothesis.residual, starts[0][None])[0])):
         misfits = costs_per_datum(hypothesis.residual, fitted.valleys)
         pairs = zip(fitted.valleys, map(continuation_sizes, misfits), strict=True)
-        starts += [_eased(hypothesis, *pair) for pair in pairs]
+        starts += [_by_continuation(hypothesis, *pair) for pair in pairs]
     return best_of([at_minimum(hypothesis, start) for start in starts])
 
 
-def _eased(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
-    """Return roughly where a fit comes to with a smooth discrepancy that is let go by and by."""
+def _by_continuation(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
+    """Return coordinates near the minimum that a descent reaches with a smooth discrepancy of falling size."""
     smooth = smooth_basis(hypothesis)
     for size in sizes:
-        soft = LowRank.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
-        z = minimise(WithModelErrors(hypothesis, soft), z, _SOME, _ROUGH, "dogbox").z
+        errors = LowRank.of(np.concatenate([size * smooth, law_basis(hypothesis, z)], axis=1))
+        z = minimise(WithModelErrors(hypothesis, errors), z, _SOME, _COARSE, "dogbox").z
     return z
 
 
-def _settled(fitted: Fitted) -> Fitted:
-    """Return a fit where nothing moves any more; what is hopeless stays where it is.
+def _with_fixed_errors(fitted: Fitted) -> Fitted:
+    """Return a fully converged fit with the errors of laws fixed; one that explains nothing stays as it is.
 
-    How wrong a law is, is known roughly, and is not to tell how large its effect is: at last the errors are held as
-    they are at the minimum of `Embedded`, and the fit follows.
+    The size of a law's error is known only roughly and must not influence the size of its effect: the errors are fixed
+    at the minimum of `WithLawErrors`, and the hypothesis is fitted again.
     """
-    if fitted.errors is None or fitted.minimum.cost_per_datum > HOPELESS:
+    if fitted.errors is None or fitted.minimum.cost_per_datum > UNEXPLAINED:
         return fitted
-    embedded = Embedded(fitted.hypothesis)
-    z = minimise_bfgs(embedded, fitted.minimum.z).z
-    errors = embedded.errors(z)
-    return Fitted(fitted.hypothesis, minimised(WithModelErrors(fitted.hypothesis, errors), z), errors)
+    with_errors = WithLawErrors(fitted.hypothesis)
+    z = minimise_bfgs(with_errors, fitted.minimum.z).z
+    errors = with_errors.errors(z)
+    return Fitted(fitted.hypothesis, minimise_scaled(WithModelErrors(fitted.hypothesis, errors), z), errors)
 
 
-def minimised(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:
-    """Return the minimum reached from a start."""
+def minimise_scaled(problem: Problem, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Minimum:
+    """Return the minimum reached from a start, with steps scaled by the Jacobian."""
     return minimise(problem, start, most, tolerance, "trf", scaled=True)
 
 
 def _starting_points(hypothesis: Hypothesis, missing: int) -> list[RealArray]:
-    """Return the coordinates to start from of what is missing: the last effect's own where it says some."""
+    """Return starting coordinates of the last effect, of which `missing` is the number of parameters."""
     if not missing:
         return [np.empty(0)]
     effect = hypothesis.effects[-1]
@@ -256,7 +272,7 @@ def fit_effects(
     start: RealArray | None = None,
     executor: Executor | None = None,
 ) -> dict[tuple[str, ...], Fitted]:
-    """Return the fit of every effect by itself, roughly: see `polished`.
+    """Return coarse fits of every effect by itself, for `polish_fits`.
 
     Parameters
     ----------
@@ -264,7 +280,7 @@ def fit_effects(
     effects : mapping
         By name; those that the model admits.
     start : array, optional
-        The nominal model's unknowns to start from, where those of `nominal` are of no use.
+        The nominal model's unknowns to start from; those of `nominal` when left out.
     executor : Executor, optional
         Where fits run; in this process when left out.
     """
@@ -277,46 +293,46 @@ def begin_tasks(
     effects: Mapping[str, BaseEffect],
     start: RealArray | None = None,
     others: RealArray | None = None,
-) -> dict[tuple[str, ...], Callable[[], Begun]]:
-    """Return the search for valleys in the fits of `fit_effects`, not done yet."""
+) -> dict[tuple[str, ...], Callable[[], StartedFit]]:
+    """Return the tasks that search the valleys of the fits of `fit_effects`."""
     first = nominal.minimum.z if start is None else start
     return {
-        (name,): partial(begin, nominal.hypothesis.with_effects(one), first, others=others)
-        for name, one in effects.items()
+        (name,): partial(begin, nominal.hypothesis.with_effects(effect), first, others=others)
+        for name, effect in effects.items()
     }
 
 
 def finish_all(
-    begun: Mapping[K, Begun],
+    started: Mapping[K, StartedFit],
     executor: Executor | None = None,
     rivals: Sequence[Fitted] = (),
     behind: float = _BEHIND,
 ) -> dict[K, Fitted]:
-    """Return roughly the fits that have begun, by the same keys; those far behind another are given up.
+    """Return coarse fits from started ones, by the same keys; those far behind the best are given up.
 
     Parameters
     ----------
-    begun : mapping
+    started : mapping
     executor : Executor, optional
     rivals : sequence of Fitted
-        Fits that have been finished already; they have that much less to go.
+        Fits that have been finished already, whose costs times `behind` are compared with.
     behind : float
-        Times the least cost in a first valley, or what chance makes of it: those above are given up.
+        Fits are given up above so many times the least cost in a first valley, or the number of data where larger.
     """
-    costs = {key: one.given_up.minimum.cost for key, one in begun.items()}
-    n = max((len(one.given_up.minimum.residual) for one in begun.values()), default=0)
-    finished = [behind * one.minimum.cost for one in rivals]
+    costs = {key: fit.provisional.minimum.cost for key, fit in started.items()}
+    n = max((len(fit.provisional.minimum.residual) for fit in started.values()), default=0)
+    finished = [behind * fit.minimum.cost for fit in rivals]
     least = max(min([*costs.values(), *finished], default=0.0), n)
-    tasks = [(key, end) for key, one in begun.items() if not costs[key] > behind * least for end in one.ends]
-    found: dict[K, list[Fitted]] = {}
+    tasks = [(key, end) for key, fit in started.items() if not costs[key] > behind * least for end in fit.ends]
+    ends: dict[K, list[Fitted]] = {}
     for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
-        found.setdefault(key, []).append(end)
+        ends.setdefault(key, []).append(end)
     return {
-        key: replace(best_of(found[key]), valleys=one.starts) if key in found else one.given_up
-        for key, one in begun.items()
+        key: replace(best_of(ends[key]), valleys=fit.starts) if key in ends else fit.provisional
+        for key, fit in started.items()
     }
 
 
 def best_of(ends: Sequence[Fitted]) -> Fitted:
     """Return the fit with the most evidence."""
-    return max(ends, key=lambda one: one.log_evidence)
+    return max(ends, key=lambda fit: fit.log_evidence)

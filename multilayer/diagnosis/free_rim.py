@@ -1,4 +1,4 @@
-"""Finite elements of the free rim, as exact as a comparison of hypotheses needs them, and a law to start from."""
+"""Finite elements of the free rim for a comparison of hypotheses, and a law that fits with them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from multilayer.fits.joint.search import search_laws
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
 
-ROUGH = 1e-4  # change of the cost at which a search has arrived that a fit goes on from
+COARSE = 1e-4  # relative change of the cost at which a first search has converged
 _RESOLUTION, _TOLERANCE = 0.9, 1e-4  # of mesh and reduced basis
-_ROOM = (0.98, 1.02)  # around the data's frequencies
-_FEW = 2  # solutions of plane waves that are gone on from
+_ROOM = (0.98, 1.02)  # factors around the data's frequencies
+_FEW = 2  # solutions of plane waves from which the search starts
 
 
 def free_rim(problem: CampaignProblem, minima: Sequence[Minimum]) -> tuple[Mapping[str, Rig], RealArray]:
-    """Return finite elements by configuration, and the coordinates of a law that fits with them, roughly.
+    """Return finite elements by configuration, and coordinates of a law that fits with them roughly.
 
     The elements hold for the data's frequencies only, and are coarser than those of a fit: right to a tenth of
     `thresholds.MODEL_ERROR`.
@@ -32,16 +32,16 @@ def free_rim(problem: CampaignProblem, minima: Sequence[Minimum]) -> tuple[Mappi
     problem : CampaignProblem
         Of plane waves.
     minima : sequence of Minimum
-        Its solutions, the best first.
+        Solutions of that problem, the best first.
     """
     few, settings = [*minima[:_FEW]], FitSettings()
     bands = {data.name: (_ROOM[0] * data.frequency.min(), _ROOM[1] * data.frequency.max()) for data in problem.data}
-    fineness, solve = Fineness(_RESOLUTION, _TOLERANCE, bands), partial(search_laws, n_best=1, tolerance=ROUGH)
+    fineness, solve = Fineness(_RESOLUTION, _TOLERANCE, bands), partial(search_laws, n_best=1, tolerance=COARSE)
     try:
-        bent, found = with_free_rim(problem.campaign, problem, few, _silent, settings, fineness, solve)
-    except MultilayerError:  # the free rim is so wrong here that no law is found with it
+        with_rim, solutions = with_free_rim(problem.campaign, problem, few, _silent, settings, fineness, solve)
+    except MultilayerError:  # no law fits the data with a free rim
         return rigs_around(problem.campaign, problem, minima[0], _silent, settings, fineness), minima[0].z
-    return bent.rigs, found[0].z
+    return with_rim.rigs, solutions[0].z
 
 
 def _silent(text: str) -> None:

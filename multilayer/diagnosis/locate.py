@@ -1,4 +1,8 @@
-"""Where the gap lies: channels, bands, configurations, and parts of the rig."""
+"""Localisation of the gap: which quantity, band and configuration.
+
+Matched filters, with a Monte Carlo test of the largest (the look-elsewhere effect: E. Gross & O. Vitells, Eur. Phys. J.
+C 70 (2010) 525-530).
+"""
 
 from __future__ import annotations
 
@@ -15,18 +19,18 @@ from multilayer.inference.problem import Minimum
 
 _BANDS = 4  # per configuration
 _DRAWS = 2000
-_SHOWN = 12
+_MOST_PLACES = 12
 _CHANCE = 0.01
 
 
 @dataclass(frozen=True)
 class Place:
-    """One template and how significant the residual is along it.
+    """A template, and how significant the residual is along it.
 
     Attributes
     ----------
     quantity : str
-        One of the hypothesis' two, as level and phase.
+        One of the hypothesis' two quantities, as level and phase.
     configuration : str
     band_hz : (low, high)
     significance : float
@@ -54,7 +58,7 @@ class Place:
 def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
     """Return whitened unit steps of the two quantities, by configuration and band."""
     total = sum(2 * len(data.frequency) for data in hypothesis.data)
-    found, first = [], 0
+    templates, first = [], 0
     for i, data in enumerate(hypothesis.data):
         n, f = len(data.frequency), data.frequency
         edges = np.quantile(np.log(f), np.linspace(0, 1, min(_BANDS, len(data.centres)) + 1))
@@ -63,22 +67,22 @@ def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, floa
             for quantity, step in zip(hypothesis.quantities, (inside, 1j * inside), strict=True):
                 column = np.zeros(total)
                 column[first : first + 2 * n] = hypothesis.experiments[i].whiten(step)
-                found.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
+                templates.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
         first += 2 * n
-    return found
+    return templates
 
 
 def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[list[Place], float]:
     """Return the places of the gap, the most significant first, and the significance that chance reaches.
 
-    ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C the covariance of noise and of all unknowns, linearised; the second number
-    is what the largest of all templates exceeds in one of a hundred data sets without a gap (Monte Carlo: the
-    look-elsewhere effect).
+    The significance along a template d is ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C being the covariance of noise and of
+    all unknowns, linearised. The second number is exceeded by the largest of all templates in one of a hundred data
+    sets without a gap.
     """
     templates = _templates(hypothesis)
     columns = np.stack([t[-1] for t in templates], axis=1)
     jacobian = minimum.jacobian
-    # at prior means: what the unknowns may explain is in the covariance instead
+    # residuals at the priors' means: the uncertainty of the unknowns is part of the covariance
     residual = minimum.residual - jacobian @ minimum.z
     inner = np.linalg.inv(minimum.precision)
 
@@ -96,7 +100,7 @@ def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[lis
     return sorted(places, key=lambda place: -abs(place.significance)), max(limit, float(ndtri(1 - _CHANCE)))
 
 
-def shown(places: list[Place], limit: float) -> list[dict[str, Any]]:
+def where_entries(places: list[Place], limit: float) -> list[dict[str, Any]]:
     """Return the entries of ``where``: those beyond chance, at least one, at most twelve."""
     beyond = [place for place in places if abs(place.significance) > limit] or places[:1]
-    return [place.to_dict(limit) for place in beyond[:_SHOWN]]
+    return [place.to_dict(limit) for place in beyond[:_MOST_PLACES]]

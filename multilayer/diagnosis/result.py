@@ -1,4 +1,4 @@
-"""What a diagnosis says, and how it is written down."""
+"""The result of a diagnosis."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from multilayer.json_text import json_text
 class Curves:
     """Residuals of one configuration, measured minus modelled, at the data's frequencies.
 
-    Level and phase of a ratio; of a tube real and imaginary part of the reflection coefficient stand in their places.
+    Level and phase of a ratio; of a tube real and imaginary part of the reflection coefficient instead.
 
     Attributes
     ----------
@@ -23,13 +23,13 @@ class Curves:
     frequency : array, shape (n,)
         Hz.
     burst : array of int, shape (n,)
-        Index of the burst of each.
+        Index of the burst of each datum.
     level_before, phase_before, level_after, phase_after : array
         dB and degrees; of the nominal model and of the best hypothesis.
     sigma_level, sigma_phase : array
-        One standard deviation of noise and of the model's own error.
+        Standard deviation of noise and of the model's error.
     labels : (str, str)
-        Of the two quantities, on axes.
+        Labels of the two quantities, for axes.
     """
 
     configuration: str
@@ -46,11 +46,12 @@ class Curves:
 
 @dataclass(frozen=True)
 class Similarity:
-    """How alike the effects' signatures are.
+    """Similarity of the effects' signatures.
 
     Attributes
     ----------
     names : tuple of str
+        Of the effects.
     cosines : array, shape (n, n)
     kept : array, shape (n,)
         Share of each signature that the unknowns do not absorb.
@@ -69,7 +70,7 @@ class Diagnosis:
     ----------
     campaign : str
     record : dict
-        What ``diagnosis.json`` holds.
+        Content of ``diagnosis.json``.
     curves : tuple of Curves
     similarity : Similarity
     moduli : dict
@@ -84,7 +85,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """One of effect, unknown, no_gap."""
+        """The verdict: effect, unknown or no_gap."""
         return str(self.record["verdict"])
 
     def to_json(self) -> str:

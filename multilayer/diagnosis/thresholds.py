@@ -7,29 +7,28 @@ from __future__ import annotations
 
 CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis is ahead of the nominal model
 LEAST_SCORE = 3.0  # nats, priors included, by which a cause must be ahead of the nominal model
-LEAST_SIZE = 0.0012  # rms change of the data, relative, below which an effect is no gap: solvers differ by as much
+LEAST_SIZE = 0.0012  # relative rms change of the data below which an effect is no gap: solvers differ by as much
 SECOND_EVIDENCE = 5.0  # nats that a second effect must add to the first
-MOST_UNDONE = 2.0  # times what two effects change together, of the lesser by itself: above, they undo each other
-TIED = 6.0  # nats within which hypotheses are one group: one of stated probability, see TEMPERATURE
-NEAR, MOST_NEAR = 30.0, 5  # nats within which held-out data tell causes apart, and of how many
-ALIVE = 100.0  # nats within which a rival is worth an experiment that tells it from the best
+MOST_UNDONE = 2.0  # change by the lesser of two effects over that by both together, above which they nearly cancel
+TIED = 6.0  # nats within which hypotheses form a group: 1 nat of stated probability, see TEMPERATURE
+NEAR, MOST_NEAR = 30.0, 5  # nats within which held-out data are to distinguish causes, and of how many
+ALIVE = 100.0  # nats within which a rival is worth an experiment that distinguishes it from the best
 ABSORBED = 0.1  # share of a signature that the unknowns leave: below, it cannot be seen
-ALIKE = 0.95  # cosine above which two signatures are one
+ALIKE = 0.95  # cosine above which two signatures are confounded
 SEEN_HELD_OUT = 1.3  # chi-square per datum of the nominal model on held-out data: below there is nothing to shrink
-LEAST_SHRINKAGE, LEAST_SHRINKAGE_ONE = 0.9, 0.5  # of the gap on configurations left out, and on bursts of a single one
-FULL_SHRINKAGE = 0.95  # physics that carries over like this is right, whatever its law leaves of a huge gap
-FULL_FIT = 0.98  # and so is what explains so much of it where it was fitted, and carries over
-FIT_P = 0.001  # what a cause leaves (the tolerance below allowed), or asks of stated uncertainties, or of laws: each
-TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the solvers' own errors
+LEAST_SHRINKAGE, LEAST_SHRINKAGE_ONE = 0.9, 0.5  # of the gap on held-out configurations, and on bursts of a single one
+FULL_SHRINKAGE = 0.95  # shrinkage on held-out data above which a misfit that remains of a huge gap is no objection
+FULL_FIT = 0.98  # share of the gap explained in the fit, above which LEAST_SHRINKAGE suffices for that
+FIT_P = 0.001  # least p-value of the misfit (with TOLERANCE), of stated quantities, of sizes and of laws, each
+TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the errors of solvers
 MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the data's covariance
 TEMPERATURE = 6.0  # nats of evidence per nat of stated probability: from development runs
-DETECTED = 5.0  # standard deviations of an effect that would be seen
-N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and how many partners each gets
-# how common each kind of cause is, all of its members together
+DETECTED = 5.0  # standard deviations of an effect that would be detected
+N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and number of partners of each
+# prior probability of each kind of causes, all of its members together
 PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
-# how often such verdicts were right on development runs: "no gap", a cause that is sure by its evidence (an effect
-# that is not in the library has no say in that) with several configurations and with one, and "unknown" against the
-# evidence
+# share of right verdicts on development runs: "no gap"; a cause that is certain by its evidence, which knows only the
+# effects of the library, with several configurations and with one; "unknown" against the evidence
 RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_NAMED_ONE, RIGHT_GUARDED = 0.99, 0.87, 0.7, 0.8
 
 

@@ -1,18 +1,18 @@
-"""What the decision asks of causes, by itself."""
+"""The decision between causes, and its parts."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.cross_validation import Shrinkage, shrinkage
-from multilayer.diagnosis.decision import decide, undone
+from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
+from multilayer.diagnosis.decision import cancellation, decide
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
-from multilayer.diagnosis.evidence import UNKNOWN, Hypotheses
+from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import fit, fit_effects
-from multilayer.diagnosis.unknown_cause import size_p_value
+from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
 
@@ -26,21 +26,21 @@ class OtherGain(EFFECTS["channel_gain"]):
 def fitted(effects, sizes):
     joint = joint_bench()
     hypothesis = joint.with_effects(*effects)
-    own = [float(p.prior.coordinate(size)) for p, size in zip(hypothesis.effect_parameters, sizes, strict=True)]
-    z = np.concatenate([np.zeros(len(joint.parameters)), own])
+    coordinates = [float(p.prior.coordinate(size)) for p, size in zip(hypothesis.effect_parameters, sizes, strict=True)]
+    z = np.concatenate([np.zeros(len(joint.parameters)), coordinates])
     return SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=z))
 
 
 @pytest.mark.parametrize("size", [0.04, 0.01, -0.02, -0.038])
-def test_effects_that_undo_each_other_are_seen(size):
-    found = undone(fitted([EFFECTS["channel_gain"](), OtherGain()], [0.04, size]))
+def test_the_cancellation_of_two_effects(size):
+    ratio = cancellation(fitted([EFFECTS["channel_gain"](), OtherGain()], [0.04, size]))
     first, second = np.log1p(0.04), np.log1p(size)
-    assert found == pytest.approx(min(first, abs(second)) / abs(first + second), rel=0.02)
+    assert ratio == pytest.approx(min(first, abs(second)) / abs(first + second), rel=0.02)
 
 
-def test_effects_that_have_nothing_to_do_with_each_other_undo_nothing():
+def test_independent_effects_do_not_cancel():
     # level and phase
-    assert undone(fitted([EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()], [0.04, 1e-5])) < 1
+    assert cancellation(fitted([EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()], [0.04, 1e-5])) < 1
 
 
 def test_a_skin_is_never_softer_and_glue_never_heavier_than_glue():
@@ -55,8 +55,8 @@ def test_a_skin_is_never_softer_and_glue_never_heavier_than_glue():
 def test_sizes_count_together(z, p):
     # a chi-square of two numbers: exp(-z^2/2); what belongs to the nominal model, before them, does not matter
     hypothesis = SimpleNamespace(effect_parameters=("thickness", "ratio"))
-    one = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=np.array([9.0, *z])))
-    assert size_p_value(one) == pytest.approx(p, rel=0.01)
+    found = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=np.array([9.0, *z])))
+    assert size_p_value(found) == pytest.approx(p, rel=0.01)
 
 
 def test_layers_of_glue_add_up_in_series():
@@ -65,32 +65,28 @@ def test_layers_of_glue_add_up_in_series():
     assert both.glue_mass == pytest.approx(0.1)
 
 
-def test_what_foretells_held_out_data_comes_first():
+def test_the_cause_that_predicts_held_out_data_comes_first():
     near, ahead, far = ("near",), ("ahead",), ("far",)
     evidence = {(): -500.0, ahead: 0.0, near: -21.0, far: -400.0, UNKNOWN: -300.0}
-    found = Hypotheses(None, dict.fromkeys((near, ahead, far)), evidence, 3)
-    assert found.near == [ahead, near]
-    held = {ahead: -1500.0, near: -600.0, far: -100.0}
-    told = found.informed({names: Shrinkage(9.0, 1.0, "", score) for names, score in held.items()})
-    # only what is near each other is measured against the best of these; nobody gains more than the best
-    assert told.foretold == {ahead: -900.0, near: 0.0, far: 0.0}
-    assert told.ranked[0] == near
-    assert found.score(near) == told.score(near)
+    comparison = ModelComparison(None, dict.fromkeys((near, ahead, far)), evidence, 3)
+    assert comparison.near == [ahead, near]
+    log_scores = {ahead: -1500.0, near: -600.0, far: -100.0}
+    checked = comparison.with_held_out({names: Shrinkage(9.0, 1.0, "", s) for names, s in log_scores.items()})
+    # relative to the best of the near causes, and never more than 0
+    assert checked.held_out == {ahead: -900.0, near: 0.0, far: 0.0}
+    assert checked.ranked[0] == near
+    assert comparison.score(near) == checked.score(near)
 
 
 def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     joint = joint_bench()
-    hypothesis = joint
-    nominal, gain = (fit(one, np.zeros(len(joint.parameters))) for one in with_and_without(hypothesis))
-    (made,) = shrinkage(nominal, [gain])
-    (given,) = shrinkage(nominal, [gain], before=made.before)
+    hypotheses = (joint, joint.with_effects(EFFECTS["channel_gain"]()))
+    nominal, gain = (fit(hypothesis, np.zeros(len(joint.parameters))) for hypothesis in hypotheses)
+    (made,) = cross_validate(nominal, [gain])
+    (given,) = cross_validate(nominal, [gain], before=made.before)
     assert given == made
-    (other,) = shrinkage(nominal, [gain], before=2.5)
+    (other,) = cross_validate(nominal, [gain], before=2.5)
     assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
-
-
-def with_and_without(hypothesis):
-    return hypothesis, hypothesis.with_effects(EFFECTS["channel_gain"]())
 
 
 @pytest.mark.parametrize(("behind", "verdict"), [(20.0, "effect"), (1.0, "unknown")])
@@ -100,6 +96,6 @@ def test_what_is_less_probable_than_something_else_is_not_named(behind, verdict)
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
     evidence = {(): -1000.0, names: -10.0, UNKNOWN: -10.0 - behind}
-    decision = decide(Hypotheses(nominal, fitted, evidence, 1), {names: Shrinkage(100.0, 1.0, "all")})
+    decision = decide(ModelComparison(nominal, fitted, evidence, 1), {names: Shrinkage(100.0, 1.0, "all")})
     assert decision.verdict == verdict, decision.reason
     assert decision.best == names

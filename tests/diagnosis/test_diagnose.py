@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
+from multilayer.diagnosis.assessment import N_STEPS
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
 from multilayer.diagnosis.effects import EFFECTS, delamination
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.fitting import begin, best_of
-from multilayer.diagnosis.judgement import N_STEPS
-from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
-from multilayer.diagnosis.scattered import scattered
+from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
@@ -232,7 +231,7 @@ def test_laws_all_over_the_prior_lead_to_a_buried_reading():
     nominal, _ = fit_nominal(made.campaign, made.recordings)
     hypothesis = nominal.hypothesis.with_effects(*chosen_effects(["rocking"]).values())
     near = begin(hypothesis, nominal.minimum.z)
-    everywhere = begin(hypothesis, nominal.minimum.z, others=scattered(rig_hypothesis(nominal.hypothesis)))
+    everywhere = begin(hypothesis, nominal.minimum.z, others=starting_laws(nominal.hypothesis))
     assert everywhere.given_up.minimum.cost <= near.given_up.minimum.cost
     best = best_of([end() for end in everywhere.ends])
     assert best.minimum.cost < 2 * len(best.minimum.residual)

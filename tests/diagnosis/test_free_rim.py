@@ -9,7 +9,6 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.free_rim import free_rim
-from multilayer.diagnosis.rig_hypothesis import rig_hypothesis
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.experiments.two_plate.finite_elements import two_plate_rig
 from multilayer.fits.sources import read_fit
@@ -41,7 +40,7 @@ def test_elements_of_a_diagnosis_are_right_to_a_tenth_of_what_solvers_differ_by(
     """Of broad and of sharp resonances, on a mesh twice as fine and without a reduced basis."""
     job = read_fit(shared / "campaigns" / name)
     nominal, minima = fit_nominal(job.campaign, job.recordings)
-    joint = rig_hypothesis(nominal.hypothesis)
+    joint = nominal.hypothesis
     rigs, z = free_rim(joint, minima)
     configuration, data = job.campaign.configurations[0], joint.data[0]
     few = slice(None, None, 4)

@@ -6,7 +6,7 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import Fitted, fit
-from multilayer.diagnosis.model_discrepancy import Embedded, law_basis
+from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis
 from multilayer.inference.least_squares import minimise, minimise_bfgs
 from multilayer.inference.low_rank import LowRank, WithModelErrors
 from multilayer.inference.problem import Minimum
@@ -89,7 +89,7 @@ def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names):
     """Minus twice the log density, errors of laws integrated out, by its own differences."""
     joint = joint_bench()
     hypothesis = joint.with_effects(*(EFFECTS[name]() for name in names))
-    embedded = Embedded(hypothesis)
+    embedded = WithLawErrors(hypothesis)
     z = 0.3 * np.random.default_rng(4).standard_normal(len(hypothesis.parameters))
 
     def density(at):
@@ -108,7 +108,7 @@ def test_where_errors_of_a_law_are_taken_does_not_matter():
     """From points about it a fit ends at one minimum, and there nothing moves any more."""
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     hypothesis = nominal.hypothesis.with_effects(EFFECTS["channel_gain"]())
-    embedded, near = Embedded(hypothesis), fit(hypothesis, nominal.minimum.z).minimum
+    embedded, near = WithLawErrors(hypothesis), fit(hypothesis, nominal.minimum.z).minimum
     rng = np.random.default_rng(5)
     spread = np.linalg.cholesky(near.covariance)
     ends = [minimise_bfgs(embedded, near.z + spread @ rng.standard_normal(len(near.z))) for _ in range(3)]

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.assessment import N_STEPS
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.judgement import N_STEPS
 from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
@@ -131,7 +131,7 @@ def test_what_a_reference_says_is_known(tmp_path):
     known = GaussianPrior.of(nominal_minimum(reference))
     hypothesis = replace(file.hypothesis, earlier=known)
     np.testing.assert_array_equal(hypothesis.own_coordinates(hypothesis.start), known.mean)
-    values = diagnose_tube(file.given(reference)).record["unknowns"]
+    values = diagnose_tube(file.with_reference(reference)).record["unknowns"]
     corrected = values["layers.foam.flow_resistivity"]["corrected"]
     assert corrected == pytest.approx(1.2e4, rel=0.05)
 
@@ -142,7 +142,7 @@ def test_a_cavity_behind_plants_is_found(shared):
 
     name = "Grass 6 cm"
     sure = sure_from("plants", {name: 0.06}, WIDE)
-    file = delft("plants", {f"{name} + cavity 3 cm": 0.06}, WIDE, sure.error).given(sure.file)
+    file = delft("plants", {f"{name} + cavity 3 cm": 0.06}, WIDE, sure.error).with_reference(sure.file)
     chosen = {key: EFFECTS[key]() for key in ("rear_air_gap", "thickness_error", "sample_position")}
     record = diagnose_tube(file, effects=chosen).record
     assert "rear_air_gap" in record["causes"][0]["effects"]

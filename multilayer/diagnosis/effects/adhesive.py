@@ -6,7 +6,7 @@ from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, be
 
 
 class Adhesive(Effect):
-    """Compliant, lossy layers at both faces, the same for all thicknesses."""
+    """Compliant, lossy layers at both faces, the same for all thicknesses of the sample."""
 
     name = "adhesive"
     law = "a layer at each face: stiffness per area (1 + i eta)/c, and mass"
@@ -19,5 +19,5 @@ class Adhesive(Effect):
     )  # fmt: skip
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """A rod with mass at each face."""
+        """Return the chain with a layer of stiffness and mass at each face."""
         return chain.glued((1 + 1j * values["loss_factor"]) / values["compliance"], values["surface_density"])

@@ -1,4 +1,8 @@
-"""A modulus that falls with dynamic strain."""
+"""A modulus that falls with dynamic strain.
+
+A. R. Payne, J. Appl. Polym. Sci. 6 (1962) 57-63. Response at the tone's frequency: describing functions, A. Gelb &
+W. E. Vander Velde, Multiple-Input Describing Functions and Nonlinear System Design, McGraw-Hill 1968.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +11,18 @@ import numpy as np
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.effects.base import Effect, Setting, Values, positive
 
-_FIRST, _SECOND = 8 / (3 * np.pi), 3 / 4  # shares of |e| e and of |e|^2 e that are at the tone's own frequency
+_FIRST, _SECOND = 8 / (3 * np.pi), 3 / 4  # shares of |e| e and of |e|^2 e at the tone's frequency
 
 
 class AmplitudeSoftening(Effect):
     """The stress is that of a linear sample of the strain e / (1 + b |e|).
 
-    The strain's amplitude rises and falls within a burst, so stress over strain differs from bin to bin and from burst
-    to burst as no modulus does. Both are known from the two channels: with the strain's own spectrum and those of
-    ``|e| e`` and ``|e|^2 e``, stress over strain at each bin is E times a complex number, and a linear model of that
-    modulus answers for the burst. That number is a series in b to the second order, made rational.
+    The strain's amplitude varies within a burst, so that the ratio of stress to strain differs by bin and burst as no
+    linear modulus does. It follows from the two channels: with the spectra of the strain e, of ``|e| e`` and of
+    ``|e|^2 e``, the ratio at each bin is E times a complex number, which takes the modulus' place in the linear model.
+    That number is a series in b to second order, as a Padé approximant of order [1/1].
 
-    Limits: the strain is taken as the same all over the sample's height.
+    Limits: the strain is taken as uniform over the sample's height.
     """
 
     name = "amplitude_softening"
@@ -30,7 +34,7 @@ class AmplitudeSoftening(Effect):
     parameters = (positive("softening", 50.0, 1.2),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
-        """Stress over strain at every bin, from the burst's own envelope where the channels tell it."""
+        """Return stress over strain at every bin."""
         height = setting.configuration.specimen_thickness
         first, second = (m / height**k for k, m in enumerate(setting.stretch_moments, start=1))
         first, second = _FIRST * first, _SECOND * second

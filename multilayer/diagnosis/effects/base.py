@@ -1,4 +1,4 @@
-"""The registry of unmodelled effects, and what they are made of."""
+"""The registry of unmodelled effects, and the names that modules of effects import."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A delay between the two chains."""
+"""A delay between the two measurement channels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class ChannelDelay(Effect):
-    """T exp(-i w tau), beyond what the laboratory states."""
+    """T exp(-i w tau), beyond the delay that the laboratory states."""
 
     name = "channel_delay"
     law = "T exp(-i w tau)"
@@ -18,5 +18,5 @@ class ChannelDelay(Effect):
     parameters = (signed("delay", 3e-5, "s"),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """The top channel is late."""
+        """Return the motion with the top channel delayed."""
         return np.asarray(motion * np.exp(-1j * setting.omega * values["delay"]))

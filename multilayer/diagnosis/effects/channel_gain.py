@@ -1,4 +1,4 @@
-"""A gain error between the two chains."""
+"""A gain error between the two measurement channels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class ChannelGain(Effect):
-    """T (1 + g), beyond what the laboratory states."""
+    """T (1 + g), beyond the uncertainty of gains that the laboratory states."""
 
     name = "channel_gain"
     law = "T (1 + g)"
@@ -18,5 +18,5 @@ class ChannelGain(Effect):
     parameters = (signed("gain", 0.05),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """The top channel is off by a factor."""
+        """Return the motion with the top channel off by a factor."""
         return np.asarray(motion * (1 + values["gain"]))

@@ -9,15 +9,18 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class Crosstalk(Effect):
-    """T + c + i d f/(1 kHz): what grounds share does not depend on frequency, what capacitances do rises with it."""
+    """T + c + i d f/(1 kHz): crosstalk by shared grounds is constant, by capacitances proportional to frequency.
+
+    H. W. Ott, Electromagnetic Compatibility Engineering, Wiley 2009, ch. 2.
+    """
 
     name = "crosstalk"
     law = "T + c + i d f/(1 kHz): shared grounds, and capacitances"
     separated_by = "swapped channels; the base shaken without a sample"
     source = "cables and grounds: -60 to -30 dB, a fault -20 dB"
-    law_error = 0.3  # by which path, nobody knows
+    law_error = 0.3  # the path is unknown
     parameters = (signed("share", 0.03), signed("capacitive", 0.01))
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """The base leaks into the top channel."""
+        """Return the motion with a part of the base's added."""
         return np.asarray(motion + values["share"] + 1j * values["capacitive"] * setting.frequency / 1000.0)

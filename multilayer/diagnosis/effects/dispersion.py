@@ -1,4 +1,7 @@
-"""A relaxation that the nominal law cannot follow."""
+"""A relaxation that the nominal law cannot represent.
+
+C. Zener, Elasticity and Anelasticity of Metals, Univ. of Chicago Press 1948.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, positive
 
 
 class Dispersion(Effect):
-    """One more relaxation beside the nominal law."""
+    """A further relaxation, in proportion to the nominal law."""
 
     name = "dispersion"
     law = "E (1 + d i w t/(1 + i w t))"
@@ -19,6 +22,6 @@ class Dispersion(Effect):
     parameters = (positive("strength", 0.1, 1.0), positive("relaxation_time", 3e-4, 1.5, "s"))
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
-        """A Zener element in proportion to the law."""
+        """Return the modulus with a Zener element."""
         s = 1j * setting.omega * values["relaxation_time"]
         return np.asarray(modulus * (1 + values["strength"] * s / (1 + s)))

@@ -1,4 +1,7 @@
-"""A thin facing in front of the sample."""
+"""A thin facing in front of the sample.
+
+J. F. Allard & N. Atalla, Propagation of Sound in Porous Media, 2nd ed., Wiley 2009, ch. 11 (screens).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from multilayer.stack import Stack
 
 
 class Facing(TubeEffect):
-    """Flow resistance and mass of a thin sheet, in parallel: a scrim, a skin, a film in the limit of no flow."""
+    """Flow resistance and mass of a thin sheet in parallel: a scrim or a skin; a film in the limit of no flow."""
 
     name = "facing"
     law = "Z + 1/(1/r + 1/(i w m)) at the front face"
@@ -19,6 +22,6 @@ class Facing(TubeEffect):
     law_error = 0.05
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """A screen in front, not glued."""
+        """Return the stack with a screen in front, not glued to it."""
         sheet = Screen(flow_resistance=1.0, surface_density=1.0).model_copy(update=dict(values))
         return with_layers(stack, (sheet, *stack.layers))

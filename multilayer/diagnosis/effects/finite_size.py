@@ -9,16 +9,17 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 from multilayer.measurements.description import Campaign
 from multilayer.rig.shape_factor import interpolated_shape_factor
 
-_REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: relative to the stated one, and as high as the factor is tabulated
+_REACH, _HIGHEST = 0.6, 0.49  # of Poisson's ratio: range relative to the stated one, and upper end of the table
 _DEGREE = 6
-_RESOLUTION = 0.5  # of the mesh of a static shape factor: right to 2e-4 up to nu = 0.48 and S = 1.8
+_RESOLUTION = 0.5  # of the mesh of a static shape factor: exact to 2e-4 up to nu = 0.48 and S = 1.8
 
 
 class FiniteSize(Effect):
-    """Poisson's ratio of the campaign acts with the free rim: a disc is softer than a layer held sideways.
+    """The stated Poisson's ratio acts with a free rim: a disc is softer than a laterally constrained layer.
 
-    Finite elements have the stated ratio nu; another one, nu (1 + error), or a sample that is stiffer along its radius,
-    changes the modulus by the factor of slow compression, g(nu (1 + error), S)/g(nu, S).
+    Finite elements have the stated ratio nu. Another ratio, nu (1 + error), or a sample that is stiffer along its
+    radius, changes the modulus by the factor of slow compression, g(nu (1 + error), S)/g(nu, S). Shape factor g: A. N.
+    Gent & P. B. Lindley, Proc. Inst. Mech. Eng. 173 (1959) 111-122; here by finite elements (`rig.shape_factor`).
     """
 
     name = "finite_size"
@@ -32,11 +33,11 @@ class FiniteSize(Effect):
     aside = ("poisson_error",)
 
     def applies(self, campaign: Campaign) -> bool:
-        """Without lateral contraction the rim does not matter."""
+        """Tell whether the rim matters: without lateral contraction it does not."""
         return abs(campaign.specimen.poisson_ratio) > 0.01
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
-        """What another Poisson's ratio does to slow compression."""
+        """Return the modulus with the change by another Poisson's ratio in slow compression."""
         stated = setting.campaign.specimen.poisson_ratio
         shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
         return np.asarray(modulus * _stiffer(stated, round(shape, 6), values["poisson_error"]))

@@ -16,5 +16,5 @@ class Flanking(Effect):
     parameters = (positive("stiffness", 500.0, 1.5, "N/m"), between("loss_factor", 0.0, 0.5))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """A path in parallel."""
+        """Return the chain with a spring in parallel to the sample."""
         return chain.with_(spring=values["stiffness"] * (1 + 1j * values["loss_factor"]))

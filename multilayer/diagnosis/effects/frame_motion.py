@@ -1,4 +1,7 @@
-"""A frame that moves where the nominal one is at rest."""
+"""A moving frame where the nominal one is at rest.
+
+M. A. Biot, J. Acoust. Soc. Am. 28 (1956) 168-191; limp frames: R. Panneton, J. Acoust. Soc. Am. 122 (2007) EL217-EL222.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,10 @@ _MODELS = ("jca", "jcal", "jcapl")
 
 
 class FrameMotion(TubeEffect):
-    """Biot's frame in place of a rigid one: limp where it is soft, a resonance where it is not, rigid in the limit.
+    """A Biot frame in place of a rigid one: limp where it is soft, with a resonance where it is stiffer.
 
-    Glued to what lies behind it. Normal incidence knows the modulus of uniaxial compression only, which is E at the
-    Poisson's ratio 0 taken here.
+    It is glued to the layer behind it. Normal incidence depends on the modulus of uniaxial compression only, which is E
+    for the Poisson's ratio of 0 taken here.
     """
 
     name = "frame_motion"
@@ -34,20 +37,20 @@ class FrameMotion(TubeEffect):
     )
     absent: ClassVar[Mapping[str, float]] = {"young_modulus": 1e13}  # rigid
     law_error = 0.1
-    # no resonance is skipped, of light frames and of heavy ones
+    # close enough not to miss a resonance, of light frames and of heavy ones
     starts = tuple((float(x), y, 0.0) for y in (0.0, 1.0) for x in np.linspace(-2.5, 2.5, 51))
 
     def applies(self, setting: TubeSetting) -> bool:
-        """The nominal frame must be at rest, and its pores such as Biot's theory takes."""
+        """Tell whether the nominal frame is rigid, with a model of pores that a poroelastic layer has as well."""
         index = sample_index(setting.stack)
         layer = None if index is None else setting.stack.layers[index]
         return isinstance(layer, EquivalentFluid) and layer.model in _MODELS
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """The same pores in an elastic frame."""
+        """Return the stack with the same pores in an elastic frame."""
         index = sample_index(stack)
         assert index is not None
         layer = stack.layers[index]
-        own = {name: getattr(layer, name) for name in type(layer).model_fields if name in Poroelastic.model_fields}
+        pores = {name: getattr(layer, name) for name in type(layer).model_fields if name in Poroelastic.model_fields}
         frame = {"type": "poroelastic", "poisson_ratio": 0.0, **values}
-        return with_layer(stack, index, Poroelastic.model_construct(**{**own, **frame}))
+        return with_layer(stack, index, Poroelastic.model_construct(**{**pores, **frame}))

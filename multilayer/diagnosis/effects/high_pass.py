@@ -9,7 +9,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class HighPass(Effect):
-    """1/(1 - i fc/f): the mismatch of the two chains."""
+    """A first-order high-pass filter, 1/(1 - i fc/f), by which the two channels differ."""
 
     name = "high_pass"
     law = "T / (1 - i fc/f)"
@@ -18,7 +18,7 @@ class HighPass(Effect):
     parameters = (signed("cut_off", 15.0, "Hz"),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """The top channel is high-passed (the base channel for a negative cut-off)."""
+        """Return the motion with the top channel high-passed; the base channel for a negative cut-off."""
         cut = values["cut_off"]
         factor = 1 / (1 - 1j * np.abs(cut) / setting.frequency)
         return np.asarray(motion * np.where(cut >= 0, factor, 1 / factor))

@@ -1,4 +1,8 @@
-"""Air between the sample's edge and the tube."""
+"""Air between the sample's edge and the tube.
+
+D. Pilon, R. Panneton & F. Sgard, J. Acoust. Soc. Am. 116 (2004) 344-356. Parallel assembly: K. Verdière, R. Panneton,
+S. Elkoun, T. Dupont & P. Leclaire, J. Acoust. Soc. Am. 134 (2013) 4648-4658.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,11 @@ from multilayer.diagnosis.effects.tube import TubeEffect, TubeSetting, sample_in
 from multilayer.layers.viscothermal_fluid import ViscothermalFluid
 from multilayer.stack import Stack
 
-_MOST = 0.9  # of the cross-section: beyond, there is no sample to speak of
+_MOST = 0.9  # largest share of the cross-section
 
 
 class LateralAirGap(TubeEffect):
-    """A slit along the sample's edge, side by side with it: admittances weighted by area add up."""
+    """A slit along the sample's edge, in parallel to the sample: admittances weighted by area add up."""
 
     name = "lateral_air_gap"
     law = "Y = (1 - s) Y_sample + s Y_slit, s = 4 w/D"
@@ -24,13 +28,13 @@ class LateralAirGap(TubeEffect):
     law_error = 0.3  # pressure also spreads sideways from the slit into the sample
 
     def applies(self, setting: TubeSetting) -> bool:
-        """There must be something to flow past."""
+        """Tell whether there is a sample."""
         return sample_index(setting.stack) is not None
 
     def surface(self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """Flow is shared between the sample and a slit as long as all layers."""
+        """Return the reflection of the sample in parallel to a slit as long as all layers."""
         width = values["width"]
-        # layers of a batch hold arrays, whose truth nobody may ask for
+        # layers of a batch hold arrays, which have no truth value
         lengths = [getattr(layer, "thickness") for layer in stack.layers if thickness_of(layer) > 0]  # noqa: B009
         slit = ViscothermalFluid(thickness=1.0, slit_width=1e-3)
         slit = slit.model_copy(update={"thickness": sum(lengths[1:], lengths[0]), "slit_width": width})

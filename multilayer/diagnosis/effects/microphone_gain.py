@@ -10,7 +10,7 @@ from multilayer.diagnosis.effects.tube import TubeEffect, TubeSetting
 
 
 class MicrophoneGain(TubeEffect):
-    """Sensitivities differ more than the evaluation knows."""
+    """A ratio of sensitivities that the evaluation does not take into account."""
 
     name = "microphone_gain"
     law = "H12 (1 + g), the transfer function between the microphones"
@@ -20,6 +20,6 @@ class MicrophoneGain(TubeEffect):
     law_error = 0.01
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """Back to what the microphones read, and forth again."""
+        """Return the reflection evaluated from the transfer function with its error; ISO 10534-2."""
         read = setting.transfer_function(reflection, setting.wavenumber)
         return setting.evaluated(np.asarray(read * (1 + values["gain"])))

@@ -20,6 +20,6 @@ class MicrophonePhase(TubeEffect):
     law_error = 0.01
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """Back to what the microphones read, and forth again."""
+        """Return the reflection evaluated from the transfer function with its error; ISO 10534-2."""
         read = setting.transfer_function(reflection, setting.wavenumber)
         return setting.evaluated(np.asarray(read * np.exp(1j * values["phase"])))

@@ -1,4 +1,7 @@
-"""Bending of the top plate."""
+"""Bending of the top plate.
+
+A. W. Leissa, Vibration of Plates, NASA SP-160 (1969), ch. 2: free circular plates.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, V
 
 
 class PlateFlexure(Effect):
-    """The reading moves with the plate's first bending mode, f1 = 9.08/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
+    """The reading contains the plate's first bending mode, f1 = 9.08/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
 
     name = "plate_flexure"
     law = "T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
@@ -19,12 +22,12 @@ class PlateFlexure(Effect):
     parameters = (signed("share", 0.3),)
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """One mode in the reading."""
+        """Return the motion with the bending mode's share."""
         return motion * bending(setting, values["share"])
 
 
 def bending(setting: Setting, share: RealArray) -> ComplexArray:
-    """Return what the first bending mode of the top plate multiplies the reading by: 1 for a share of 0."""
+    """Return the factor on the reading by the top plate's first bending mode; 1 for a share of 0."""
     plate, configuration = setting.campaign.top_plate, setting.configuration
     h = configuration.top_plate_thickness
     stiffness = plate.young_modulus * h**3 / (12 * (1 - plate.poisson_ratio**2))

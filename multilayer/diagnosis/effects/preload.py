@@ -1,4 +1,7 @@
-"""Stiffening by the static weight of the top plate."""
+"""Stiffening by the static weight of the top plate.
+
+J. Cortazar-Noguerol, F. Cortés, I. Sarría & M. J. Elejabarrieta, Polymers 16 (2024) 1844.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, positive
 
 
 class Preload(Effect):
-    """E (1 + b sigma_static), the loss factor kept."""
+    """E (1 + b sigma_static), the loss factor unchanged."""
 
     name = "preload"
     law = "E (1 + b s), s the static stress"
@@ -20,5 +23,5 @@ class Preload(Effect):
     parameters = (positive("stiffening", 5e-4, 1.2, "1/Pa"),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
-        """Stiffer under a heavier plate; relative to no plate."""
+        """Return the modulus under the plate's weight; the law is that without a plate."""
         return np.asarray(modulus * (1 + values["stiffening"] * setting.static_stress))

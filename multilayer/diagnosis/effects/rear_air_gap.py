@@ -19,10 +19,10 @@ class RearAirGap(TubeEffect):
     law_error = 0.01  # air is known
 
     def applies(self, setting: TubeSetting) -> bool:
-        """A stack that ends in free space has no wall to stand off from."""
+        """Tell whether the stack ends at a rigid wall."""
         return setting.stack.termination == "rigid"
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """Air behind the last layer."""
+        """Return the stack with a layer of air behind the last layer."""
         air = Fluid(thickness=1.0).model_copy(update={"thickness": values["depth"]})
         return with_layers(stack, (*stack.layers, air))

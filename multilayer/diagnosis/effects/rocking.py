@@ -9,7 +9,7 @@ from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, V
 
 
 class Rocking(Effect):
-    """T + s f^2/(fr^2 - f^2 + i eta fr f)."""
+    """T + s f^2/(fr^2 - f^2 + i eta fr f): the rocking mode as an oscillator of one degree of freedom."""
 
     name = "rocking"
     law = "T + s f^2/(fr^2 - f^2 + i eta fr f)"
@@ -25,7 +25,7 @@ class Rocking(Effect):
     )
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """A share of a resonance."""
+        """Return the motion with the rocking mode's share."""
         f, resonance = setting.frequency, values["frequency"]
         mode = f**2 / (resonance**2 - f**2 + 1j * values["loss_factor"] * resonance * f)
         return np.asarray(motion + values["share"] * mode)

@@ -1,4 +1,7 @@
-"""A face that is not where the evaluation has it."""
+"""A sample whose face is not where the evaluation supposes it.
+
+B. F. G. Katz, J. Acoust. Soc. Am. 108 (2000) 2231-2237.
+"""
 
 from __future__ import annotations
 
@@ -20,5 +23,5 @@ class SamplePosition(TubeEffect):
     law_error = 0.01
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """A wave runs there and back."""
+        """Return the reflection with the phase of the way to the face and back."""
         return np.asarray(reflection * np.exp(-2j * setting.wavenumber * values["distance"]))

@@ -6,7 +6,10 @@ from multilayer.diagnosis.effects.base import VACUUM, Chain, Effect, Setting, Va
 
 
 class SaturatingAir(Effect):
-    """Pores sealed by the plates and open at the rim: the air's stiffness and drag, as far as it cannot escape."""
+    """Pores sealed by the plates and open at the rim: stiffness and drag of air that cannot escape.
+
+    See `media.pumped_disc` for the equations and their sources.
+    """
 
     name = "saturating_air"
     law = "Biot sample, pores sealed by the plates, Darcy flow to the rim; axial waves, a frame that gives way sideways"
@@ -18,5 +21,5 @@ class SaturatingAir(Effect):
     parameters = (positive("flow_resistivity", 3e4, 1.5, "N s/m4"),)
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """The sample's pores."""
+        """Return the chain with the flow resistivity of the sample's pores."""
         return chain.with_(resistivity=values["flow_resistivity"])

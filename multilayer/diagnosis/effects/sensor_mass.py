@@ -8,7 +8,7 @@ from multilayer.diagnosis.effects.plate_flexure import bending
 
 
 class SensorMass(Effect):
-    """Mass added on the top plate, which bends a little under it."""
+    """Mass added on the top plate, which bends a little under it; see `plate_flexure` for the bending."""
 
     name = "sensor_mass"
     law = "top plate mass + m; T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
@@ -18,9 +18,9 @@ class SensorMass(Effect):
     parameters = (positive("mass", 1e-3, 1.2, "kg"), signed("bending", 0.3))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """The plate is heavier."""
+        """Return the chain with a heavier plate."""
         return chain.with_(plate_mass=chain.plate_mass + values["mass"])
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """Where the mass sits the plate moves more, or less, than elsewhere."""
+        """Return the motion where the mass is mounted."""
         return motion * bending(setting, values["bending"])

@@ -12,7 +12,7 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, between, 
 
 
 class SensorMount(Effect):
-    """1/(1 - (f/fm)^2 + i eta f/fm)."""
+    """The mount as an oscillator of one degree of freedom: T / (1 - (f/fm)^2 + i eta f/fm)."""
 
     name = "sensor_mount"
     law = "T / (1 - (f/fm)^2 + i eta f/fm)"
@@ -22,6 +22,6 @@ class SensorMount(Effect):
     absent: ClassVar[Mapping[str, float]] = {"frequency": 1e6}
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
-        """The sensor on its mount follows the plate."""
+        """Return the motion of the sensor on its mount."""
         ratio = setting.frequency / values["frequency"]
         return np.asarray(motion / (1 - ratio**2 + 1j * values["loss_factor"] * ratio))

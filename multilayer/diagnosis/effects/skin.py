@@ -11,7 +11,7 @@ from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, po
 
 
 class Skin(Effect):
-    """Layers of another modulus at both faces, the same for all thicknesses."""
+    """Layers of another modulus at both faces, the same for all thicknesses of the sample."""
 
     name = "skin"
     law = "modulus times k within t of each face"
@@ -22,6 +22,6 @@ class Skin(Effect):
     absent: ClassVar[Mapping[str, float]] = {"ratio": 1.0}
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """Three rods in place of one."""
+        """Return the chain with the sample divided into skin, core and skin."""
         thickness = np.minimum(values["thickness"], 0.45 * setting.configuration.specimen_thickness)
         return chain.with_(skin=(thickness, values["ratio"]))

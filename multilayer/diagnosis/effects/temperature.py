@@ -11,7 +11,7 @@ from multilayer.stack import Stack
 
 
 class Temperature(TubeEffect):
-    """The gas in tube and sample is warmer or colder; the evaluation goes on with the wavenumber of the stated one."""
+    """The gas in tube and sample is warmer or colder; the evaluation uses the wavenumber at the stated temperature."""
 
     name = "temperature"
     law = "gas at T + dT in tube and pores; c ~ sqrt(T)"
@@ -22,17 +22,17 @@ class Temperature(TubeEffect):
     changes_gas = True
 
     def applies(self, setting: TubeSetting) -> bool:
-        """A gas described by its density and sound speed has no temperature to be wrong."""
+        """Tell whether the gas is described by its temperature, rather than by density and sound speed."""
         ambient = setting.stack.ambient
         return all(value is None for value in (ambient.density, ambient.sound_speed, ambient.viscosity))
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """Another gas in the pores."""
+        """Return the stack with the gas at the other temperature."""
         warmer = stack.ambient.temperature + values["difference"].item()
         return stack.model_copy(update={"ambient": stack.ambient.model_copy(update={"temperature": warmer})})
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
-        """Wavenumber of the real gas on the way to the microphones, of the stated one in the evaluation."""
+        """Return the reflection from a transfer function in the actual gas, evaluated with the stated temperature."""
         stated = setting.stack.ambient.temperature
-        real = setting.wavenumber * np.sqrt(stated / (stated + values["difference"]))
-        return setting.evaluated(setting.transfer_function(reflection, real))
+        actual = setting.wavenumber * np.sqrt(stated / (stated + values["difference"]))
+        return setting.evaluated(setting.transfer_function(reflection, actual))

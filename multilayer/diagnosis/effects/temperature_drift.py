@@ -19,5 +19,5 @@ class TemperatureDrift(Effect):
     parameters = (signed("total", 0.1),)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
-        """In the order of measurement, which is that of campaign.yaml."""
+        """Return the modulus at the time of each burst, in the order of campaign.yaml."""
         return np.asarray(modulus * np.exp(values["total"] * setting.order))

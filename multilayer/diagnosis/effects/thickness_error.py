@@ -18,11 +18,11 @@ class ThicknessError(TubeEffect):
     law_error = 0.01
 
     def applies(self, setting: TubeSetting) -> bool:
-        """There must be a sample."""
+        """Tell whether there is a sample."""
         return sample_index(setting.stack) is not None
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """Another thickness."""
+        """Return the stack with the sample's thickness changed."""
         index = sample_index(stack)
         assert index is not None
         layer = stack.layers[index]

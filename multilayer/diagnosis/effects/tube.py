@@ -1,4 +1,4 @@
-"""What effects of impedance tubes are made of."""
+"""The names that modules of effects of impedance tubes import."""
 
 from multilayer.experiments.effects import Values
 from multilayer.experiments.stacks.effects import (

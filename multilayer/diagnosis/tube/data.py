@@ -1,4 +1,4 @@
-"""Reflection coefficients measured in a tube, as a diagnosis takes them."""
+"""Reflection coefficients measured in a tube, prepared for a diagnosis."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
 from multilayer.simulation.settings import PlaneIncidence
 
-_SPACING = 0.05  # of frequencies in ln f: nearer ones tell nothing new, as their errors are correlated
+_SPACING = 0.05  # of frequencies in ln f: nearer ones carry little information, as their errors are correlated
 _FEWEST = 8
-_THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # differences without what is smooth
-_LARGE, _SMALL = 80.0, 4.0  # medians of |Z| that no sample has as a multiple of rho c, and in Pa s/m
+_THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # third differences
+_LARGE, _SMALL = 80.0, 4.0  # medians of |Z| that no sample reaches: as a multiple of rho c; or falls below: in Pa s/m
 
 
 def tube_data(
     measurement: SurfaceImpedance | Reflection, name: str, stack: str, scale: Scale, values: MeasuredValues, tube: Tube
 ) -> Observation:
-    """Return a measurement as data of a diagnosis: frequencies evenly over ln f, noise estimated where none is said.
+    """Return a measurement as data of a diagnosis: frequencies even in ln f, noise estimated where none is stated.
 
     Parameters
     ----------
     measurement : SurfaceImpedance or Reflection
     name, stack : str
     scale : Scale
-        Reflection coefficient of the measured quantity.
+        Transformation of the measured quantity to the reflection coefficient.
     values : MeasuredValues
     tube : Tube
 
@@ -84,8 +84,10 @@ def _even(f: RealArray) -> IndexArray:
 def roughness(reflection: ComplexArray) -> float:
     """Return the standard deviation of the noise of each part of R, from third differences of neighbouring values.
 
-    What is smooth over four neighbours cancels; the rest counts as noise, so that a coarse grid overstates it. Errors
-    common to neighbours, as those of mounting, are not seen. A median, for the sake of steps and outliers.
+    A quadratic trend over four neighbours cancels; the remainder counts as noise, so that a coarse grid overstates it.
+    Errors common to neighbours, as those of mounting, are not included. The median of absolute values over 0.6745 is
+    robust against steps and outliers (F. R. Hampel, J. Am. Stat. Assoc. 69 (1974) 383-393); differences as estimates of
+    noise: J. von Neumann, Ann. Math. Stat. 12 (1941) 367-395.
     """
     differences = np.convolve(reflection, _THIRD, mode="valid")
     size = float(np.median(np.abs(np.concatenate([differences.real, differences.imag]))))
@@ -93,7 +95,7 @@ def roughness(reflection: ComplexArray) -> float:
 
 
 def _refuse_contradiction(measurement: SurfaceImpedance | Reflection, name: str, values: ComplexArray) -> None:
-    """Refuse values whose size contradicts what the file says they are."""
+    """Refuse values whose size contradicts the quantity that the file states."""
     typical = float(np.median(np.abs(values)))
     if isinstance(measurement, Reflection):
         if typical > 1.5:

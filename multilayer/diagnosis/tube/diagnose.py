@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.tube import TubeEffect
-from multilayer.diagnosis.fitting import Fitted, fit_effects, polished
-from multilayer.diagnosis.judgement import Progress, judge
+from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits
 from multilayer.diagnosis.result import Curves, Diagnosis
-from multilayer.diagnosis.tube.experiments import next_measurements
+from multilayer.diagnosis.tube.designs import rank_tube_designs
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.observations import Observation
@@ -36,7 +36,7 @@ def diagnose_tube(
     progress: Progress | None = None,
     executor: Executor | None = None,
 ) -> Diagnosis:
-    """Say where stacks and their tube measurements disagree, which effect causes it, how far the gap shrinks with it.
+    """Diagnose where stacks and tube measurements disagree, which effect causes it, and how far the gap shrinks.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def diagnose_tube(
     effects : mapping, optional
         By name; those that the file names when left out.
     seed : int
-        Of the places' look-elsewhere draw.
+        Of the Monte Carlo test of the gap's places.
     progress : callable, optional
         Called with a short text after each of `N_STEPS` steps.
     executor : Executor, optional
@@ -55,25 +55,25 @@ def diagnose_tube(
     Raises
     ------
     InputError
-        When over most of what the priors allow the stacks have no response.
+        When the stacks have no response for most values that the priors allow.
     """
     tell = progress or (lambda text: None)
     hypothesis = file.hypothesis
-    if file.known_from is not None:
-        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.known_from)))
+    if file.reference_file is not None:
+        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
     nominal = Fitted(hypothesis, _minimum(hypothesis, file))
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
     singles = _singles(nominal, usable, executor)
     tell("effects one by one")
-    judgement = judge(nominal, singles, usable, tell, executor)
-    record = judgement.record(partial(next_measurements, executor=executor), seed) | {
-        "unknowns": _unknowns(nominal, judgement.corrected),
+    assessment = assess(nominal, singles, usable, tell, executor)
+    record = assessment.entries(partial(rank_tube_designs, executor=executor), seed) | {
+        "unknowns": _unknowns(nominal, assessment.corrected),
         "warnings": _warnings(nominal),
-        "inputs": _inputs(file, name, nominal) | judgement.fit_numbers(),
+        "inputs": _inputs(file, name, nominal) | assessment.misfit_entries(),
     }
-    return Diagnosis(name, record, _curves(nominal, judgement.shown), judgement.similarity, {})
+    return Diagnosis(name, record, _curves(nominal, assessment.best_fit), assessment.similarity, {})
 
 
 def nominal_minimum(file: DiagnosisFile) -> Minimum:
@@ -82,20 +82,22 @@ def nominal_minimum(file: DiagnosisFile) -> Minimum:
     Raises
     ------
     InputError
-        When over most of what the priors allow the stacks have no response.
+        When the stacks have no response for most values that the priors allow.
     """
     return _minimum(file.hypothesis, file)
 
 
 def _minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
-    hard = file.search
+    effort = file.search
     try:
-        found = search(hypothesis, [hypothesis.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed)
+        minima = search(
+            hypothesis, [hypothesis.start], n_best=effort.starts, n_candidates=effort.candidates, seed=effort.seed
+        )
     except ValueError:  # of scipy: a start without a finite residual
-        found = []
-    if not found:
+        minima = []
+    if not minima:
         raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
-    return found[0]
+    return minima[0]
 
 
 def _singles(
@@ -103,30 +105,23 @@ def _singles(
 ) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself.
 
-    From the nominal fit, and again from the nominal values where the gap has drawn the unknowns far from these: the
-    way back may be barred.
+    From the nominal fit, and again from the nominal values where the gap has moved the unknowns far from these, since a
+    descent may not lead back.
     """
-    hypothesis = tube_hypothesis(nominal)
-    found = fit_effects(nominal, effects, executor=executor)
+    hypothesis = nominal.hypothesis_as(StackProblem)
+    fits = fit_effects(nominal, effects, executor=executor)
     if np.max(np.abs(nominal.minimum.z - hypothesis.start)) < _FAR:
-        return polished(found, executor)
+        return polish_fits(fits, executor)
     residual, jacobian = hypothesis.linearised(hypothesis.start)
     unfitted = Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
     others = fit_effects(Fitted(hypothesis, unfitted), effects, executor=executor)
-    best = {names: min(one, others[names], key=lambda fitted: fitted.minimum.cost) for names, one in found.items()}
-    return polished(best, executor)
-
-
-def tube_hypothesis(fitted: Fitted) -> StackProblem:
-    """Return a hypothesis that is known to be one of tubes."""
-    if not isinstance(fitted.hypothesis, StackProblem):
-        raise TypeError(f"{type(fitted.hypothesis).__name__} is no hypothesis of a tube")
-    return fitted.hypothesis
+    best = {names: min(fit, others[names], key=lambda fitted: fitted.minimum.cost) for names, fit in fits.items()}
+    return polish_fits(best, executor)
 
 
 def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
     """Return the nominal model's quantities and their units."""
-    hypothesis = tube_hypothesis(fitted)
+    hypothesis = fitted.hypothesis_as(StackProblem)
     return hypothesis.field_values(hypothesis.own_coordinates(fitted.minimum.z))
 
 
@@ -139,22 +134,22 @@ def _unknowns(nominal: Fitted, best: Fitted) -> dict[str, Any]:
 
 
 def _warnings(nominal: Fitted) -> list[str]:
-    """Return where formulae do not hold, and what had to be supposed."""
-    hypothesis = tube_hypothesis(nominal)
+    """Return warnings where formulae do not hold, and where noise had to be estimated."""
+    hypothesis = nominal.hypothesis_as(StackProblem)
     with collected_warnings() as texts:
         for setting, data in zip(hypothesis.settings, hypothesis.data, strict=True):
             setting.reflection(hypothesis.stacks[data.stack])
-    supposed = [
+    estimated = [
         f"{data.name}: no noise is said; estimated from neighbouring frequencies as {data.estimated:.2g} of each part "
         "of R, which does not see what changes from one mounting to the next"
         for data in hypothesis.data
         if data.estimated is not None
     ]
-    return [*dict.fromkeys(" ".join(text.split()) for text in texts), *supposed]
+    return [*dict.fromkeys(" ".join(text.split()) for text in texts), *estimated]
 
 
 def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
-    hypothesis = tube_hypothesis(nominal)
+    hypothesis = nominal.hypothesis_as(StackProblem)
     return {
         "file": name,
         "multilayer": version("multilayer"),
@@ -164,32 +159,32 @@ def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
             for data in hypothesis.data
         },
         "model_error": {
-            data.name: _told(data, is_stated=measured.model_error is not None)
+            data.name: _model_error_text(data, is_stated=measured.model_error is not None)
             for data, measured in zip(hypothesis.data, file.measurements, strict=True)
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on tubes",
     }
 
 
-def _told(data: Observation, *, is_stated: bool) -> str:
-    """Return how far the model may be off, in words."""
+def _model_error_text(data: Observation, *, is_stated: bool) -> str:
+    """Return the size of the model's error, in words."""
     size = 0.0 if data.error is None else data.error.relative
     return f"{size:.2g}, as stated" if is_stated else f"{size:.2g} of R (none is said)"
 
 
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
-    hypothesis = tube_hypothesis(nominal)
+    hypothesis = nominal.hypothesis_as(StackProblem)
     pairs = zip(
         hypothesis.data,
         hypothesis.differences(nominal.minimum.z),
         best.hypothesis.differences(best.minimum.z),
         strict=True,
     )
-    found: Sequence[Curves] = [
+    curves: Sequence[Curves] = [
         Curves(
             data.name, data.frequency, data.burst, -before.real, -before.imag, -after.real, -after.imag,
             data.spread[0], data.spread[1], ("Re R", "Im R"),
         )
         for data, before, after in pairs
     ]  # fmt: skip
-    return tuple(found)
+    return tuple(curves)

@@ -34,15 +34,15 @@ def _as_list(value: Any) -> Any:
 class DiagnosisFile(StackFitFile):
     """A stack-fit file with effects; read one with `load_diagnosis`.
 
-    Measurements are surface impedances and reflection coefficients; where they say no noise, it is estimated.
+    Measurements are surface impedances and reflection coefficients; noise that is not stated is estimated.
 
     Attributes
     ----------
     effects : 'all' or tuple of str
     tube : Tube
     reference : Path, optional
-        Another diagnosis file, of measurements that no effect can have touched: what they say of the same unknowns is
-        known from the start.
+        Another diagnosis file with the same unknowns, of measurements without any effect: their posterior is the prior
+        of the unknowns.
     """
 
     effects: Annotated[
@@ -51,7 +51,7 @@ class DiagnosisFile(StackFitFile):
     tube: Tube = Tube()
     reference: Path | None = None
 
-    _known_from: DiagnosisFile | None = PrivateAttr(default=None)
+    _reference_file: DiagnosisFile | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _known_effects(self, info: ValidationInfo) -> Self:
@@ -73,18 +73,18 @@ class DiagnosisFile(StackFitFile):
                 "its unknowns are others; name the same ones, in the same order and with the same priors",
                 None,
             )
-        self._known_from = other
+        self._reference_file = other
 
-    def given(self, other: DiagnosisFile) -> DiagnosisFile:
-        """Return this file with another one, of the same unknowns, as its reference."""
+    def with_reference(self, other: DiagnosisFile) -> DiagnosisFile:
+        """Return this file with another file, of the same unknowns, as its reference."""
         file = self.model_copy()
-        file._known_from = other
+        file._reference_file = other
         return file
 
     @property
-    def known_from(self) -> DiagnosisFile | None:
-        """The reference, if there is one."""
-        return self._known_from
+    def reference_file(self) -> DiagnosisFile | None:
+        """The reference's file, if there is one."""
+        return self._reference_file
 
     def _wrong_effects(self) -> Iterator[Mistake]:
         for i, name in enumerate(self.effects if self.effects != "all" else ()):
@@ -102,8 +102,8 @@ class DiagnosisFile(StackFitFile):
         data = tube_data(
             measurement, name, stack, scale_of(measurement, nominal), read_values(measurement, folder), self.tube
         )
-        with collected_warnings():  # of its validity: told with the result
-            # refuses a stack that has no response at these frequencies
+        with collected_warnings():  # warnings are reported with the result
+            # raises for a stack that has no response at these frequencies
             TubeSetting(name, data.frequency, data.angle, nominal, self.tube).reflection(nominal)
         return data
 
@@ -118,19 +118,19 @@ class DiagnosisFile(StackFitFile):
         Raises
         ------
         InputError
-            When one to leave out does not exist.
+            When an effect to leave out does not exist.
         """
         for name in without:
             if name not in EFFECTS:
                 raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
         names = tube_names() if self.effects == "all" else self.effects
         classes = {name: EFFECTS[name] for name in names if name not in without}
-        return {name: found() for name, found in classes.items() if issubclass(found, TubeEffect)}
+        return {name: kind() for name, kind in classes.items() if issubclass(kind, TubeEffect)}
 
 
 def _effects_written() -> Schema:
-    one = {"enum": tube_names()}
-    return {"anyOf": [{"enum": ["all", *tube_names()]}, {"type": "array", "items": one}]}
+    name = {"enum": tube_names()}
+    return {"anyOf": [{"enum": ["all", *tube_names()]}, {"type": "array", "items": name}]}
 
 
 def _why_no_effect_of_a_tube(name: str) -> str:

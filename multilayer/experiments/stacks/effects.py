@@ -118,7 +118,7 @@ class TubeEffect(BaseEffect):
     """An unmodelled effect of a tube; subclass it and override what it changes.
 
     The model of a datum is computed in this order: the sample (`stack`), what lies beside it (`surface`), what the
-    microphones report (`reading`). Every hook returns what it was given where the effect does not act. Values of
+    microphones report (`reading`). Every hook returns its argument where the effect does not act. Values of
     parameters have the shape (m, 1), frequencies (n,).
 
     Attributes

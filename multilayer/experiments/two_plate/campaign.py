@@ -30,7 +30,7 @@ from multilayer.inference.whitening import Whitening
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 
-MODEL_ERROR = 0.002  # relative, of a solver and of the plates' idealisation: one standard deviation
+MODEL_ERROR = 0.002  # relative standard deviation, of solvers and of the plates' idealisation
 _DENSITY_STEP = 0.01
 _TINY = 1e-200  # added to motions: the logarithm of one that underflows stays finite
 _STEP = 1e-3  # of ln E
@@ -248,7 +248,7 @@ class CampaignProblem(Hypothesis):
     known : Uncertainty
         Uncertainties that the laboratory states.
     model_error : float
-        Standard deviation of the model's own relative error, smooth in ln f.
+        Standard deviation of the model's relative error, smooth in ln f.
     deviation : LawDeviation, optional
         How far the material may depart from the law; none when left out.
     end_effect : EndEffect, optional

@@ -130,8 +130,7 @@ class Effect(BaseEffect):
     """An unmodelled effect of the two-plate rig; subclass it and override what it changes.
 
     The model of a datum is computed in this order: the law's modulus (`modulus`), the rods and masses (`chain`), the
-    motion of the top plate over the base (`motion`). Every hook returns what it was given where the effect does not
-    act.
+    motion of the top plate over the base (`motion`). Every hook returns its argument where the effect does not act.
 
     Attributes
     ----------

@@ -2,8 +2,8 @@
 
 No polymer follows a law of four parameters exactly. A fit of such a law gives intervals of the law, not of the
 material: they narrow with more data, while the law's error stays. Relaxation steps: C. Zener, Elasticity and
-Anelasticity of Metals, Univ. of Chicago Press 1948; loss as the slope of ln E: H. C. Booij & G. P. J. M. Thoone, Rheol.
-Acta 21 (1982) 15-24.
+Anelasticity of Metals, Univ. of Chicago Press 1948; loss as the slope of ln E: H. C. Booij &
+G. P. J. M. Thoone, Rheol. Acta 21 (1982) 15-24.
 """
 
 from __future__ import annotations

@@ -1,0 +1,184 @@
+"""Assessment of the hypotheses, from fits of single effects to a decision: the steps common to rigs and tubes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
+from multilayer.diagnosis.decision import Decision, decide
+from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_entry, sentence
+from multilayer.diagnosis.evidence import ModelComparison, compare
+from multilayer.diagnosis.experiment_design import Rivals
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.locate import locate, where_entries
+from multilayer.diagnosis.result import Similarity
+from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
+from multilayer.diagnosis.thresholds import ALIVE
+
+Progress = Callable[[str], None]
+N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """All results that a diagnosis reports.
+
+    Attributes
+    ----------
+    comparison : ModelComparison
+    decision : Decision
+    shrinkages : mapping
+        On held-out data, by the names of effects.
+    similarity : Similarity
+    detectable : mapping
+        The smallest effects that the data would show.
+    """
+
+    comparison: ModelComparison
+    decision: Decision
+    shrinkages: Mapping[tuple[str, ...], Shrinkage]
+    similarity: Similarity
+    detectable: Mapping[str, Mapping[str, object]]
+
+    @property
+    def nominal(self) -> Fitted:
+        """The nominal model."""
+        return self.comparison.nominal
+
+    @property
+    def is_gap(self) -> bool:
+        """Whether there is a gap."""
+        return self.decision.verdict != "no_gap"
+
+    @property
+    def best_fit(self) -> Fitted:
+        """The fit of the most probable cause, whether it is trusted or not; the nominal model where there is none."""
+        return self.comparison.fitted.get(self.decision.best, self.nominal)
+
+    @property
+    def corrected(self) -> Fitted:
+        """The model to be used: with the cause where the verdict names an effect."""
+        return self.best_fit if self.decision.verdict == "effect" else self.nominal
+
+    @cached_property
+    def probabilities(self) -> dict[tuple[str, ...], float]:
+        """Probabilities of the causes."""
+        return self.comparison.probabilities()
+
+    @property
+    def rivals(self) -> Rivals:
+        """The hypotheses that an experiment should discriminate: those of the group, or the best two.
+
+        The second best is left out where it is far behind: which one is second there depends on next to nothing.
+        """
+        ranked = [names for names in self.comparison.ranked if names in self.comparison.fitted]
+        tied = [names for names in ranked if names in self.decision.group]
+        score = self.comparison.score
+        near = [names for names in ranked[:2] if score(ranked[0]) - score(names) < ALIVE]
+        chosen = tied if len(tied) > 1 else near
+        return [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
+
+    def entries(self, next_experiment: Callable[[Rivals], list[dict[str, Any]]], seed: int) -> dict[str, Any]:
+        """Return the entries of ``diagnosis.json`` that are common to rigs and tubes.
+
+        Parameters
+        ----------
+        next_experiment : callable
+            Gives the entries of ``next_experiment`` from the rivals.
+        seed : int
+            Of the Monte Carlo test of the gap's places.
+        """
+        comparison, decision, shrinkages = self.comparison, self.decision, self.shrinkages
+        probability = decision.probability(comparison)
+        where, causes, plans = [], [], []
+        if self.is_gap:
+            where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
+            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision.group)
+            plans = next_experiment(self.rivals)
+        return {
+            "version": 1,
+            "verdict": decision.verdict,
+            "sentence": sentence(decision, probability),
+            "probability": round(probability, 4),
+            "where": where,
+            "causes": causes,
+            "group": [list(names) for names in decision.group if decision.verdict == "effect"],
+            "gap": gap_entry(self.nominal, shrinkages.get(decision.best) or next(iter(shrinkages.values()), None)),
+            "detectable": dict(self.detectable),
+            "confounded": confounded_entries(self.similarity),
+            "next_experiment": plans,
+            "hypotheses_tried": len(comparison.evidence),
+        }
+
+    def misfit_entries(self) -> dict[str, float]:
+        """Return the nominal misfit, as it stands in ``inputs``."""
+        return {
+            "p_value": self.comparison.p_value,
+            "chi_square": self.nominal.minimum.cost,
+            "n_data": len(self.nominal.minimum.residual),
+        }
+
+
+def assess(
+    nominal: Fitted,
+    singles: Mapping[tuple[str, ...], Fitted],
+    effects: Mapping[str, BaseEffect],
+    tell: Progress,
+    executor: Executor | None = None,
+) -> Assessment:
+    """Compare the hypotheses, check the best on held-out data, and decide.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    singles : mapping
+        Fits of single effects.
+    effects : mapping
+        Those that can act, by name.
+    tell : callable
+        Called with a short text after each of three steps.
+    executor : Executor, optional
+        Where fits run; in this process when left out.
+    """
+    comparison = compare(nominal, singles, effects, executor)
+    tell("effects in pairs")
+    comparison, shrinkages = _on_held_out_data(comparison, executor) if comparison.is_gap else (comparison, {})
+    tell("held-out data")
+    columns = signatures(nominal, effects)
+    alike = similarity(nominal.minimum, tuple(effects), columns)
+    detectable = detectable_sizes(nominal, effects, columns)
+    tell("verdict")
+    return Assessment(comparison, decide(comparison, shrinkages), shrinkages, alike, detectable)
+
+
+def _on_held_out_data(
+    comparison: ModelComparison, executor: Executor | None
+) -> tuple[ModelComparison, dict[tuple[str, ...], Shrinkage]]:
+    """Return the comparison with the prediction of held-out data, and the shrinkage of the hypotheses so checked."""
+    shrinkages: dict[tuple[str, ...], Shrinkage] = {}
+    decides = comparison.nominal.hypothesis.held_out_decides
+
+    def checked(wanted: Sequence[tuple[str, ...]]) -> ModelComparison:
+        new = [names for names in wanted if names not in shrinkages]
+        before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
+        fits = [comparison.fitted[names] for names in new]
+        shrinkages.update(
+            zip(new, cross_validate(comparison.nominal, fits, executor, before) if new else [], strict=True)
+        )
+        return comparison.with_held_out(shrinkages) if decides else comparison
+
+    # which hypotheses are best may change by the held-out data of those near the best
+    return checked(_best_and_parts(checked(comparison.near if decides else []))), shrinkages
+
+
+def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
+    """Return the hypotheses to check on held-out data: the best two, the best's single effects, the best single one."""
+    ranked = [names for names in comparison.ranked if names in comparison.fitted]
+    parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted] if ranked else []
+    single = next((names for names in ranked if len(names) == 1), None)
+    return list(dict.fromkeys([*ranked[:2], *parts, *([single] if single else [])]))

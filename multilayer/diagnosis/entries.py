@@ -1,0 +1,108 @@
+"""Entries of ``diagnosis.json`` that are the same for every kind of measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from multilayer.diagnosis.cross_validation import Shrinkage
+from multilayer.diagnosis.decision import Decision, in_words
+from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.result import Similarity
+from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
+
+_MOST_CAUSES = 8
+
+
+def cause_entries(
+    comparison: ModelComparison,
+    shrinkages: Mapping[tuple[str, ...], Shrinkage],
+    similarity: Similarity,
+    probabilities: Mapping[tuple[str, ...], float],
+    group: Sequence[tuple[str, ...]],
+) -> list[dict[str, Any]]:
+    """Return the entries of ``causes``, the most probable first; the nominal model is among them.
+
+    So is the group of the verdict, however many pairs with a second effect are more probable.
+    """
+    shares = dict(zip(similarity.names, similarity.kept, strict=True))
+    entries = []
+    listed = dict.fromkeys([*comparison.ranked[:_MOST_CAUSES], *group, UNKNOWN, ()])
+    for names in sorted(listed, key=lambda names: -comparison.score(names)):
+        entry: dict[str, Any] = {
+            "effects": list(names),
+            "probability": round(probabilities[names], 4),
+            "log_evidence": round(comparison.evidence[names], 2),
+            "score": round(comparison.score(names), 2),
+            "parameters": {},
+            "gap_before": gap_in_fit(comparison.nominal),
+        }
+        if names not in (UNKNOWN, ()):
+            fitted = comparison.fitted[names]
+            after = gap_in_fit(fitted)
+            entry["parameters"] = _parameters(fitted)
+            entry["gap_after"] = after
+            if names in shrinkages:
+                entry["shrinkage"] = round(shrinkages[names].share, 4)
+            else:
+                entry["shrinkage"] = _share(entry["gap_before"], after)
+            entry["absorbed"] = any(shares[name] < ABSORBED for name in names)
+        entries.append(entry)
+    return entries
+
+
+def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None) -> dict[str, Any]:
+    """Return the entry ``gap``: of held-out data, or of the fit where nothing was left out."""
+    if shrinkage is None:
+        before = gap_in_fit(nominal)
+        return {"before": before, "after": before, "shrinkage": 0.0, "held_out": "nothing: there is no gap"}
+    return {
+        "before": round(shrinkage.before, 4),
+        "after": round(shrinkage.after, 4),
+        "shrinkage": round(shrinkage.share, 4),
+        "held_out": shrinkage.held_out,
+    }
+
+
+def confounded_entries(similarity: Similarity) -> list[dict[str, Any]]:
+    """Return the entries of ``confounded``: signatures that the unknowns absorb, and pairs that are alike."""
+    entries: list[dict[str, Any]] = []
+    names, n = similarity.names, len(similarity.names)
+    for i in range(n):
+        if similarity.kept[i] < ABSORBED:
+            entries.append({"effects": [names[i]], "absorbed": True, "kept": round(float(similarity.kept[i]), 3)})
+        entries += [
+            {"effects": [names[i], names[j]], "cosine": round(float(similarity.cosines[i, j]), 3)}
+            for j in range(i + 1, n)
+            if abs(similarity.cosines[i, j]) > ALIKE
+        ]
+    return entries
+
+
+def sentence(decision: Decision, probability: float) -> str:
+    """Return the verdict in a sentence."""
+    if decision.verdict == "no_gap":
+        return f"No gap: {decision.reason}."
+    if decision.verdict == "unknown":
+        return f"There is a gap, and none of the known effects explains it: {decision.reason}."
+    others = [names for names in decision.group if names != decision.best]
+    rivals = f"; the data cannot tell it from {', or '.join(map(in_words, others))}" if others else ""
+    return f"The gap is caused by {in_words(decision.best)} (probability {100 * probability:.0f} %){rivals}."
+
+
+def gap_in_fit(fitted: Fitted) -> float:
+    """Return chi-square per datum of a fit."""
+    return round(fitted.minimum.misfit / len(fitted.minimum.residual), 4)
+
+
+def _parameters(fitted: Fitted) -> dict[str, Any]:
+    entries = {}
+    for parameter in fitted.hypothesis.effect_parameters:
+        value, low, high = fitted.interval(parameter.name)
+        entries[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
+    return entries
+
+
+def _share(before: float, after: float) -> float:
+    return round(1 - max(after - 1, 0.0) / max(before - 1, 1e-9), 4) if before > 1 else 0.0

@@ -1,0 +1,67 @@
+"""Goodness of fit of a hypothesis: p-values of its misfit, of stated quantities, of sizes of effects, and of laws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from multilayer.chi2 import exceeding
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
+from multilayer.diagnosis.unknown_cause import smooth_discrepancy
+from multilayer.inference.pulls import nuisance_p_value
+
+
+def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False) -> str:
+    """Return why a hypothesis does not fit, the least probable reason; empty where it fits.
+
+    Each of four things needs a probability of at least `FIT_P`: the misfit, the pulls of stated quantities, the sizes
+    of effects, and the errors of their laws. They are tested one by one, since together they would allow more of one of
+    them than any true hypothesis needs. Only the misfit may be exempt (`is_misfit_allowed`).
+    """
+    p_values = {
+        "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(
+            fitted.hypothesis.parameters, fitted.minimum.z
+        ),
+        "asks for sizes so far from the usual ones that these have the probability": size_p_value(fitted),
+        "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
+    }
+    if not is_misfit_allowed:
+        p_values["leaves a misfit of probability"] = misfit_p_value(fitted, TOLERANCE)
+    text = min(p_values, key=lambda reason: p_values[reason])
+    return f"{text} {probability_text(p_values[text])}" if p_values[text] < FIT_P else ""
+
+
+def misfit_p_value(fitted: Fitted, tolerance: float) -> float:
+    """Return the probability of a misfit as large as this, with a smooth discrepancy of relative size `tolerance`.
+
+    The cost of a linear model with normal priors is chi-square distributed with as many degrees of freedom as there are
+    data: in closed form what a parametric bootstrap with refits gives.
+    """
+    excess = smooth_discrepancy(fitted).misfit_reduction(tolerance)
+    return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
+
+
+def size_p_value(fitted: Fitted) -> float:
+    """Return the probability, by their priors, of effects' parameters as far out as these, all taken together."""
+    count = len(fitted.hypothesis.effect_parameters)
+    coordinates = fitted.minimum.z[len(fitted.minimum.z) - count :]
+    return exceeding(float(coordinates @ coordinates), count) if count else 1.0
+
+
+def law_p_value(fitted: Fitted) -> float:
+    """Return the probability of errors of the effects' laws as large as those in the fit.
+
+    The posterior means of the errors have a weighted chi-square distribution, approximated by its first two moments: F.
+    E. Satterthwaite, Biometrics Bull. 2 (1946) 110-114.
+    """
+    if fitted.errors is None or not len(fitted.errors.sizes):
+        return 1.0
+    weights = fitted.errors.sizes**2 / (1 + fitted.errors.sizes**2)
+    means = np.sqrt(weights) * (fitted.minimum.residual @ fitted.errors.directions)
+    scale = float(np.sum(weights**2) / np.sum(weights))
+    return exceeding(float(means @ means) / scale, float(np.sum(weights)) / scale)
+
+
+def probability_text(p: float) -> str:
+    """Return a probability for people."""
+    return f"{p:.1g}" if p > 1e-300 else "below 1e-300"

@@ -1,0 +1,49 @@
+"""The ranking of designs for the next experiment."""
+
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.assessment import Assessment
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.rig_designs import RIG_DESIGNS, rank_rig_designs
+from multilayer.diagnosis.tube.designs import TUBE_DESIGNS
+from multilayer.executors import local_pool
+from multilayer.inference.problem import Minimum
+from multilayer.testing.benches import joint_bench
+
+
+@pytest.mark.parametrize("designs", [RIG_DESIGNS, TUBE_DESIGNS])
+def test_designs_reach_other_processes(designs):
+    assert [design.change for design in pickle.loads(pickle.dumps(designs))] == [design.change for design in designs]
+
+
+def _large(name):
+    hypothesis = joint_bench().with_effects(EFFECTS[name]())
+    z = np.zeros(len(hypothesis.parameters))
+    z[len(hypothesis.nominal_parameters) :] = 1.0
+    residual, slopes = hypothesis.linearised(z)
+    return Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
+
+
+def test_swapped_channels_discriminate_a_gain_from_glue_wherever_it_is_computed():
+    rivals = [(_large("channel_gain"), 0.5), (_large("adhesive"), 0.5)]
+    plans = rank_rig_designs(rivals)
+    swapped = next(plan for plan in plans if plan["change"] == "channels swapped")
+    assert swapped["separates"] == [["channel_gain"], ["adhesive"]]
+    with local_pool(2) as pool:
+        assert rank_rig_designs(rivals, pool) == plans
+
+
+@pytest.mark.parametrize(("behind", "group", "count"), [(30.0, 1, 2), (150.0, 1, 1), (3.0, 2, 2), (3.0, 3, 3)])
+def test_a_hypothesis_far_behind_is_no_rival(behind, group, count):
+    names = [("skin",), ("adhesive",), ("preload",)]
+    comparison = SimpleNamespace(
+        ranked=names, fitted=dict.fromkeys(names, "fit"), score=lambda cause: -behind * names.index(cause),
+        probabilities=lambda: dict.fromkeys(names, 0.3),
+    )  # fmt: skip
+    assessment = Assessment(comparison, SimpleNamespace(group=names[:group]), {}, None, {})
+    assert len(assessment.rivals) == count
