@@ -32,7 +32,7 @@ def fit_report(result: FitResult, job: FitJob | StackJob, inputs: Mapping[str, A
             return joint_report(result, inputs)
         case StackFitResult():
             return stack_fit_report(result)
-    if result.bursts and isinstance(job, FitJob):
+    if isinstance(job, FitJob) and result.bursts:
         return burst_report(result, job.campaign, job.settings, inputs)
     return plain_report(result, inputs)
 

@@ -101,7 +101,7 @@ class OtherFit:
 
 @pytest.mark.parametrize("accepted", [True, False])
 def test_a_fit_of_another_kind_needs_no_report_of_its_own(accepted, capsys):
-    report = fit_report(OtherFit(accepted=accepted), inputs={"sha256": "0" * 64})
+    report = fit_report(OtherFit(accepted=accepted), None, {"sha256": "0" * 64})
     assert report.accepted == accepted
     files = report.files()
     assert list(files) == ["moduli.csv", "other.json", "report.html"]
