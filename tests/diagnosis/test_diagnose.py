@@ -232,7 +232,7 @@ def test_laws_all_over_the_prior_lead_to_a_buried_reading():
     hypothesis = nominal.hypothesis.with_effects(*chosen_effects(["rocking"]).values())
     near = begin(hypothesis, nominal.minimum.z)
     everywhere = begin(hypothesis, nominal.minimum.z, others=starting_laws(nominal.hypothesis))
-    assert everywhere.given_up.minimum.cost <= near.given_up.minimum.cost
+    assert everywhere.provisional.minimum.cost <= near.provisional.minimum.cost
     best = best_of([end() for end in everywhere.ends])
     assert best.minimum.cost < 2 * len(best.minimum.residual)
 
