@@ -132,7 +132,7 @@ def of_published(sample: Sample) -> float:
     file = atalla_panneton(sample, sample.thick)
     (observation,) = file.observations
     assert file.nominal is not None
-    return misfit_of(observation, observation.predict(file.nominal, {}, 1)[0])[0]
+    return misfit_of(observation, observation.response(file.nominal))[0]
 
 
 @dataclass(frozen=True)

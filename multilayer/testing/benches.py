@@ -10,7 +10,7 @@ import numpy as np
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.experiments.stacks.observations import AS_IT_IS, Observation
+from multilayer.experiments.stacks.observations import Observation, Scale
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.experiments.two_plate.campaign import CampaignProblem
@@ -44,7 +44,7 @@ def _tube() -> StackProblem:
     data = tuple(
         Observation(
             name, "reflection", name, "", f, plane_wave(stack, f).reflection,
-            WaveResponse("reflection", f, PlaneIncidence(angle=0.0)), False, AS_IT_IS, noise, ones,
+            WaveResponse("reflection", f, PlaneIncidence(angle=0.0)), False, Scale(), noise, ones,
             CorrelatedError(0.01), n, np.arange(n), f,
         )
         for name, stack in stacks.items()

@@ -161,6 +161,7 @@ class TestJson:
             "fit of several": ("fit", sound_campaign, second, *drawn),
             "fit of stacks": ("fit", EXAMPLES / "foam_tube", *drawn),
             "methods": ("methods", sound_campaign, *drawn),
+            "methods without a campaign": ("methods",),
             "tube": ("tube", EXAMPLES / "raw_tube", *drawn),
             "import": ("import", recording, *IN_VOLTS, "--like", sound_campaign, *out),
             "rig": ("rig", file, *out),

@@ -27,7 +27,7 @@ class TestBuiltIn:
         out = tmp_path / "out"
         done = run("fit", campaign, "--method", "transfer-function", "--lateral", "held", "--out", out)
         assert (done.status, done.err) == (1, "")  # the last burst is too high for a rod
-        assert names(out) == {"moduli.csv", "fit.json", "moduli.png", "gross_check.png"}
+        assert names(out) == {"moduli.csv", "fit.json", "report.html", "moduli.png", "gross_check.png"}
         assert [float(row["frequency_hz"]) for row in rows(out)] == list(BURSTS)
         assert [row["accepted"] for row in rows(out)] == ["true", "true", "false"]
         for row in rows(out):
@@ -46,7 +46,7 @@ class TestBuiltIn:
         )
         done = run("fit", campaign, "--out", tmp_path / "out")
         assert (done.status, done.err) == (1, "")
-        assert names(tmp_path / "out") == {"moduli.csv", "fit.json"}
+        assert names(tmp_path / "out") == {"moduli.csv", "fit.json", "report.html"}
         (row,) = rows(tmp_path / "out")
         assert (row["E1_pa"], row["accepted"]) == ("", "false")
         assert "no modulus within bounds" in done.out

@@ -12,11 +12,10 @@ Noise of the measured quantity is propagated by the derivative, so that it weigh
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,50 +40,73 @@ from multilayer.stack import Stack
 
 _MOST_CORRELATED = 2000  # values with a dense covariance
 _GROUPS = 12  # of frequencies that cross-validation leaves out together
-Function = Callable[[NDArray[Any]], NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Transformation of a measured quantity to the fitted one.
+    """Transformation of a measured quantity to the fitted one: none.
 
     Attributes
     ----------
-    of_measured, slope : callable
-        The fitted quantity, and its derivative, as functions of the measured quantity.
-    of_response, shown : callable
-        The fitted quantity, and the measured quantity, as functions of the value of a `Response`.
     has_phase : bool
         Whether the imaginary part of the fitted quantity is an angle.
     """
 
-    of_measured: Function
-    slope: Function
-    of_response: Function
-    shown: Function
-    has_phase: bool = False
+    has_phase: ClassVar[bool] = False
+
+    def of_measured(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the fitted quantity of measured values, any shape."""
+        return np.asarray(values)
+
+    def slope(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the derivative of the fitted quantity by the measured one."""
+        return np.ones_like(values)
+
+    def of_response(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the fitted quantity of the values of a `Response`."""
+        return np.asarray(response)
+
+    def shown(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the measured quantity of the values of a `Response`."""
+        return np.asarray(response)
 
 
-AS_IT_IS = Scale(lambda v: v, np.ones_like, lambda v: v, lambda v: v)
-_LOGARITHM = Scale(np.log, lambda v: 1 / v, np.log, lambda v: v, has_phase=True)
+class LogScale(Scale):
+    """The complex logarithm of the measured quantity."""
+
+    has_phase = True
+
+    def of_measured(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return ln v."""
+        return np.asarray(np.log(values))
+
+    def slope(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return 1/v."""
+        return np.asarray(1 / values)
+
+    def of_response(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the logarithm of a response."""
+        return np.asarray(np.log(response))
 
 
-def _impedance(front: float) -> Scale:
-    """Return the reflection coefficient of an impedance, for a medium of impedance `front` before it."""
-    return Scale(
-        lambda z: (z - front) / (z + front),
-        lambda z: 2 * front / (z + front) ** 2,
-        lambda r: r,
-        _impedance_of(front),
-    )
+@dataclass(frozen=True)
+class ReflectionScale(Scale):
+    """The reflection coefficient of a measured impedance, for a medium of impedance `front` before it."""
 
+    front: float
 
-def _impedance_of(front: float) -> Function:
-    def impedance(reflection: NDArray[Any]) -> NDArray[Any]:
+    def of_measured(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return (Z - front)/(Z + front)."""
+        return np.asarray((values - self.front) / (values + self.front))
+
+    def slope(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the derivative by Z."""
+        return np.asarray(2 * self.front / (values + self.front) ** 2)
+
+    def shown(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the impedance of a reflection coefficient; infinite on a rigid wall."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(front * (1 + reflection) / (1 - reflection))
-
-    return impedance
+            return np.asarray(self.front * (1 + response) / (1 - response))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +221,11 @@ def _of_some(response: Response, index: IndexArray) -> Response:
     """Return a response at some of its frequencies."""
     if isinstance(response, WaveResponse):
         return replace(response, points=response.points[index])
-    return lambda stack: response(stack)[..., index]
+    return partial(_selected, response, index)
+
+
+def _selected(response: Response, index: IndexArray, stack: Stack) -> NDArray[Any]:
+    return response(stack)[..., index]
 
 
 def grouped(frequency: RealArray) -> tuple[IndexArray, RealArray]:
@@ -255,10 +281,10 @@ def scale_of(measurement: Measurement, stack: Stack) -> Scale:
     match measurement:
         case SurfaceImpedance():
             unit = 1.0 if measurement.normalised else stack.ambient.gas.impedance
-            return _impedance(unit / float(np.cos(np.deg2rad(measurement.angle))))
+            return ReflectionScale(unit / float(np.cos(np.deg2rad(measurement.angle))))
         case Reflection() | Absorption() | TransmissionLoss():
-            return AS_IT_IS
-    return _LOGARITHM
+            return Scale()
+    return LogScale()
 
 
 def _model_error(measurement: Measurement, name: str, scale: Scale, values: MeasuredValues) -> CorrelatedError | None:
