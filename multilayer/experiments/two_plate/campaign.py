@@ -173,10 +173,6 @@ class RigExperiment(Experiment):
             difference = difference + self.end_effect.at(self.data.name, z)
         return _wrapped(difference)
 
-    def log_shown(self, points: Points) -> ComplexArray:
-        """Return ln(top/base) as the channels show it, shape (m, n)."""
-        return np.asarray(self.difference(points) + self.data.log_ratio)
-
     def log_motion(self, points: Points, frequency: RealArray) -> ComplexArray:
         """Return ln(top/base) as the plate moves, shape (m, n), at frequencies (n,) in Hz; no effects."""
         return np.asarray(np.log(self._motion(points, np.arange(len(points.z)), frequency, [])))
@@ -198,10 +194,12 @@ class RigExperiment(Experiment):
     @np.errstate(all="ignore")
     def _log_shown(self, points: Points, kept: IndexArray) -> ComplexArray:
         """Return ln(top/base) at some of the points, truncated as the records are, without errors of the channels."""
+        logarithms = np.log(self._motions(points, kept)[1] + _TINY)
         if self.data.ends and self.end_effect is None:
+            # the change by the ends is that of the nominal model, as in `CampaignProblem.end_effect_at`
             motion = self._motion(points, kept, self.data.needed, [])
-            return np.asarray(np.log(self.data.cut(motion)))
-        return np.asarray(np.log(self._motions(points, kept)[1] + _TINY))
+            logarithms += np.log(self.data.cut(motion) / motion[:, : len(self.data.frequency)])
+        return np.asarray(logarithms)
 
     def _motion(self, points: Points, kept: IndexArray, frequency: RealArray, values: Sequence[Values]) -> ComplexArray:
         """Return top over base as the plate moves, shape (k, n), at some of the points."""
