@@ -217,7 +217,7 @@ def tube(file: Any, executor: Any, noise: int) -> dict[str, Any]:
     """Return the record of tube measurements, their values with noise."""
     from multilayer.diagnosis.tube.diagnose import diagnose_tube
 
-    data = [replace(one, reflection=rounded(one.reflection, noise)) for one in file.data]
+    data = [replace(values, measured=rounded(values.measured, noise)) for values in file.observations]
     file._observations = tuple(data)
     effects = {name: effect for name, effect in file.chosen().items() if is_built_in(effect)}
     return diagnose_tube(file, effects=effects, executor=executor).record
