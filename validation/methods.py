@@ -51,7 +51,7 @@ def _default(problem: BurstProblem, low: np.ndarray, high: np.ndarray) -> Row:
 
 def _nelder_mead(problem: BurstProblem, low: np.ndarray, high: np.ndarray, begin: np.ndarray) -> Row:
     start = time.perf_counter()
-    x = minimise_envelope_cost(problem, begin, low, high).x
+    x = minimise_envelope_cost(problem, begin, low, high).z
     return _row(problem, x, time.perf_counter() - start)
 
 
