@@ -138,10 +138,6 @@ class FitRun:
         """What tells the fit of a campaign apart from others: the hash of everything that its result depends on."""
         return {"sha256": self._fingerprint(self.job)} if isinstance(self.job, FitJob) else {}
 
-    def to_dict(self, result: FitResult) -> dict[str, Any]:
-        """Return all of a result of this fit as plain data."""
-        return {**result.to_dict(), **({"inputs": self.inputs} if self.inputs else {})}
-
     def done_in(self, folder: Path) -> bool:
         """Tell whether a folder holds the result of the same input, options and version."""
         try:

@@ -133,7 +133,8 @@ class RigExperiment(Experiment):
     nuisances : Nuisances
     near : Neighbourhood
         The rig, and rigs near it.
-    whitening : Whitening
+    model_error : float
+        Standard deviation of the model's relative error.
     effects : tuple of Effect
         Their parameters are the last unknowns.
     end_effect : EndEffect, optional
@@ -144,7 +145,7 @@ class RigExperiment(Experiment):
     material: Material
     nuisances: Nuisances
     near: Neighbourhood
-    whitening: Whitening
+    model_error: float
     effects: tuple[Effect, ...] = ()
     end_effect: EndEffect | None = None
 
@@ -152,6 +153,11 @@ class RigExperiment(Experiment):
     def data(self) -> ConfigurationData:
         """Ratios of spectra."""
         return self.setting.data
+
+    @cached_property
+    def whitening(self) -> Whitening:
+        """Of each part of ln(ratio); only residuals ask for it, and a hypothesis may be asked for differences alone."""
+        return Whitening.of_parts(self.data.covariance(self.model_error))
 
     def whiten(self, difference: NDArray[Any]) -> RealArray:
         """Return differences of ln(ratio) as independent unit normal numbers, real parts first, shape (..., 2 n)."""
@@ -208,8 +214,8 @@ class RigExperiment(Experiment):
         modulus = self.material.at(points, kept, frequency)
         for effect, parameters in acting:
             modulus = effect.modulus(setting, modulus, parameters)
-        change = self.nuisances.of_rig({name: column[kept] for name, column in points.named.items()}, self.data)
-        density, thickness, mass = (part[..., None] for part in change.parts)
+        parts = self.nuisances.of_rig(points.named, self.data).parts
+        density, thickness, mass = ((part[kept] if part.ndim else part)[..., None] for part in parts)
         chain = Chain(
             modulus,
             campaign.specimen.density * (1 + density),
@@ -333,7 +339,7 @@ class CampaignProblem(Hypothesis):
                 self.material,
                 self.nuisances,
                 self._near(rigs[setting.data.name]),
-                Whitening.of_parts(setting.data.covariance(self.model_error)),
+                self.model_error,
                 self.effects,
                 self.end_effect,
             )
