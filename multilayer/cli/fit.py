@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multilayer.cli import completion
-from multilayer.cli.options import AsJson, Figures, Out, finish, folder_for
+from multilayer.cli.options import AsJson, Figures, Model, Out, finish, folder_for
 
 if TYPE_CHECKING:
     from multilayer.fits.run import FitTask
@@ -29,13 +29,7 @@ def fit(
             autocompletion=completion.methods,
         ),
     ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
-            autocompletion=completion.models,
-        ),
-    ] = None,
+    model: Model = None,
     joint: Annotated[bool, typer.Option("--joint", help="Fit one modulus law to all bursts at once.")] = False,
     law: Annotated[
         str | None,

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from multilayer.cli import completion
+
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
@@ -17,6 +19,13 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the results as JSON 
 ListAsJson = Annotated[bool, typer.Option("--json", help="Print the list as JSON.")]
 Figures = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures and the HTML report.")]
 Figure = Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")]
+Model = Annotated[
+    str | None,
+    typer.Option(
+        help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
+        autocompletion=completion.models,
+    ),
+]
 Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes of this machine to compute with.")]
 Cluster = Annotated[
     str | None,

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
 
 from multilayer.errors import InputError
-from multilayer.json_text import json_text
 
 _LONGEST_FILE_NAME = 80
-R = TypeVar("R", bound="Tabled")
 
 
 def refuse_unusable(folder: Path) -> None:
@@ -40,22 +37,6 @@ def refuse_unusable(folder: Path) -> None:
 
 def _unusable(folder: Path, reason: str) -> InputError:
     return InputError(f"{folder}: cannot be written to ({reason}); choose another folder with --out")
-
-
-class Tabled(Protocol):
-    """A result that is a table, and plain data."""
-
-    def to_csv(self) -> str:
-        """Return the table."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-
-
-def result_files(name: str, result: R, draw: Callable[[R], bytes] | None) -> dict[str, bytes | str]:
-    """Return ``NAME.csv`` and ``NAME.json`` of a result, and what is drawn of it as ``NAME.png``."""
-    files: dict[str, bytes | str] = {f"{name}.csv": result.to_csv(), f"{name}.json": json_text(result.to_dict())}
-    return files if draw is None else {**files, f"{name}.png": draw(result)}
 
 
 def write_files(folder: Path, files: Mapping[str, bytes | str]) -> list[Path]:

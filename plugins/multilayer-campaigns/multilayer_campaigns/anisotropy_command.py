@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figure, Model, finish, folder_for
 
 if TYPE_CHECKING:
     from multilayer.measurements.description import Campaign
@@ -22,14 +22,8 @@ def anisotropy(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where results go; results/anisotropy when left out."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
-            autocompletion=completion.models,
-        ),
-    ] = None,
+    as_json: AsJson = False,
+    model: Model = None,
     scatter: Annotated[
         float,
         typer.Option(help="Relative scatter of moduli from piece to piece, as 0.05; 0 where one cube was turned."),
@@ -37,7 +31,7 @@ def anisotropy(
     separate: Annotated[
         bool, typer.Option("--separate", help="Other channels or plates for each axis: none of their errors cancels.")
     ] = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
+    figures: Figure = True,
 ) -> None:
     """Compare the complex modulus along three axes: a cube that is turned, or three discs cut along x, y and z.
 
@@ -48,27 +42,19 @@ def anisotropy(
     Example: multilayer anisotropy campaigns/along-x campaigns/along-y campaigns/along-z --out results/anisotropy
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, result_files, write_files
     from multilayer_campaigns.anisotropy import compare_axes, of_all_axes
-    from multilayer_campaigns.anisotropy_report import anisotropy_figure, anisotropy_table
+    from multilayer_campaigns.anisotropy_report import anisotropy_report
     from multilayer_campaigns.multi_campaign import common_errors, fit_several, read_several, steps_of_several
 
     _refuse(sources, scatter)
     jobs = read_several(sources, model)
     of_all_axes([job.campaign.folder.name for job in jobs], [_frequencies(job.campaign) for job in jobs])
-    refuse_unusable(out or Path("results"))
+    folder = folder_for(out, "anisotropy")
     with progress_bar("anisotropy", steps_of_several(jobs)) as advance:
         fitted = fit_several(jobs, advance)
     common = frozenset[str]() if separate else common_errors(jobs)
     result = compare_axes(fitted.names, fitted.points, common=common, scatter=scatter, remarks=fitted.remarks)
-    folder = out or Path("results") / "anisotropy"
-    written = write_files(folder, result_files("anisotropy", result, anisotropy_figure if figures else None))
-    if as_json:
-        typer.echo(json_text(result.to_dict()), nl=False)
-    else:
-        anisotropy_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+    finish(anisotropy_report(result), folder, as_json=as_json, figures=figures)
 
 
 def _refuse(sources: list[Path], scatter: float) -> None:

@@ -1,18 +1,20 @@
-"""Table and figure of moduli along three axes."""
+"""The report of moduli along three axes."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
-from multilayer.report.console import console
+from multilayer.report.listing import Listing
 from multilayer.report.numbers import pressure_unit, with_spread
-from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer.report.report import Report
+from multilayer.report.style import blank, colour, plain
 from multilayer_campaigns.anisotropy import AnisotropyResult
 from multilayer_campaigns.axis_ratios import AXES
+from multilayer_campaigns.multi_campaign_report import closing_notes, table_report
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,39 +23,29 @@ _MARKERS = "os^"
 _APART = 0.008  # relative, by which points of one frequency are drawn apart
 
 
-def anisotropy_table(result: AnisotropyResult) -> None:
-    """Print moduli and ratios by frequency and axis, and the verdict."""
-    out = console()
-    out.print(Text(", ".join(f"{a}: {name}" for a, name in zip(AXES, result.campaigns, strict=True)), style="italic"))
+def anisotropy_report(result: AnisotropyResult) -> Report:
+    """Return the report of a comparison: moduli and ratios by frequency and axis, and the verdict."""
     rows = sorted(result.rows(), key=lambda row: (row["frequency_hz"], row["axis"]))
     unit, factor = pressure_unit(max(row["E1_pa"] for row in rows))
-    table = Table(box=None, pad_edge=False)
-    for heading in ("f / Hz", "axis", f"E1 / {unit}", f"E2 / {unit}", "E1 over mean (95 %)", "E2 over mean (95 %)"):
-        table.add_column(heading, justify="left" if heading == "axis" else "right", no_wrap=True)
-    for row in rows:
-        moduli = [with_spread(row[f"{e}_pa"] / factor, row[f"{e}_std_pa"] / factor) for e in ("E1", "E2")]
-        ratios = [
-            f"{row[f'{e}_ratio']:.3f} ({row[f'{e}_ratio_low']:.3f} to {row[f'{e}_ratio_high']:.3f})"
-            for e in ("E1", "E2")
-        ]
-        frequency = f"{row['frequency_hz']:g}" if row["axis"] == AXES[0] else ""
-        table.add_row(frequency, row["axis"], *moduli, *ratios)
-    out.print(table)
-    if result.scale > 1:
-        out.print(f"the values scatter more than stated: standard deviations enlarged by {result.scale:.2f}")
-    for remark in result.remarks:
-        out.print(Text(remark))
-    out.print(Text(result.verdict, style="bold"))
 
+    def ratio(row: dict[str, Any], name: str) -> str:
+        return f"{row[f'{name}_ratio']:.3f} ({row[f'{name}_ratio_low']:.3f} to {row[f'{name}_ratio_high']:.3f})"
 
-def anisotropy_figure(result: AnisotropyResult) -> bytes:
-    """Return the figure as a PNG file: E1 and E2 by axis, and their ratios to the mean of the axes."""
-    with figure_style():
-        return png(draw_anisotropy(result))
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        ">f / Hz": lambda row: f"{row['frequency_hz']:g}" if row["axis"] == AXES[0] else "",
+        "axis": lambda row: row["axis"],
+        f">E1 / {unit}": lambda row: with_spread(row["E1_pa"] / factor, row["E1_std_pa"] / factor),
+        f">E2 / {unit}": lambda row: with_spread(row["E2_pa"] / factor, row["E2_std_pa"] / factor),
+        ">E1 over mean (95 %)": lambda row: ratio(row, "E1"),
+        ">E2 over mean (95 %)": lambda row: ratio(row, "E2"),
+    }
+    named = ", ".join(f"{axis}: {name}" for axis, name in zip(AXES, result.campaigns, strict=True))
+    listing = Listing.of(rows, columns, caption=named, notes=closing_notes(result.scale, result))
+    return table_report("anisotropy", named, result, listing, partial(draw_anisotropy, result))
 
 
 def draw_anisotropy(result: AnisotropyResult) -> Figure:
-    """Draw the figure of `anisotropy_figure`; bands are the ratios of all frequencies together."""
+    """Draw E1 and E2 by axis, and their ratios to the mean of the axes; bands are those of all frequencies together."""
     figure, grid = blank(2, 2, (10, 6.6), sharex="all")
     for a, (axis, campaign) in enumerate(zip(AXES, result.campaigns, strict=True)):
         tint, at = colour(a), result.frequency * (1 + _APART * (a - 1))

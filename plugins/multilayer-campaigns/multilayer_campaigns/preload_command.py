@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from multilayer.cli import completion
+from multilayer.cli.options import AsJson, Figure, Model, finish, folder_for
 
 
 def preload(
@@ -22,15 +22,9 @@ def preload(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Where results go; results/NAME-preload when left out."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON in place of the table.")] = False,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            help="plane_wave (default), or finite: finite elements of the disc with its free rim.",
-            autocompletion=completion.models,
-        ),
-    ] = None,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw the figure.")] = True,
+    as_json: AsJson = False,
+    model: Model = None,
+    figures: Figure = True,
 ) -> None:
     """Find what the static weight of the top plate does to the modulus, and the modulus without any.
 
@@ -42,23 +36,15 @@ def preload(
     Example: multilayer preload campaigns/light campaigns/heavy --out results/preload
     """
     from multilayer.cli.progress import progress_bar
-    from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable, result_files, write_files
     from multilayer_campaigns.multi_campaign import fit_several, read_several, refuse_other_material, steps_of_several
     from multilayer_campaigns.preload import fit_preload, refuse_one_stress
-    from multilayer_campaigns.preload_report import preload_figure, preload_table
+    from multilayer_campaigns.preload_report import preload_report
 
     jobs = read_several(sources, model)
     refuse_other_material(jobs)
     refuse_one_stress([job.campaign for job in jobs], jobs[0].settings.sensor_mass)
-    refuse_unusable(out or Path("results"))
+    folder = folder_for(out, f"{jobs[0].name}-preload")
     with progress_bar("preload", steps_of_several(jobs)) as advance:
         fitted = fit_several(jobs, advance)
     result = fit_preload(fitted.names, fitted.points, fitted.remarks)
-    folder = out or Path("results") / f"{fitted.names[0]}-preload"
-    written = write_files(folder, result_files("preload", result, preload_figure if figures else None))
-    if as_json:
-        typer.echo(json_text(result.to_dict()), nl=False)
-    else:
-        preload_table(result)
-        typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
+    finish(preload_report(result), folder, as_json=as_json, figures=figures)

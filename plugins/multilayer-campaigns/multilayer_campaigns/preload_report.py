@@ -1,18 +1,20 @@
-"""Table and figure of what the static weight on a sample does to its modulus."""
+"""The report of what the static weight on a sample does to its modulus."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from multilayer.arrays import RealArray
-from multilayer.report.console import console
+from multilayer.report.listing import Listing
 from multilayer.report.numbers import pressure_unit, with_spread
-from multilayer.report.style import blank, colour, figure_style, plain, png
+from multilayer.report.report import Report
+from multilayer.report.style import blank, colour, plain
 from multilayer_campaigns.modulus_points import Specimen
+from multilayer_campaigns.multi_campaign_report import closing_notes, table_report
 from multilayer_campaigns.preload_result import PreloadResult, Slope, specimen_name
 
 if TYPE_CHECKING:
@@ -24,27 +26,24 @@ _MOST_SPECIMENS, _MOST_FREQUENCIES = 4, 6
 _NEAR = 0.02  # share of the axis by which points of one stress are drawn apart
 
 
-def preload_table(result: PreloadResult) -> None:
-    """Print the values at zero stress, the slopes and the verdict."""
-    out = console()
+def preload_report(result: PreloadResult) -> Report:
+    """Return the report of a comparison: the values at zero stress, the slopes and the verdict."""
     rows = result.rows()
     unit, factor = pressure_unit(max(row["E1_0_pa"] for row in rows))
-    table = Table(box=None, pad_edge=False)
-    for heading in ("specimen", "f / Hz", "stress / Pa", f"E1 at 0 Pa / {unit}", f"E2 at 0 Pa / {unit}", "loss factor"):
-        table.add_column(heading, justify="left" if heading == "specimen" else "right", no_wrap=True)
-    for row in rows:
-        stress = f"{row['stress_low_pa']:.0f} to {row['stress_high_pa']:.0f}" if row["values"] > 1 else "-"
-        moduli = [with_spread(row[f"{e}_0_pa"] / factor, row[f"{e}_0_std_pa"] / factor) for e in ("E1", "E2")]
-        loss = with_spread(row["loss_factor_0"], row["loss_factor_0_std"])
-        table.add_row(row["specimen"], f"{row['frequency_hz']:g}", stress, *moduli, loss)
-    out.print(table)
-    for name, slope in (("E1", result.storage), ("loss factor", result.loss)):
-        out.print(Text(f"{name}: {slope.percent()} per {_PER:g} Pa ({_words(slope)})"))
-    if result.solution.scale > 1:
-        out.print(f"the values scatter more than stated: standard deviations enlarged by {result.solution.scale:.2f}")
-    for remark in result.remarks:
-        out.print(Text(remark))
-    out.print(Text(result.verdict, style="bold"))
+    columns: dict[str, Callable[[dict[str, Any]], str]] = {
+        "specimen": lambda row: row["specimen"],
+        ">f / Hz": lambda row: f"{row['frequency_hz']:g}",
+        ">stress / Pa": lambda row: (
+            f"{row['stress_low_pa']:.0f} to {row['stress_high_pa']:.0f}" if row["values"] > 1 else "-"
+        ),
+        f">E1 at 0 Pa / {unit}": lambda row: with_spread(row["E1_0_pa"] / factor, row["E1_0_std_pa"] / factor),
+        f">E2 at 0 Pa / {unit}": lambda row: with_spread(row["E2_0_pa"] / factor, row["E2_0_std_pa"] / factor),
+        ">loss factor": lambda row: with_spread(row["loss_factor_0"], row["loss_factor_0_std"]),
+    }
+    slopes = [("E1", result.storage), ("loss factor", result.loss)]
+    notes = [f"{name}: {slope.percent()} per {_PER:g} Pa ({_words(slope)})" for name, slope in slopes]
+    listing = Listing.of(rows, columns, notes=(*notes, *closing_notes(result.solution.scale, result)))
+    return table_report("preload", ", ".join(result.campaigns), result, listing, partial(draw_preload, result))
 
 
 def _words(slope: Slope) -> str:
@@ -52,14 +51,11 @@ def _words(slope: Slope) -> str:
     return found if slope.shared else f"{found}; not the same at all frequencies, see preload.csv"
 
 
-def preload_figure(result: PreloadResult) -> bytes:
-    """Return the figure as a PNG file: E1 and loss factor over the static stress, by frequency, with the lines."""
-    with figure_style():
-        return png(draw_preload(result))
-
-
 def draw_preload(result: PreloadResult) -> Figure:
-    """Draw the figure of `preload_figure`: a column for each specimen with two stresses or more."""
+    """Draw E1 and loss factor over the static stress, by frequency: a column for each specimen of two stresses or more.
+
+    The lines are those of the regression, with bands of one standard deviation.
+    """
     stresses: dict[Specimen, set[float]] = {}
     for point in result.points:
         stresses.setdefault(point.specimen, set()).add(point.stress)
