@@ -24,6 +24,7 @@ _LOWEST, _STEPS = 1.0, 60  # Hz, and points on the way up from there
 _ITERATIONS, _PROBE = 40, 1e-7
 
 
+@lru_cache(maxsize=256)
 def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float = 1.0) -> float:
     """Return g = E_apparent / E of a disc glued between rigid plates, in slow compression.
 

@@ -18,11 +18,12 @@ from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
-from multilayer.rig.shape_factor import interpolated_shape_factor
+from multilayer.rig.shape_factor import static_shape_factor
 
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
+_RESOLUTION = 0.5  # of the mesh of a planned disc: its stiffness is right to 2e-4
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, c
         )
     # another geometry, for a planned experiment: a rod of the static stiffness of the disc
     shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
-    held = float(interpolated_shape_factor(round(shape, 6))(max(ratio, 0.0)))
+    held = static_shape_factor(max(ratio, 0.0), round(shape, 6), resolution=_RESOLUTION)
     moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
     return moved * _air_factor(setting, frequency, chain, ratio, 1.0)
 
