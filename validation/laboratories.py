@@ -19,7 +19,8 @@ FS = 25600.0
 CYCLES = 10
 N_FFT = 1 << 16  # so long that no ring-down of the simulated signals wraps round
 HEIGHTS = (0.0125, 0.025, 0.04)
-SHAPES = tuple((height, plate) for height in HEIGHTS for plate in (0.001, 0.003))
+PLATES = (0.001, 0.003)
+SHAPES = tuple((height, plate) for height in HEIGHTS for plate in PLATES)
 REPEATS = 3
 NOISE = 0.004  # of each channel's rms
 KNOWN = {
@@ -82,12 +83,12 @@ def smooth_error(f: np.ndarray, size: float, rng: np.random.Generator) -> np.nda
 
 
 def laboratories(campaigns: int) -> np.ndarray:
-    """Return standard normal deviates of what is uncertain of each rig, shape (campaigns, 13).
+    """Return standard normal deviates of what is uncertain of each rig, shape (campaigns, 14).
 
     A Latin hypercube: with as many laboratories on either side of every quantile the shares scatter less than those of
     independent draws would. E1 and E2 hang on few numbers per campaign.
     """
-    cube = qmc.LatinHypercube(7 + len(SHAPES), rng=np.random.default_rng(0))
+    cube = qmc.LatinHypercube(8 + len(SHAPES), rng=np.random.default_rng(0))
     return np.asarray(ndtri(cube.random(campaigns)))
 
 
@@ -96,16 +97,16 @@ def simulate(seed: int, model_error: float, laboratory: np.ndarray) -> Simulated
     rng = np.random.default_rng([seed, round(1e6 * model_error)])
     campaign, law = Campaign.model_validate(description(rng)), draw_law(rng)
     known = campaign.uncertainty
-    gain, delay, density, mass = laboratory[:4] * (
-        known.channel_gain, known.channel_delay, known.density, known.top_plate_mass
-    )  # fmt: skip
-    heights = dict(zip(HEIGHTS, known.thickness * laboratory[4:7], strict=True))
-    remounts = dict(zip(SHAPES, known.remount_gain * laboratory[7:], strict=True))
+    gain, delay, density = laboratory[:3] * (known.channel_gain, known.channel_delay, known.density)
+    masses = dict(zip(PLATES, known.top_plate_mass * laboratory[3:5], strict=True))
+    heights = dict(zip(HEIGHTS, known.thickness * laboratory[5:8], strict=True))
+    remounts = dict(zip(SHAPES, known.remount_gain * laboratory[8:], strict=True))
     f = frequencies(N_FFT, FS)[1:]
     recordings: Recordings = {}
     for c in campaign.configurations:
         rig = PlaneWaveRig.of(campaign, c).shifted("thickness", heights[c.specimen_thickness], relative=False)
-        rig = rig.shifted("density", density, relative=True).shifted("top_plate_mass", mass, relative=True)
+        rig = rig.shifted("density", density, relative=True)
+        rig = rig.shifted("top_plate_mass", masses[c.top_plate_thickness], relative=True)
         channels = (1 + gain + remounts[c.specimen_thickness, c.top_plate_thickness]) * np.exp(-2j * np.pi * f * delay)
         ratio = rig.transmissibility(f, law(f)) * channels * np.exp(smooth_error(f, model_error, rng))
         for burst in c.bursts:

@@ -68,7 +68,7 @@ class Bench:
             "density": settings.specimen.density * (1 + errors.density),
             "poisson_ratio": 0.0,
             "plate_thickness": mounting.top_plate,
-            "plate_density": plate.density * (1 + errors.top_plate_mass),
+            "plate_density": plate.density * (1 + errors.top_plate_mass[mounting.top_plate]),
             "plate_modulus": _rigid(plate, mounting),
             "real_plate_modulus": plate.young_modulus,
             "plate_poisson_ratio": plate.poisson_ratio,

@@ -284,8 +284,7 @@ class CampaignProblem(Hypothesis):
     @cached_property
     def nuisances(self) -> Nuisances:
         """Uncertain quantities of the rig and the channels."""
-        names = tuple(data.name for data in self.configurations)
-        return Nuisances(self.known, names, tuple(data.thickness for data in self.configurations))
+        return Nuisances(self.known, tuple(self.campaign.configuration(data.name) for data in self.configurations))
 
     @cached_property
     def material(self) -> Material:

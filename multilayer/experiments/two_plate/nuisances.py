@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.inference.priors import Parameter, Prior
-from multilayer.measurements.description import Uncertainty
+from multilayer.measurements.description import Configuration, Uncertainty
 
 
 @dataclass(frozen=True)
@@ -30,24 +30,32 @@ class RigChange:
 
 @dataclass(frozen=True)
 class Nuisances:
-    """The laboratory's stated uncertainties as parameters, and what they do to ln(ratio)."""
+    """The laboratory's stated uncertainties as parameters, and what they do to ln(ratio).
+
+    What is measured piece by piece has an error for each piece: samples by their height, top plates by their thickness.
+
+    Attributes
+    ----------
+    known : Uncertainty
+    configurations : tuple of Configuration
+        Those whose pieces are uncertain.
+    """
 
     known: Uncertainty
-    configurations: tuple[str, ...]
-    thicknesses: tuple[float, ...]
+    configurations: tuple[Configuration, ...]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Gain and delay of the channels, density, plate mass, each thickness, and the gain of each remounting."""
+        """Gain and delay of the channels, density, mass of each plate, each height, gain of each remounting."""
         known = self.known
         named = {
             "channel_gain": known.channel_gain,
             "channel_delay": known.channel_delay,
             "density": known.density,
-            "top_plate_mass": known.top_plate_mass,
         }
-        named |= {f"thickness[{h:g}]": known.thickness for h in sorted(set(self.thicknesses))}
-        named |= {f"remount_gain[{name}]": known.remount_gain for name in self.configurations}
+        named |= dict.fromkeys(sorted({_plate(c) for c in self.configurations}), known.top_plate_mass)
+        named |= dict.fromkeys(sorted({_height(c) for c in self.configurations}), known.thickness)
+        named |= {f"remount_gain[{c.name}]": known.remount_gain for c in self.configurations}
         units = {"channel_delay": "s", "thickness": "m"}
         return tuple(
             Parameter(
@@ -57,9 +65,13 @@ class Nuisances:
             if spread > 0
         )
 
+    @cached_property
+    def _pieces(self) -> dict[str, tuple[str, str]]:
+        return {c.name: (_height(c), _plate(c)) for c in self.configurations}
+
     def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> RigChange:
         """Return the changes of the rig in one configuration."""
-        names = ("density", f"thickness[{data.thickness:g}]", "top_plate_mass")
+        names = ("density", *self._pieces[data.name])
         return RigChange(*(values.get(name, np.zeros(())) for name in names))
 
     def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
@@ -68,3 +80,11 @@ class Nuisances:
         gain = values.get("channel_gain", zero) + values.get(f"remount_gain[{data.name}]", zero)
         delay = values.get("channel_delay", zero)
         return np.asarray(gain[..., None] - 2j * np.pi * data.frequency * delay[..., None])
+
+
+def _height(configuration: Configuration) -> str:
+    return f"thickness[{configuration.specimen_thickness:g}]"
+
+
+def _plate(configuration: Configuration) -> str:
+    return f"top_plate_mass[{configuration.top_plate_thickness:g}]"
