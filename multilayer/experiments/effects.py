@@ -39,13 +39,13 @@ class BaseEffect:
     """
 
     kind: ClassVar[str]
-    name: ClassVar[str]
+    name: str
     law: ClassVar[str]
     separated_by: ClassVar[str]
     source: ClassVar[str] = ""
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    parameters: tuple[Parameter, ...] = ()
     absent: ClassVar[Mapping[str, float]] = {}
-    law_error: ClassVar[float] = 0.15
+    law_error: float = 0.15
     size_error: ClassVar[float | None] = None
-    starts: ClassVar[tuple[tuple[float, ...], ...]] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: ClassVar[bool] = False

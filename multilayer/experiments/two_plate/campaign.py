@@ -21,9 +21,10 @@ from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
 from multilayer.experiments.two_plate.nuisances import Nuisances
+from multilayer.experiments.two_plate.places import DrawnLaw
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
-from multilayer.inference.derivative import Stencil
+from multilayer.inference.derivative import FORWARD, Stencil
 from multilayer.inference.priors import Parameter, Prior, Priors
 from multilayer.inference.problem import Experiment, Points
 from multilayer.inference.whitening import Whitening
@@ -405,6 +406,42 @@ class CampaignProblem(Hypothesis):
             return np.concatenate([(_bounded(difference) / width).view(float) for difference, width in pairs], axis=-1)
 
         return residual
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual and derivative; that by a drawn law's nodes from one derivative by the law.
+
+        The law acts frequency by frequency: the derivative by a node is that by the law times what the node adds to it.
+        """
+        drawn = {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
+        if not drawn:
+            return super().linearised(z)
+        columns = {index: self._columns(index) for index in drawn}
+        plain = np.ones(z.size, dtype=bool)
+        for places in columns.values():
+            plain[places] = False
+        stencil = Stencil.forward(z, along=np.eye(z.size)[plain])
+        differences = self.differences(stencil.points)
+        jacobian = np.empty((self._n_residuals, z.size))
+        jacobian[:, plain] = self.whitened([stencil.derivative(d).T for d in differences]).T
+        for index, places in columns.items():
+            effect = drawn[index]
+            ahead = replace(effect, offset=FORWARD)
+            moved = self.with_effects(*self.effects[:index], ahead, *self.effects[index + 1 :]).differences(z)
+            by_node = []
+            for data, here, there in zip(self.data, differences, moved, strict=True):
+                slope = _wrapped(there - here[0]) / FORWARD
+                by_node.append((slope[:, None] * effect.basis(data.frequency)).T)
+            jacobian[:, places] = self.whitened([np.concatenate([part, 1j * part]) for part in by_node]).T
+        return self.whitened([d[0] for d in differences]), jacobian
+
+    def _columns(self, index: int) -> slice:
+        """Return where the parameters of one of the effects stand."""
+        first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
+        return slice(first, first + len(self.effects[index].parameters))
+
+    @cached_property
+    def _n_residuals(self) -> int:
+        return 2 * sum(len(data.frequency) for data in self.data)
 
     def law_change(
         self, index: int, z: RealArray, differences: Sequence[ComplexArray] | None = None

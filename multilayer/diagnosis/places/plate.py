@@ -1,0 +1,41 @@
+"""Places at the top plate."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from multilayer.diagnosis.places.base import Chain, ComplexArray, Place, Setting
+
+
+class TopPlate(Place):
+    """Something on the top plate, the same on every plate: it adds a dynamic mass, force over acceleration."""
+
+    name = "top_plate"
+    title = "on the top plate"
+    quantity = "dynamic mass"
+    unit = "kg"
+    terms: ClassVar = {
+        0: ("mass", "kg"), -1: ("damper to the ground", "N s/m"), -2: ("spring to the ground", "N/m"),
+        "resonance": ("mass on a spring", "kg"),
+    }  # fmt: skip
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return the mass of the lightest plate."""
+        return min(setting.plate_mass for setting in settings)
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with a dynamic mass on the plate."""
+        return chain.with_(plate_mass=chain.plate_mass + values)
+
+
+class Plate(Place):
+    """The top plate itself: its mass changes by a share that is the same for every plate."""
+
+    name = "plate"
+    title = "the top plate itself"
+    quantity = "relative change of its mass"
+    terms: ClassVar = {0: ("relative mass", ""), 2: ("bending", "s2")}
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with another plate."""
+        return chain.with_(plate_mass=chain.plate_mass * (1 + values))

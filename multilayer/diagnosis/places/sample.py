@@ -1,0 +1,106 @@
+"""Places in the sample: its modulus, and what that depends on besides frequency."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from typing import ClassVar
+
+from multilayer.diagnosis.places.base import ComplexArray, Place, Setting
+from multilayer.media.elastic import p_wave_modulus
+from multilayer.rig.shape_factor import static_shape_factor
+
+_POISSON_RATIO = 0.3  # where none is stated: how a free rim acts on shapes depends little on it
+_RESOLUTION = 0.5  # of the mesh
+
+
+class Sample(Place):
+    """The sample of all configurations: the modulus departs from the nominal law."""
+
+    name = "sample"
+    title = "in the sample, all configurations alike"
+    quantity = "change of ln E"
+    terms: ClassVar = {0: ("factor", "")}
+
+    def factor(self, setting: Setting) -> Any:
+        """Return what the law is multiplied by in a configuration: ln E per law."""
+        return 1.0
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return the law that changes ln E by 1 where the factor is largest."""
+        return 1 / max(float(np.max(np.abs(np.asarray(self.factor(setting))))) for setting in settings)
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the modulus times ``exp(law factor)``."""
+        return np.asarray(modulus * np.exp(values * self.factor(setting)))
+
+
+class SampleLoad(Sample):
+    """The sample under load: ln E changes in proportion to the static stress."""
+
+    name = "sample_load"
+    title = "in the sample, by its load"
+    quantity = "change of ln E per static stress"
+    unit = "1/Pa"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return the static stress, Pa."""
+        return setting.static_stress
+
+
+class SampleStrain(Sample):
+    """The sample under strain: ln E changes in proportion to the dynamic strain."""
+
+    name = "sample_strain"
+    title = "in the sample, by its dynamic strain"
+    quantity = "change of ln E per strain"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return the mean amplitude of the strain, as it acts on each bin."""
+        return setting.stretch_moments[0] / setting.configuration.specimen_thickness
+
+
+class SampleOrder(Sample):
+    """The sample over time: ln E changes from the first recording to the last."""
+
+    name = "sample_order"
+    title = "in the sample, in the order of measurement"
+    quantity = "change of ln E from first to last recording"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return the place in the order, 0 to 1."""
+        return setting.order
+
+
+class SampleShape(Sample):
+    """The sample's free rim: ln E changes as a glued disc of that shape is softer than one that is held at its rim.
+
+    The factor is ``ln g(nu, S)/g(nu, infinity)`` of slow compression, negative; see `rig.shape_factor`.
+    """
+
+    name = "sample_shape"
+    title = "in the sample, by its shape"
+    quantity = "change of ln E by a free rim, over that of slow compression"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return what a free rim does to ln E."""
+        ratio = setting.campaign.specimen.poisson_ratio
+        ratio = ratio if ratio > 0 else _POISSON_RATIO
+        shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
+        free = static_shape_factor(ratio, round(shape, 6), resolution=_RESOLUTION)
+        return float(np.log(free / np.real(p_wave_modulus(1.0, ratio))))
+
+
+class SampleRadius(Sample):
+    """The sample's radius: ln E changes in proportion to its square, as by what flows to the rim."""
+
+    name = "sample_radius"
+    title = "in the sample, by its radius"
+    quantity = "change of ln E per squared radius"
+    unit = "1/m2"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return the squared radius, m2."""
+        return setting.configuration.specimen_radius**2

@@ -1,0 +1,272 @@
+"""Places of the two-plate rig at which something unmodelled may act, and laws of it that are drawn from the data.
+
+An effect of unknown law at a place changes all configurations through one complex function of frequency, and the rig's
+mechanics say how. With several configurations that function is over-determined: whether a place can be right is tested,
+and the function is drawn. Errors embedded in a model: K. Sargsyan, X. Huan & H. N. Najm, Int. J. Uncertain. Quantif. 9
+(2019) 365-394. Functions as Gaussian processes: C. E. Rasmussen & C. K. I. Williams, Gaussian Processes for Machine
+Learning, MIT Press 2006, ch. 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import ClassVar, Literal
+
+import numpy as np
+from scipy.special import ndtri
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.experiments.effects import Values
+from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
+from multilayer.inference.priors import Parameter, Prior
+
+LENGTH = 0.55  # correlation length of a drawn law in ln f
+SPACING = 0.6  # of its nodes, in correlation lengths
+_JITTER = 1e-9
+AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
+_RESONANCES = 16  # natural frequencies that are tried
+
+
+class Place:
+    """Where something unmodelled may act: base class; override the hook through which it enters the model.
+
+    A law at a place is a complex function of frequency, `values` in the hooks, in the place's unit. Hooks must be
+    analytic in it, and return their argument where it is 0.
+
+    Attributes
+    ----------
+    name : str
+        By which files and results name it.
+    title : str
+        For people.
+    quantity, unit : str
+        What the law is, and in which unit.
+    terms : mapping
+        What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
+        ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    quantity: ClassVar[str]
+    unit: ClassVar[str] = ""
+    terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
+
+    @property
+    def label(self) -> str:
+        """Name, with the configuration where it is one of them."""
+        return self.name
+
+    @classmethod
+    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
+        """Return the places of this kind in a campaign: usually one."""
+        return [cls()]
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return a value of the law that changes the data by about their own size.
+
+        Parameters
+        ----------
+        settings : tuple of Setting
+            All configurations.
+        modulus : float
+            The nominal model's, absolute, Pa.
+        """
+        return 1.0
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the sample's modulus, Pa, shape (..., n)."""
+        return modulus
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the rods and masses."""
+        return chain
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return top over base as the channels show it, shape (..., n)."""
+        return motion
+
+
+class LawAtPlace(Effect):
+    """An effect that is a law at a place: base class of drawn laws and of simple forms."""
+
+    place: Place
+
+    def values(self, setting: Setting, values: Values) -> ComplexArray:
+        """Return the law, shape (..., n), in the place's unit."""
+        raise NotImplementedError
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
+        """Return the modulus as the place changes it."""
+        return self.place.modulus(setting, modulus, self.values(setting, values))
+
+    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
+        """Return the rods and masses as the place changes them."""
+        return self.place.chain(setting, chain, self.values(setting, values))
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """Return the reading as the place changes it."""
+        return self.place.motion(setting, motion, self.values(setting, values))
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnLaw(LawAtPlace):
+    """A free function of frequency at a place: a complex Gaussian process in ln f, by its values at nodes.
+
+    Attributes
+    ----------
+    place : Place
+    nodes : array, shape (k,)
+        ln f.
+    size : float
+        Standard deviation of real and imaginary part, in the place's unit.
+    offset : float
+        Added to the law, in standard deviations; for derivatives.
+    """
+
+    place: Place
+    nodes: RealArray
+    size: float
+    offset: float = 0.0
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def at(cls, place: Place, frequency: RealArray, size: float) -> DrawnLaw:
+        """Return a law for data at frequencies, Hz."""
+        low, high = np.log(frequency.min()), np.log(frequency.max())
+        nodes = np.linspace(low, high, max(int(np.ceil((high - low) / (SPACING * LENGTH))) + 1, 2))
+        parameters = tuple(
+            Parameter(name=f"{part}[{np.exp(node):.4g}]", prior=Prior(normal=(0.0, 1.0)))
+            for part in ("real", "imag")
+            for node in nodes
+        )
+        return cls(place, nodes, size, name=place.label, parameters=parameters)
+
+    def basis(self, frequency: RealArray) -> RealArray:
+        """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
+        kernel = _kernel(self.nodes, self.nodes) + _JITTER * np.eye(len(self.nodes))
+        root = np.linalg.cholesky(kernel)
+        return np.asarray(np.linalg.solve(root, _kernel(self.nodes, np.log(frequency))).T)
+
+    def values(self, setting: Setting, values: Values) -> ComplexArray:
+        """Return the law."""
+        z = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
+        return self.drawn(z, setting.frequency)
+
+    def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k)."""
+        k = len(self.nodes)
+        return np.asarray(self.size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
+
+
+def _kernel(a: RealArray, b: RealArray) -> RealArray:
+    return np.asarray(np.exp(-0.5 * (np.subtract.outer(a, b) / LENGTH) ** 2))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A simple law of a few parameters, real in time.
+
+    Attributes
+    ----------
+    kind : {'power', 'lossy', 'fractional', 'relaxation', 'resonance'}
+        ``a (i w)^n``; ``a (1 + i eta)``; ``a (i w/w0)^p``; ``a/(1 + i f/fc)``; ``a/(1 - (f/f0)^2/(1 + i eta))``.
+    order : int
+        n of the first.
+    """
+
+    kind: Literal["power", "lossy", "fractional", "relaxation", "resonance"]
+    order: int = 0
+
+    @property
+    def key(self) -> int | str:
+        """Under which `Place.terms` names it."""
+        return "resonance" if self.kind == "resonance" else self.order
+
+    def parameters(self, scale: float, band: tuple[float, float]) -> tuple[Parameter, ...]:
+        """Return amplitude at the band's centre, in the place's unit, then what else the law has."""
+        low, high = band
+        amplitude = Parameter(name="amplitude", prior=Prior(normal=(0.0, AMPLITUDE * scale)))
+        loss = Parameter(name="loss_factor", prior=Prior(loguniform=(0.003, 1.0)))
+        rest: dict[str, tuple[Parameter, ...]] = {
+            "power": (),
+            "lossy": (Parameter(name="loss_factor", prior=Prior(normal=(0.0, 0.5))),),
+            "fractional": (Parameter(name="exponent", prior=Prior(normal=(0.0, 0.7))),),
+            "relaxation": (Parameter(name="frequency", prior=Prior(loguniform=(low / 3, 3 * high)), unit="Hz"),),
+            "resonance": (Parameter(name="frequency", prior=Prior(loguniform=(low / 2, 2 * high)), unit="Hz"), loss),
+        }
+        return (amplitude, *rest[self.kind])
+
+    def starts(self) -> list[tuple[float, ...]]:
+        """Return standard normal coordinates to start from."""
+        amplitudes = (-0.7, -0.1, 0.1, 0.7)
+        if self.kind == "resonance":
+            places = ndtri((np.arange(_RESONANCES) + 0.5) / _RESONANCES)
+            return [(a, float(x), eta) for a in (-0.1, 0.1) for x in places for eta in (1.2,)]
+        further = {"power": (), "lossy": (0.0,), "fractional": (0.0,), "relaxation": (0.0,)}[self.kind]
+        return [(a, *further) for a in amplitudes]
+
+    def values(self, frequency: RealArray, centre: float, values: Sequence[RealArray]) -> ComplexArray:
+        """Return the law, shape (..., n), of parameters of shape (..., 1)."""
+        amplitude, *rest = values
+        turn = 1j * frequency / centre
+        if self.kind == "power":
+            return np.asarray(amplitude * turn**self.order)
+        if self.kind == "lossy":
+            return np.asarray(amplitude * (1 + 1j * rest[0]))
+        if self.kind == "fractional":
+            return np.asarray(amplitude * turn ** rest[0])
+        if self.kind == "relaxation":
+            return np.asarray(amplitude / (1 + 1j * frequency / rest[0]))
+        return np.asarray(amplitude / (1 - (frequency / rest[0]) ** 2 / (1 + 1j * rest[1])))
+
+
+@dataclass(frozen=True, eq=False)
+class SimpleLaw(LawAtPlace):
+    """A sum of simple laws at a place.
+
+    Attributes
+    ----------
+    place : Place
+    terms : tuple of Term
+    centre : float
+        Geometric centre of the band, Hz, at which amplitudes are stated.
+    """
+
+    place: Place
+    terms: tuple[Term, ...]
+    centre: float
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    starts: tuple[tuple[float, ...], ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def at(cls, place: Place, terms: Sequence[Term], frequency: RealArray, scale: float) -> SimpleLaw:
+        """Return a sum of laws for data at frequencies, Hz; `scale` is that of the place."""
+        band = float(frequency.min()), float(frequency.max())
+        parameters = tuple(
+            parameter.model_copy(update={"name": f"{number}.{parameter.name}"})
+            for number, term in enumerate(terms)
+            for parameter in term.parameters(scale, band)
+        )
+        starts = tuple(sum(each, ()) for each in product(*(term.starts() for term in terms)))
+        return cls(place, tuple(terms), math.sqrt(band[0] * band[1]), place.label, parameters, starts)
+
+    def values(self, setting: Setting, values: Values) -> ComplexArray:
+        """Return the law."""
+        return self.law_at(setting.frequency, [values[parameter.name] for parameter in self.parameters])
+
+    def law_at(self, frequency: RealArray, values: Sequence[RealArray]) -> ComplexArray:
+        """Return the law, shape (..., n), of all parameters in their order, of shape (..., 1)."""
+        total, rest = np.zeros(frequency.shape, dtype=complex), list(values)
+        for term in self.terms:
+            count = len(term.parameters(1.0, (1.0, 2.0)))
+            total = total + term.values(frequency, self.centre, rest[:count])
+            rest = rest[count:]
+        return total
