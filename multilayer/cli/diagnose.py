@@ -87,8 +87,7 @@ def _campaign(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.assessment import N_STEPS
-    from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
     from multilayer.errors import InputError, suggest
     from multilayer.media.laws import LAWS
 

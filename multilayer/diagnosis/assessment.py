@@ -16,6 +16,8 @@ from multilayer.diagnosis.evidence import ModelComparison, compare
 from multilayer.diagnosis.experiment_design import Rivals
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.locate import locate, where_entries
+from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
+from multilayer.diagnosis.place_fits import PlaceFit, simple_form
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.thresholds import ALIVE
@@ -37,6 +39,8 @@ class Assessment:
     similarity : Similarity
     detectable : mapping
         The smallest effects that the data would show.
+    drawn : DrawnPlace, optional
+        The place of the cause with its law; None without a gap, and where places are not told apart.
     """
 
     comparison: ModelComparison
@@ -44,6 +48,7 @@ class Assessment:
     shrinkages: Mapping[tuple[str, ...], Shrinkage]
     similarity: Similarity
     detectable: Mapping[str, Mapping[str, object]]
+    drawn: DrawnPlace | None = None
 
     @property
     def nominal(self) -> Fitted:
@@ -101,7 +106,7 @@ class Assessment:
             causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision.group)
             plans = next_experiment(self.rivals)
         return {
-            "version": 1,
+            "version": 2,
             "verdict": decision.verdict,
             "sentence": sentence(decision, probability),
             "probability": round(probability, 4),
@@ -109,6 +114,8 @@ class Assessment:
             "causes": causes,
             "group": [list(names) for names in decision.group if decision.verdict == "effect"],
             "gap": gap_entry(self.nominal, shrinkages.get(decision.best) or next(iter(shrinkages.values()), None)),
+            "places": place_entries(comparison, self.drawn) if self.is_gap else [],
+            "law": law_entry(self.drawn) if self.drawn else None,
             "detectable": dict(self.detectable),
             "confounded": confounded_entries(self.similarity),
             "next_experiment": plans,
@@ -130,6 +137,7 @@ def assess(
     effects: Mapping[str, BaseEffect],
     tell: Progress,
     executor: Executor | None = None,
+    places: Mapping[str, PlaceFit] | None = None,
 ) -> Assessment:
     """Compare the hypotheses, check the best on held-out data, and decide.
 
@@ -144,16 +152,32 @@ def assess(
         Called with a short text after each of three steps.
     executor : Executor, optional
         Where fits run; in this process when left out.
+    places : mapping, optional
+        Places with a free law, by label.
     """
-    comparison = compare(nominal, singles, effects, executor)
+    comparison = compare(nominal, singles, effects, executor, places)
     tell("effects in pairs")
     comparison, shrinkages = _on_held_out_data(comparison, executor) if comparison.is_gap else (comparison, {})
     tell("held-out data")
     columns = signatures(nominal, effects)
     alike = similarity(nominal.minimum, tuple(effects), columns)
+    decision = decide(comparison, shrinkages)
+    drawn = _drawn(comparison, decision, executor)
     detectable = detectable_sizes(nominal, effects, columns)
     tell("verdict")
-    return Assessment(comparison, decide(comparison, shrinkages), shrinkages, alike, detectable)
+    return Assessment(comparison, decision, shrinkages, alike, detectable, drawn)
+
+
+def _drawn(comparison: ModelComparison, decision: Decision, executor: Executor | None) -> DrawnPlace | None:
+    """Return the place of the cause with its law, and how well that predicts held-out data; None without a gap."""
+    label = comparison.place_of(decision.best) if decision.verdict != "no_gap" else ""
+    if decision.verdict == "unknown":
+        label = next(iter(comparison.places), "")
+    if label not in comparison.places:
+        return None
+    at, nominal = comparison.places[label], comparison.nominal
+    (shrinkage,) = cross_validate(nominal, [at.fitted], executor, noise=comparison.noise)
+    return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)
 
 
 def _on_held_out_data(
@@ -168,7 +192,11 @@ def _on_held_out_data(
         before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
         fits = [comparison.fitted[names] for names in new]
         shrinkages.update(
-            zip(new, cross_validate(comparison.nominal, fits, executor, before) if new else [], strict=True)
+            zip(
+                new,
+                cross_validate(comparison.nominal, fits, executor, before, comparison.noise) if new else [],
+                strict=True,
+            )
         )
         return comparison.with_held_out(shrinkages) if decides else comparison
 

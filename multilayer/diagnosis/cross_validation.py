@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.low_rank import LowRank, WithModelErrors, prediction_root
 from multilayer.inference.problem import Problem
+from multilayer.inference.pulls import stated_pulls
 
 _FEWEST = 4  # bursts that can be divided into blocks
 
@@ -30,24 +32,28 @@ class Shrinkage:
     Attributes
     ----------
     before, after : float
-        ``G = r^T C^-1 r / n`` of the nominal model and of the hypothesis, C being the covariance of noise and of
-        predictions from the data that were fitted; 1 where only noise is left.
+        ``G = (r^T C^-1 r + p^T p) / n`` of the nominal model and of the hypothesis, C being the covariance of noise and
+        of predictions from the data that were fitted, p the pulls of stated quantities: a model that predicts well with
+        a stated quantity many standard deviations off has a gap. `noise` where only noise is left.
     held_out : str
         What was left out, in words.
     log_score : float
         Log predictive density of the held-out data with the hypothesis, without a constant of the data.
+    noise : float
+        What noise alone leaves of G: 1 where it is as large as stated.
     """
 
     before: float
     after: float
     held_out: str
     log_score: float = 0.0
+    noise: float = 1.0
 
     @property
     def share(self) -> float:
-        """``1 - (G_after - 1)+ / (G_before - 1)+``; 0 where there was no gap."""
-        gap = self.before - 1
-        return 0.0 if gap <= 0 else float(1 - max(self.after - 1, 0.0) / gap)
+        """``1 - (G_after - noise)+ / (G_before - noise)+``; 0 where there was no gap."""
+        gap = self.before - self.noise
+        return 0.0 if gap <= 0 else float(1 - max(self.after - self.noise, 0.0) / gap)
 
 
 def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data]]]]:
@@ -73,7 +79,11 @@ def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data
 
 
 def cross_validate(
-    nominal: Fitted, fitted: Sequence[Fitted], executor: Executor | None = None, before: float | None = None
+    nominal: Fitted,
+    fitted: Sequence[Fitted],
+    executor: Executor | None = None,
+    before: float | None = None,
+    noise: float = 1.0,
 ) -> list[Shrinkage]:
     """Return the shrinkage of the gap on held-out data for several hypotheses.
 
@@ -85,6 +95,8 @@ def cross_validate(
         Where fits run; in this process when left out.
     before : float, optional
         `Shrinkage.before` of the nominal model where it is known already.
+    noise : float
+        `Shrinkage.noise`.
     """
     held_out, pairs = folds(nominal.hypothesis)
     if not pairs:
@@ -93,14 +105,27 @@ def cross_validate(
     tasks = [(hypothesis, kept, left) for hypothesis in hypotheses for kept, left in pairs]
     predicted = run_all(_predict_held_out, tasks, executor)
     by_hypothesis = [predicted[i : i + len(pairs)] for i in range(0, len(predicted), len(pairs))]
-    gaps = [float(np.mean(np.concatenate([residual for residual, _ in parts]) ** 2)) for parts in by_hypothesis]
-    scores = [sum(score for _, score in parts) for parts in by_hypothesis]
+    gaps = [_gap(parts) for parts in by_hypothesis]
+    scores = [sum(part.log_score for part in parts) for parts in by_hypothesis]
     if before is None:
         before, gaps, scores = gaps[0], gaps[1:], scores[1:]
-    return [Shrinkage(before, gap, held_out, score) for gap, score in zip(gaps, scores, strict=True)]
+    return [Shrinkage(before, gap, held_out, score, noise) for gap, score in zip(gaps, scores, strict=True)]
 
 
-def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tuple[RealArray, float]:
+class _Prediction(NamedTuple):
+    """Whitened residuals of held-out data, their log predictive density, and the pulls of stated quantities."""
+
+    residual: RealArray
+    log_score: float
+    pulls: RealArray
+
+
+def _gap(parts: Sequence[_Prediction]) -> float:
+    squares = np.concatenate([part.residual for part in parts]) ** 2
+    return float((squares.sum() + np.mean([part.pulls @ part.pulls for part in parts])) / squares.size)
+
+
+def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _Prediction:
     """Return the whitened residuals of held-out data, and the log predictive density of these data.
 
     The task is a fit of all data, the data to be fitted again, and those held out. Residuals are whitened by noise and
@@ -119,9 +144,10 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tu
         problem = WithModelErrors(kept, LowRank.of(np.concatenate(law_columns(kept, start), axis=1)))
     minimum = minimise_scaled(problem, start)
     residual, slopes = held_out.linearised(minimum.z)
+    pulls = stated_pulls(kept.parameters, minimum.z)
     by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))
     if not fitted.errors:
-        return by_unknowns.whitened(residual), by_unknowns.log_density(residual)
+        return _Prediction(by_unknowns.whitened(residual), by_unknowns.log_density(residual), pulls)
     kept_residual, kept_slopes = kept.linearised(minimum.z)
     common, separate = law_columns(kept, minimum.z)
     held_out_common, held_out_separate = law_columns(held_out, minimum.z)
@@ -133,4 +159,4 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> tu
     zeros = np.zeros((len(residual), separate.shape[1]))
     predicted_columns = np.concatenate([slopes, held_out_common, zeros], axis=1)
     root = np.concatenate([prediction_root(predicted_columns, fitted_columns), held_out_separate], axis=1)
-    return by_unknowns.whitened(residual), LowRank.of(root).log_density(residual)
+    return _Prediction(by_unknowns.whitened(residual), LowRank.of(root).log_density(residual), pulls)

@@ -132,7 +132,7 @@ def _objection_to_two(
 def _visible_share(best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
     """Return the shrinkage on held-out data; None where these show next to no gap."""
     shrinkage = shrinkages.get(best)
-    return shrinkage.share if shrinkage is not None and shrinkage.before > SEEN_HELD_OUT else None
+    return shrinkage.share if shrinkage is not None and shrinkage.before > SEEN_HELD_OUT * shrinkage.noise else None
 
 
 def cancellation(fitted: Fitted) -> float:

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits
 from multilayer.diagnosis.free_rim import COARSE, free_rim
+from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import starting_laws
@@ -36,6 +38,7 @@ from multilayer.signals.recording import Recording
 
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
 _DB = 20 / np.log(10)
+N_STEPS = steps.N_STEPS + 1  # the places besides
 
 
 def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] = ()) -> dict[str, BaseEffect]:
@@ -96,7 +99,9 @@ def diagnose_campaign(
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor)
     tell("effects one by one")
-    assessment = assess(nominal, singles, usable, tell, executor)
+    places = fit_places(nominal, executor)
+    tell("places with free laws")
+    assessment = assess(nominal, singles, usable, tell, executor, places)
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),

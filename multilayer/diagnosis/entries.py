@@ -56,10 +56,12 @@ def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None) -> dict[str, Any]:
     """Return the entry ``gap``: of held-out data, or of the fit where nothing was left out."""
     if shrinkage is None:
         before = gap_in_fit(nominal)
-        return {"before": before, "after": before, "shrinkage": 0.0, "held_out": "nothing: there is no gap"}
+        held_out = "nothing: there is no gap"
+        return {"before": before, "after": before, "noise": 1.0, "shrinkage": 0.0, "held_out": held_out}
     return {
         "before": round(shrinkage.before, 4),
         "after": round(shrinkage.after, 4),
+        "noise": round(shrinkage.noise, 4),
         "shrinkage": round(shrinkage.share, 4),
         "held_out": shrinkage.held_out,
     }

@@ -18,6 +18,7 @@ from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, StartedFit, begin, finish_all, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit, misfit_p_value
+from multilayer.diagnosis.place_fits import PlaceFit
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
     LEAST_SCORE,
@@ -34,13 +35,12 @@ from multilayer.diagnosis.thresholds import (
     RIGHT_NAMED_ONE,
     SECOND_EVIDENCE,
     TEMPERATURE,
-    TOLERANCE,
 )
-from multilayer.diagnosis.unknown_cause import discrepancy_evidence
+from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
+from multilayer.inference.pulls import nuisance_p_value, stated_pulls
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
-_SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
 _LARGE = (0.01, 0.02, 0.04, 0.08)  # those of an unknown cause
 _FAR_BEHIND = 10.0  # times the least misfit, above which an effect is not combined with a second one
 _PAIR_BEHIND = 2.0  # times the least misfit, above which a pair is given up after its first steps
@@ -61,6 +61,8 @@ class ModelComparison:
         unknown cause under ``("unknown",)``.
     n_effects : int
         How many effects were tried by themselves.
+    places : mapping
+        Places with a free law, by label; empty where there are none.
     held_out : mapping
         By names, the log predictive density of held-out data, relative to the best of the near causes and at most 0; of
         causes that were checked.
@@ -70,6 +72,7 @@ class ModelComparison:
     fitted: dict[tuple[str, ...], Fitted]
     evidence: dict[tuple[str, ...], float]
     n_effects: int
+    places: Mapping[str, PlaceFit] = field(default_factory=dict)
     held_out: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
     def score(self, names: tuple[str, ...]) -> float:
@@ -109,9 +112,16 @@ class ModelComparison:
 
         A known effect shows in the evidence long before it shows in the sum of squares. A cause that changes the data
         by less than solvers differ is no gap, whatever its evidence: differences of solvers are not noise, and resemble
-        effects.
+        effects. Unless the nominal model takes what is stated of the laboratory for wrong: then that is the gap.
         """
-        return self.p_value <= CERTAIN_P or (self.is_supported and self.gap_size >= LEAST_SIZE)
+        if self.p_value <= CERTAIN_P:
+            return True
+        return self.is_supported and (self.gap_size >= LEAST_SIZE or self.stated_p_value <= CERTAIN_P)
+
+    @cached_property
+    def stated_p_value(self) -> float:
+        """Probability of what the nominal model takes stated quantities to be, by their stated uncertainties."""
+        return nuisance_p_value(self.nominal.hypothesis.parameters, self.nominal.minimum.z)
 
     @property
     def is_supported(self) -> bool:
@@ -120,11 +130,10 @@ class ModelComparison:
 
     @cached_property
     def gap_size(self) -> float:
-        """Change of the modelled data by the best effect, as rms of the relative difference."""
-        names = self.best_fitted
-        if names is None:
+        """Change of the modelled data by the best effect or place, as rms of the relative difference."""
+        best = self.best_explanation
+        if best is None:
             return 0.0
-        best = self.fitted[names]
         before = self.nominal.hypothesis.differences(self.nominal.minimum.z)
         after = best.hypothesis.differences(best.minimum.z)
         change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
@@ -134,6 +143,45 @@ class ModelComparison:
     def best_fitted(self) -> tuple[str, ...] | None:
         """Names of the most probable known effects."""
         return next((names for names in self.ranked if names in self.fitted), None)
+
+    @property
+    def best_explanation(self) -> Fitted | None:
+        """The fit with the most evidence, of known effects and of free laws at places."""
+        fits = [(self.evidence[names], fit) for names, fit in self.fitted.items()]
+        fits += [(fit.log_evidence, fit.fitted) for fit in self.places.values()]
+        return max(fits, key=lambda pair: pair[0])[1] if fits else None
+
+    @cached_property
+    def noise(self) -> float:
+        """What noise leaves per datum, with pulls of stated quantities: 1, or less where it is less than stated.
+
+        Judged by the explanation with the most evidence.
+        """
+        best = self.best_explanation
+        if best is None:
+            return 1.0
+        pulls = stated_pulls(best.hypothesis.parameters, best.minimum.z)
+        return min(float(best.minimum.misfit + pulls @ pulls) / len(best.minimum.residual), 1.0)
+
+    def place_of(self, names: tuple[str, ...]) -> str:
+        """Return the place of a known cause of one effect, or of an unknown one; empty where there is none."""
+        if names == UNKNOWN:
+            return next(iter(self.places), "")
+        places = {str(getattr(effect, "place", "")) for effect in self.fitted[names].hypothesis.effects}
+        return places.pop() if len(places) == 1 else ""
+
+    def place_probabilities(self) -> dict[str, float]:
+        """Return the probability of each place that something acts there, known or unknown; the largest first."""
+        shares = self.probabilities()
+        labels = list(self.places)
+        scaled = np.array([self.places[label].log_evidence for label in labels]) / TEMPERATURE
+        free = np.exp(scaled - logsumexp(scaled)) if labels else scaled
+        total = {label: float(shares[UNKNOWN] * p) for label, p in zip(labels, free, strict=True)}
+        for names in self.fitted:
+            for effect in self.fitted[names].hypothesis.effects:
+                if (place := str(getattr(effect, "place", ""))) in total:
+                    total[place] += shares[names]
+        return dict(sorted(total.items(), key=lambda item: -item[1]))
 
     @property
     def several(self) -> bool:
@@ -166,18 +214,17 @@ class ModelComparison:
         return sum(p for names, p in shares if any(set(cause) <= set(names) for cause in causes))
 
 
-def tolerant_evidence(fitted: Fitted) -> float:
-    """Return the log evidence of a hypothesis with a discrepancy as large as the differences of solvers."""
-    return discrepancy_evidence(fitted, _SMALL)[0]
-
-
 def compare(
     nominal: Fitted,
     singles: Mapping[tuple[str, ...], Fitted],
     effects: Mapping[str, BaseEffect],
     executor: Executor | None = None,
+    places: Mapping[str, PlaceFit] | None = None,
 ) -> ModelComparison:
-    """Return the evidence of the nominal model, single effects, promising pairs, and an unknown cause."""
+    """Return the evidence of the nominal model, single effects, promising pairs, and an unknown cause.
+
+    The unknown cause is a free law at one of the places, or a discrepancy that is smooth in every configuration.
+    """
     fitted = dict(singles)
     evidence = {names: tolerant_evidence(fit) for names, fit in {(): nominal, **fitted}.items()}
     best = sorted(singles, key=lambda names: -evidence[names])
@@ -193,8 +240,10 @@ def compare(
             score = tolerant_evidence(pair)
             if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
                 fitted[pair.names], evidence[pair.names] = pair, score
-    evidence[UNKNOWN] = discrepancy_evidence(nominal, _LARGE)[0]
-    return ModelComparison(nominal, fitted, evidence, len(singles))
+    free = [fit.log_evidence for fit in (places or {}).values()]
+    evidences = [discrepancy_evidence(nominal, _LARGE)[0], *free]
+    evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
+    return ModelComparison(nominal, fitted, evidence, len(singles), places or {})
 
 
 def _promising(

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.evidence import tolerant_evidence
 from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import PLACES, Place
+from multilayer.diagnosis.thresholds import SECOND_TERM
+from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.two_plate.campaign import CampaignProblem
@@ -21,9 +22,9 @@ from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
 from multilayer.inference.problem import Scaled
 
 SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
-_STEPS, _COARSE, _FINE = 30, 1e-3, 1e-6  # evaluations and relative changes of the cost of descents on the way, at the end
-_LAST = 60
-_GAIN = 3.0  # nats that a further term of a simple form must add
+_STEPS, _COARSE = 30, 1e-3  # evaluations and relative change of the cost of descents on the way
+_LAST, _FINE = 60, 1e-6  # those of the last descent
+_BEST, _BEST_FINE = 200, 1e-9  # those of the form that is told
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
     Term("lossy"), Term("fractional"), Term("relaxation"), Term("resonance"),
@@ -133,9 +134,12 @@ def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
     single = run_all(call, [partial(_fit_form, nominal, at, (term,)) for term in _TERMS], executor)
     best = max(single, key=lambda form: form.log_evidence)
     others = [term for term in _TERMS if term not in best.form.terms and term.kind in ("power", "resonance")]
-    double = run_all(call, [partial(_fit_form, nominal, at, (*best.form.terms, term), best) for term in others], executor)
+    double = run_all(call, [partial(_fit_form, nominal, at, (*best.form.terms, term)) for term in others], executor)
     second = max(double, key=lambda form: form.log_evidence)
-    return second if second.log_evidence > best.log_evidence + _GAIN else best
+    chosen = second if second.log_evidence > best.log_evidence + SECOND_TERM else best
+    minimum = minimise_scaled(chosen.fitted.hypothesis, chosen.fitted.minimum.z, _BEST, _BEST_FINE)
+    fitted = Fitted(chosen.fitted.hypothesis, minimum)
+    return SimpleForm(at.place, fitted, tolerant_evidence(fitted))
 
 
 def _scale(nominal: Fitted, place: Place) -> tuple[float, RealArray]:
@@ -189,7 +193,7 @@ def _descended(hypothesis: Hypothesis, z: RealArray) -> Fitted:
     return Fitted(hypothesis, minimise_scaled(hypothesis, z, _LAST, _FINE))
 
 
-def _fit_form(nominal: Fitted, at: PlaceFit, terms: Sequence[Term], before: SimpleForm | None = None) -> SimpleForm:
+def _fit_form(nominal: Fitted, at: PlaceFit, terms: Sequence[Term]) -> SimpleForm:
     scale, frequency = _scale(nominal, at.place)
     law = SimpleLaw.at(at.place, terms, frequency, scale)
     hypothesis = nominal.hypothesis.with_effects(law)

@@ -8,6 +8,7 @@ from __future__ import annotations
 CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis is ahead of the nominal model
 LEAST_SCORE = 3.0  # nats, priors included, by which a cause must be ahead of the nominal model
 LEAST_SIZE = 0.0012  # relative rms change of the data below which an effect is no gap: solvers differ by as much
+SECOND_TERM = 36.0  # nats that a second term of a simple form must add: odds of 400 to 1 by TEMPERATURE
 SECOND_EVIDENCE = 5.0  # nats that a second effect must add to the first
 MOST_UNDONE = 2.0  # change by the lesser of two effects over that by both together, above which they nearly cancel
 TIED = 6.0  # nats within which hypotheses form a group: 1 nat of stated probability, see TEMPERATURE

@@ -12,8 +12,10 @@ from scipy.special import logsumexp
 
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.model_discrepancy import smooth_basis
+from multilayer.diagnosis.thresholds import TOLERANCE
 from multilayer.inference.discrepancy import OrthogonalDiscrepancy
 
+_SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
 SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 
 
@@ -30,3 +32,8 @@ def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float] = SIZES) -> tupl
     log_factors = smooth_discrepancy(fitted).log_bayes_factors(sizes)
     best = float(sizes[int(np.argmax(log_factors))])
     return fitted.log_evidence + float(logsumexp(log_factors)) - float(np.log(len(log_factors))), best
+
+
+def tolerant_evidence(fitted: Fitted) -> float:
+    """Return the log evidence of a hypothesis with a discrepancy as large as the differences of solvers."""
+    return discrepancy_evidence(fitted, _SMALL)[0]

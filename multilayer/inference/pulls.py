@@ -28,6 +28,11 @@ def _nuisances(parameters: Sequence[Parameter]) -> BoolArray:
     return np.array([parameter.nuisance for parameter in parameters], dtype=bool)
 
 
+def stated_pulls(parameters: Sequence[Parameter], z: RealArray) -> RealArray:
+    """Return the pulls of all stated quantities, shape (k,)."""
+    return np.asarray(z[_nuisances(parameters)])
+
+
 def nuisance_p_value(parameters: Sequence[Parameter], z: RealArray) -> float:
     """Return the probability that all stated quantities together are as far off by chance as at `z`.
 
@@ -41,7 +46,7 @@ def nuisance_p_value(parameters: Sequence[Parameter], z: RealArray) -> float:
     z : array, shape (n,)
         Standard normal coordinates.
     """
-    pulls = z[_nuisances(parameters)]
+    pulls = stated_pulls(parameters, z)
     return exceeding(float(pulls @ pulls), len(pulls)) if len(pulls) else 1.0
 
 

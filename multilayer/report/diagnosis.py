@@ -12,11 +12,11 @@ from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
 from multilayer.errors import MultilayerError
+from multilayer.number_text import percent, pressure_unit, readable_unit, significant, with_interval, with_unit
 from multilayer.report import diagnosis_figures as figures
 from multilayer.report.diagnosis_figures import in_words, number_or_nan
 from multilayer.report.files import file_names
 from multilayer.report.listing import Listing
-from multilayer.report.numbers import percent, pressure_unit, readable_unit, significant, with_interval, with_unit
 from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 
 Record = Mapping[str, Any]

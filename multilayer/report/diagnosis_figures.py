@@ -12,7 +12,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.result import Curves, Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE, TIED
-from multilayer.report.numbers import percent, pressure_unit
+from multilayer.number_text import percent, pressure_unit
 from multilayer.report.style import WIDTH, blank, colour, plain, shortened
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ import numpy as np
 from multilayer.fits.result import MODULUS_COLUMNS, FitResult
 from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
+from multilayer.number_text import percent, pressure_unit, with_spread
 from multilayer.report.files import file_names
 from multilayer.report.fit_figures import (
     draw_convergence,
@@ -21,7 +22,6 @@ from multilayer.report.fit_figures import (
     draw_transmissibility,
 )
 from multilayer.report.listing import Listing, yes_or_no
-from multilayer.report.numbers import percent, pressure_unit, with_spread
 from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 
 _MOST_ROWS = 24  # bursts that are printed; of more, one row per configuration

@@ -12,7 +12,7 @@ from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility
-from multilayer.report.numbers import pressure_unit
+from multilayer.number_text import pressure_unit
 from multilayer.report.style import WIDTH, blank, colour, finished, plain, readable_decades
 
 if TYPE_CHECKING:

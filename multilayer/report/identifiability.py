@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from multilayer.inference.identifiability import Identifiability
+from multilayer.number_text import percent, with_unit
 from multilayer.report.listing import Listing, Tinted
-from multilayer.report.numbers import percent, with_unit
 from multilayer.report.report import Section
 
 _COLOURS = {"determined": "green", "narrowed": "yellow", "not determined": "red"}

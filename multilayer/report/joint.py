@@ -12,10 +12,10 @@ from multilayer.fits.joint.laws import LawRow
 from multilayer.fits.joint.posterior import modulus_band, motion_curves
 from multilayer.fits.joint.result import JointFit
 from multilayer.inference.posterior import Posterior
+from multilayer.number_text import pressure_unit, significant, with_unit
 from multilayer.report.fit import moduli_listing, moduli_span
 from multilayer.report.identifiability import determined_section
 from multilayer.report.listing import Listing
-from multilayer.report.numbers import pressure_unit, significant, with_unit
 from multilayer.report.report import Draw, Picture, Report, Section
 from multilayer.report.style import WIDTH, blank, colour, finished, plain
 

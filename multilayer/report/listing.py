@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self, TypeVar
 
-from multilayer.report.numbers import significant
+from multilayer.number_text import significant
 
 _HASH, _HASH_SHOWN = re.compile(r"[0-9a-f]{40,}"), 16
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?")

@@ -11,8 +11,8 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.fits.classical.comparison import CausalityCheck, MethodComparison, MethodPoint
+from multilayer.number_text import pressure_unit, with_spread
 from multilayer.report.listing import Listing, yes_or_no
-from multilayer.report.numbers import pressure_unit, with_spread
 from multilayer.report.report import Report, Section
 from multilayer.report.style import blank, colour, plain
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.fits.stacks.result import POOR, FittedCurve, FoundQuantity, StackFitResult, parts_of
+from multilayer.number_text import percent, significant, with_interval, with_unit
 from multilayer.report.files import file_names
 from multilayer.report.identifiability import determined_section
 from multilayer.report.listing import Listing, yes_or_no
-from multilayer.report.numbers import percent, significant, with_interval, with_unit
 from multilayer.report.report import Picture, Report, Section
 from multilayer.report.style import WIDTH, blank, colour, finished, octave_ticks, plain
 

@@ -13,7 +13,7 @@ import pytest
 from multilayer.diagnosis.result import Similarity
 from multilayer.report.console import show
 from multilayer.report.diagnosis import diagnosis_report
-from multilayer.report.numbers import percent, significant, with_interval, with_unit
+from multilayer.number_text import percent, significant, with_interval, with_unit
 from tests.report.diagnoses import EFFECTS, diagnosis
 
 VOID = {"meta", "br", "hr", "img", "input", "link", "col", "source"}

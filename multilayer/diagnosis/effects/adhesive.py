@@ -9,6 +9,7 @@ class Adhesive(Effect):
     """Compliant, lossy layers at both faces, the same for all thicknesses of the sample."""
 
     name = "adhesive"
+    place = "faces"
     law = "a layer at each face: stiffness per area (1 + i eta)/c, and mass"
     separated_by = "another thickness of the sample"
     source = "glue of 0.05 to 0.5 mm, 0.05 to 100 MPa and 1000 kg/m3; double-sided tape is at the soft end"

@@ -12,6 +12,7 @@ class ChannelDelay(Effect):
     """T exp(-i w tau), beyond the delay that the laboratory states."""
 
     name = "channel_delay"
+    place = "reading"
     law = "T exp(-i w tau)"
     separated_by = "swapped channels"
     source = "multiplexed converters: up to one sampling interval; filters of unlike cut-off: some 10 us"

@@ -12,6 +12,7 @@ class ChannelGain(Effect):
     """T (1 + g), beyond the uncertainty of gains that the laboratory states."""
 
     name = "channel_gain"
+    place = "reading"
     law = "T (1 + g)"
     separated_by = "swapped channels; T tends to 1 at low frequencies"
     source = "accelerometers of 10 % tolerance without calibration, 2 to 5 % with a handheld one"

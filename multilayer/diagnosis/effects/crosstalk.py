@@ -15,6 +15,7 @@ class Crosstalk(Effect):
     """
 
     name = "crosstalk"
+    place = "added_reading"
     law = "T + c + i d f/(1 kHz): shared grounds, and capacitances"
     separated_by = "swapped channels; the base shaken without a sample"
     source = "cables and grounds: -60 to -30 dB, a fault -20 dB"

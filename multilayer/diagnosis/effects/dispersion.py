@@ -15,6 +15,7 @@ class Dispersion(Effect):
     """A further relaxation, in proportion to the nominal law."""
 
     name = "dispersion"
+    place = "sample"
     law = "E (1 + d i w t/(1 + i w t))"
     separated_by = "another thickness"
     source = "secondary relaxations of polymers: some 10 % of the modulus"

@@ -9,6 +9,7 @@ class Flanking(Effect):
     """A spring k (1 + i eta) beside the sample, from the base to the top plate."""
 
     name = "flanking"
+    place = "beside"
     law = "spring k (1 + i eta) from base to top plate"
     separated_by = "another thickness; a force cell"
     source = "cables, guides and tape: 10 to 1e4 N/m"

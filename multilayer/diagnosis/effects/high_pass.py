@@ -12,6 +12,7 @@ class HighPass(Effect):
     """A first-order high-pass filter, 1/(1 - i fc/f), by which the two channels differ."""
 
     name = "high_pass"
+    place = "reading"
     law = "T / (1 - i fc/f)"
     separated_by = "phase at low frequencies; swapped channels"
     source = "AC coupling of 0.1 to 10 Hz with components of 10 to 20 %; a fault reaches 50 Hz"

@@ -15,6 +15,7 @@ class PlateFlexure(Effect):
     """The reading contains the plate's first bending mode, f1 = 9.08/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
 
     name = "plate_flexure"
+    place = "plate"
     law = "T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
     separated_by = "another place of the sensor, another plate thickness"
     source = "first axisymmetric mode of a free disc; a is the mode's share where it is read, below 1"

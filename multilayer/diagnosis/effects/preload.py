@@ -15,6 +15,7 @@ class Preload(Effect):
     """E (1 + b sigma_static), the loss factor unchanged."""
 
     name = "preload"
+    place = "sample_load"
     law = "E (1 + b s), s the static stress"
     separated_by = "a second top plate only"
     source = "2 to 12 N on a polyurethane foam: E1 +58 %, loss factor unchanged (Cortazar-Noguerol 2024)"

@@ -12,6 +12,7 @@ class Rocking(Effect):
     """T + s f^2/(fr^2 - f^2 + i eta fr f): the rocking mode as an oscillator of one degree of freedom."""
 
     name = "rocking"
+    place = "added_reading"
     law = "T + s f^2/(fr^2 - f^2 + i eta fr f)"
     separated_by = "a centred sensor, or two opposite ones"
     source = "off-centre sensors: some per cent of the base's motion"

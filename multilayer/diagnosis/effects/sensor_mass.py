@@ -11,6 +11,7 @@ class SensorMass(Effect):
     """Mass added on the top plate, which bends a little under it; see `plate_flexure` for the bending."""
 
     name = "sensor_mass"
+    place = "top_plate"
     law = "top plate mass + m; T (1 + a f^2/(f1^2 - f^2)), f1 of the free disc"
     separated_by = "a second top plate of another mass"
     source = "piezoelectric accelerometers of 0.2 to 10 g; PCB 352C22 of the paper: 0.5 g, with cable about 1 g"

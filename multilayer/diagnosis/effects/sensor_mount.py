@@ -15,6 +15,7 @@ class SensorMount(Effect):
     """The mount as an oscillator of one degree of freedom: T / (1 - (f/fm)^2 + i eta f/fm)."""
 
     name = "sensor_mount"
+    place = "reading"
     law = "T / (1 - (f/fm)^2 + i eta f/fm)"
     separated_by = "swapped channels, remounting"
     source = "wax, tape and magnets: 2 to 10 kHz; stud: above 20 kHz"

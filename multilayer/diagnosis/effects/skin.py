@@ -14,6 +14,7 @@ class Skin(Effect):
     """Layers of another modulus at both faces, the same for all thicknesses of the sample."""
 
     name = "skin"
+    place = "faces"
     law = "modulus times k within t of each face"
     separated_by = "another thickness"
     source = "moulded foams: skins of 0.3 to 3 mm, 2 to 20 times as stiff"

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-
-from typing import ClassVar
 
 from multilayer.diagnosis.places.base import ComplexArray, Place, Setting
 
@@ -21,17 +20,12 @@ class OneConfiguration(Place):
         Its name.
     """
 
-    configuration: str
+    configuration: str = ""
 
     name = "one_configuration"
     title = "in one configuration only"
     quantity = "change of ln E in that configuration"
     terms: ClassVar = {0: ("factor", "")}
-
-    @property
-    def label(self) -> str:
-        """Name and configuration."""
-        return f"{self.name}[{self.configuration}]"
 
     @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from typing import ClassVar
+
+import numpy as np
 
 from multilayer.diagnosis.places.base import ComplexArray, Place, Setting
 
@@ -15,7 +15,9 @@ class Reading(Place):
     name = "reading"
     title = "in the reading"
     quantity = "change of ln(top/base)"
-    terms: ClassVar = {0: ("gain", ""), 1: ("lead", "s"), -1: ("high pass", "rad/s"), "resonance": ("resonance of a sensor", "")}
+    terms: ClassVar = {
+        0: ("gain", ""), 1: ("lead", "s"), -1: ("high pass", "rad/s"), "resonance": ("resonance of a sensor", ""),
+    }  # fmt: skip
 
     def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the motion times ``exp(law)``."""
@@ -28,7 +30,9 @@ class AddedReading(Place):
     name = "added_reading"
     title = "added to the reading"
     quantity = "share of the base's motion"
-    terms: ClassVar = {0: ("constant share", ""), 1: ("share that rises with frequency", "s"), "resonance": ("resonance", "")}
+    terms: ClassVar = {
+        0: ("constant share", ""), 1: ("share that rises with frequency", "s"), "resonance": ("resonance", ""),
+    }  # fmt: skip
 
     def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the motion with a share of the base's."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from typing import ClassVar
-
 from multilayer.diagnosis.places.base import ComplexArray, Place, Setting
-from multilayer.media.elastic import p_wave_modulus
+from multilayer.experiments.two_plate.motion import constrained_modulus_ratio
 from multilayer.rig.shape_factor import static_shape_factor
 
 _POISSON_RATIO = 0.3  # where none is stated: how a free rim acts on shapes depends little on it
@@ -30,7 +28,8 @@ class Sample(Place):
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return the law that changes ln E by 1 where the factor is largest."""
-        return 1 / max(float(np.max(np.abs(np.asarray(self.factor(setting))))) for setting in settings)
+        factors: list[float] = [float(np.max(np.abs(self.factor(setting)))) for setting in settings]
+        return 1 / max(factors)
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the modulus times ``exp(law factor)``."""
@@ -90,7 +89,7 @@ class SampleShape(Sample):
         ratio = ratio if ratio > 0 else _POISSON_RATIO
         shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
         free = static_shape_factor(ratio, round(shape, 6), resolution=_RESOLUTION)
-        return float(np.log(free / np.real(p_wave_modulus(1.0, ratio))))
+        return float(np.log(free / constrained_modulus_ratio(ratio)))
 
 
 class SampleRadius(Sample):

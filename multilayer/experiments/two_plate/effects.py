@@ -138,6 +138,8 @@ class Effect(BaseEffect):
         Whether it acts as a change of the sample's modulus does, rather than on the reading.
     aside : tuple of str
         Parameters that are not a size of the effect: the error of its law does not grow with them.
+    place : str
+        Name of the place of the rig where it acts (`places.Place`); empty where that is none of them.
     absent_in : str
         The change of the rig that removes the effect, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
     """
@@ -145,6 +147,7 @@ class Effect(BaseEffect):
     kind = "two-plate rig"
     moves_resonances: ClassVar[bool] = False
     aside: ClassVar[tuple[str, ...]] = ()
+    place: ClassVar[str] = ""
     absent_in: ClassVar[str] = ""
 
     def applies(self, campaign: Campaign) -> bool:

@@ -27,6 +27,10 @@ LENGTH = 0.55  # correlation length of a drawn law in ln f
 SPACING = 0.6  # of its nodes, in correlation lengths
 _JITTER = 1e-9
 AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
+_WORDS = {
+    "lossy": "with losses", "fractional": "as a power of i w", "relaxation": "that relaxes",
+    "resonance": "that resonates",
+}  # fmt: skip
 _RESONANCES = 16  # natural frequencies that are tried
 
 
@@ -44,6 +48,8 @@ class Place:
         For people.
     quantity, unit : str
         What the law is, and in which unit.
+    configuration : str
+        Its name, of a place in one configuration only.
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
@@ -53,12 +59,13 @@ class Place:
     title: ClassVar[str]
     quantity: ClassVar[str]
     unit: ClassVar[str] = ""
+    configuration: str = ""
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
 
     @property
     def label(self) -> str:
-        """Name, with the configuration where it is one of them."""
-        return self.name
+        """Name, with the configuration where it is in one only."""
+        return f"{self.name}[{self.configuration}]" if self.configuration else self.name
 
     @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
@@ -93,7 +100,7 @@ class Place:
 class LawAtPlace(Effect):
     """An effect that is a law at a place: base class of drawn laws and of simple forms."""
 
-    place: Place
+    at_place: Place
 
     def values(self, setting: Setting, values: Values) -> ComplexArray:
         """Return the law, shape (..., n), in the place's unit."""
@@ -101,15 +108,15 @@ class LawAtPlace(Effect):
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: Values) -> ComplexArray:
         """Return the modulus as the place changes it."""
-        return self.place.modulus(setting, modulus, self.values(setting, values))
+        return self.at_place.modulus(setting, modulus, self.values(setting, values))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Return the rods and masses as the place changes them."""
-        return self.place.chain(setting, chain, self.values(setting, values))
+        return self.at_place.chain(setting, chain, self.values(setting, values))
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
         """Return the reading as the place changes it."""
-        return self.place.motion(setting, motion, self.values(setting, values))
+        return self.at_place.motion(setting, motion, self.values(setting, values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +125,7 @@ class DrawnLaw(LawAtPlace):
 
     Attributes
     ----------
-    place : Place
+    at_place : Place
     nodes : array, shape (k,)
         ln f.
     size : float
@@ -127,7 +134,7 @@ class DrawnLaw(LawAtPlace):
         Added to the law, in standard deviations; for derivatives.
     """
 
-    place: Place
+    at_place: Place
     nodes: RealArray
     size: float
     offset: float = 0.0
@@ -188,6 +195,12 @@ class Term:
         """Under which `Place.terms` names it."""
         return "resonance" if self.kind == "resonance" else self.order
 
+    @property
+    def words(self) -> str:
+        """The law in words."""
+        powers = {0: "constant", 1: "in proportion to i w", -1: "as 1/(i w)", 2: "as (i w)^2", -2: "as 1/(i w)^2"}
+        return powers[self.order] if self.kind == "power" else _WORDS[self.kind]
+
     def parameters(self, scale: float, band: tuple[float, float]) -> tuple[Parameter, ...]:
         """Return amplitude at the band's centre, in the place's unit, then what else the law has."""
         low, high = band
@@ -232,13 +245,13 @@ class SimpleLaw(LawAtPlace):
 
     Attributes
     ----------
-    place : Place
+    at_place : Place
     terms : tuple of Term
     centre : float
         Geometric centre of the band, Hz, at which amplitudes are stated.
     """
 
-    place: Place
+    at_place: Place
     terms: tuple[Term, ...]
     centre: float
     name: str = ""

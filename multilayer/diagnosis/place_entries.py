@@ -1,0 +1,124 @@
+"""Entries of ``diagnosis.json`` on places: where the cause acts, and the law that it follows there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scipy.special import ndtri
+
+from multilayer.diagnosis.cross_validation import Shrinkage
+from multilayer.diagnosis.evidence import ModelComparison
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
+from multilayer.inference.priors import Parameter
+from multilayer.number_text import with_interval
+
+_PROBABILITY = 0.9  # of intervals
+
+
+@dataclass(frozen=True)
+class DrawnPlace:
+    """The place of a cause with its law.
+
+    Attributes
+    ----------
+    free : PlaceFit
+    form : SimpleForm
+    shrinkage : Shrinkage
+        Of the gap on held-out data, with the free law.
+    """
+
+    free: PlaceFit
+    form: SimpleForm
+    shrinkage: Shrinkage
+
+
+def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list[dict[str, Any]]:
+    """Return the entries of ``places``, the most probable first; `behind` is in nats of free laws."""
+    probabilities = comparison.place_probabilities()
+    best = max((fit.log_evidence for fit in comparison.places.values()), default=0.0)
+    entries = []
+    for label, probability in probabilities.items():
+        fit = comparison.places[label]
+        entries.append(
+            {
+                "place": fit.place.name,
+                **({"configuration": configuration} if (configuration := fit.place.configuration) else {}),
+                "title": fit.place.title,
+                "probability": round(probability, 4),
+                "log_evidence": round(fit.log_evidence, 2),
+                "behind": round(best - fit.log_evidence, 2),
+                "gap_after": round(fit.fitted.minimum.misfit / len(fit.fitted.minimum.residual), 4),
+                "shrinkage": round(drawn.shrinkage.share, 4) if drawn and drawn.free is fit else None,
+            }
+        )
+    return sorted(entries, key=lambda entry: drawn is None or entry["title"] != drawn.free.place.title)
+
+
+def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
+    """Return the entry ``law``: the law drawn at the place, with its 90 % band, and the simple form nearest to it."""
+    fit, place = drawn.free, drawn.free.place
+    law, (low, high) = fit.law(), fit.band()
+    return {
+        "place": place.name,
+        **({"configuration": place.configuration} if place.configuration else {}),
+        "quantity": place.quantity,
+        "unit": place.unit,
+        "frequency_hz": fit.grid.tolist(),
+        "real": law.real.tolist(), "imag": law.imag.tolist(),
+        "real_low": low.real.tolist(), "real_high": high.real.tolist(),
+        "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist(),
+        "form": form_entry(drawn.form),
+        "form_is_enough": drawn.form.log_evidence >= fit.log_evidence,
+    }  # fmt: skip
+
+
+def form_entry(form: SimpleForm) -> dict[str, Any]:
+    """Return a simple form: its terms with values and 90 % intervals, and its curve."""
+    law, parts, position = form.form, [], 0
+    for term in law.terms:
+        count = len(term.parameters(1.0, (1.0, 2.0)))
+        named, unit = law.at_place.terms.get(term.key, (law.at_place.quantity, law.at_place.unit))
+        if term.kind not in ("power", "resonance") or term.key not in law.at_place.terms:
+            named = f"{named} {term.words}"
+        factor = (2 * math.pi * law.centre) ** (-term.order)
+        parameters = law.parameters[position : position + count]
+        first = position - len(law.parameters)
+        intervals = [_interval(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
+        entry: dict[str, Any] = {"term": named, "kind": term.kind}
+        for name, (value, low, high), parameter in zip(_keys(parameters), intervals, parameters, strict=True):
+            if name == "amplitude":
+                ends = sorted((factor * low, factor * high))
+                entry |= {"value": factor * value, "low": ends[0], "high": ends[1], "unit": unit}
+            else:
+                entry[name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
+        parts.append(entry)
+        position += count
+    text = ", and ".join(map(_in_words, parts))
+    return {"text": text, "terms": parts, "log_evidence": round(form.log_evidence, 2)}
+
+
+def _in_words(entry: Mapping[str, Any]) -> str:
+    """Return a term for people, as ``a mass of 0.99 (0.96 to 1.02) g``."""
+    article = "an" if entry["term"][0] in "aeiou" else "a"
+    text = f"{article} {entry['term']} of {_size(entry)}"
+    others = [f"{key.replace('_', ' ')} {_size(value)}" for key, value in entry.items() if isinstance(value, Mapping)]
+    return f"{text}, {', '.join(others)}" if others else text
+
+
+def _size(entry: Mapping[str, Any]) -> str:
+    return with_interval(entry["value"], entry["low"], entry["high"], entry["unit"])
+
+
+def _keys(parameters: Sequence[Parameter]) -> list[str]:
+    return [parameter.name.partition(".")[2] for parameter in parameters]
+
+
+def _interval(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
+    z, spread = fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index])
+    reach = float(ndtri(0.5 + _PROBABILITY / 2)) * spread
+    value, low, high = (float(parameter.prior.value(z + step)) for step in (0.0, -reach, reach))
+    return value, low, high
