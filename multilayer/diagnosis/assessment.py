@@ -12,7 +12,7 @@ from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
 from multilayer.diagnosis.decision import Decision, decide
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_entry, sentence
-from multilayer.diagnosis.evidence import ModelComparison, compare
+from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison, compare
 from multilayer.diagnosis.experiment_design import Rivals
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.locate import locate, where_entries
@@ -63,6 +63,8 @@ class Assessment:
     @property
     def best_fit(self) -> Fitted:
         """The fit of the most probable cause, whether it is trusted or not; the nominal model where there is none."""
+        if self.drawn and self.decision.best == UNKNOWN:
+            return self.drawn.free.explanation
         return self.comparison.fitted.get(self.decision.best, self.nominal)
 
     @property
@@ -100,6 +102,12 @@ class Assessment:
         """
         comparison, decision, shrinkages = self.comparison, self.decision, self.shrinkages
         probability = decision.probability(comparison)
+        is_drawn = self.drawn is not None and decision.best == UNKNOWN
+        shrinkage = self.drawn.shrinkage if self.drawn and is_drawn else shrinkages.get(decision.best)
+        law = law_entry(self.drawn) if self.drawn else None
+        text = sentence(decision, probability)
+        if law and is_drawn and law["form_is_enough"]:
+            text = f"{text} It acts like {law['form']['text']}."
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
@@ -108,14 +116,14 @@ class Assessment:
         return {
             "version": 2,
             "verdict": decision.verdict,
-            "sentence": sentence(decision, probability),
+            "sentence": text,
             "probability": round(probability, 4),
             "where": where,
             "causes": causes,
             "group": [list(names) for names in decision.group if decision.verdict == "effect"],
-            "gap": gap_entry(self.nominal, shrinkages.get(decision.best) or next(iter(shrinkages.values()), None)),
+            "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None)),
             "places": place_entries(comparison, self.drawn) if self.is_gap else [],
-            "law": law_entry(self.drawn) if self.drawn else None,
+            "law": law,
             "detectable": dict(self.detectable),
             "confounded": confounded_entries(self.similarity),
             "next_experiment": plans,
@@ -162,13 +170,18 @@ def assess(
     columns = signatures(nominal, effects)
     alike = similarity(nominal.minimum, tuple(effects), columns)
     decision = decide(comparison, shrinkages)
-    drawn = _drawn(comparison, decision, executor)
+    drawn = _drawn(comparison, decision, shrinkages, executor)
     detectable = detectable_sizes(nominal, effects, columns)
     tell("verdict")
     return Assessment(comparison, decision, shrinkages, alike, detectable, drawn)
 
 
-def _drawn(comparison: ModelComparison, decision: Decision, executor: Executor | None) -> DrawnPlace | None:
+def _drawn(
+    comparison: ModelComparison,
+    decision: Decision,
+    shrinkages: Mapping[tuple[str, ...], Shrinkage],
+    executor: Executor | None,
+) -> DrawnPlace | None:
     """Return the place of the cause with its law, and how well that predicts held-out data; None without a gap."""
     label = comparison.place_of(decision.best) if decision.verdict != "no_gap" else ""
     if decision.verdict == "unknown":
@@ -176,7 +189,8 @@ def _drawn(comparison: ModelComparison, decision: Decision, executor: Executor |
     if label not in comparison.places:
         return None
     at, nominal = comparison.places[label], comparison.nominal
-    (shrinkage,) = cross_validate(nominal, [at.fitted], executor, noise=comparison.noise)
+    before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
+    (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
     return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)
 
 

@@ -78,15 +78,22 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     if best == UNKNOWN:
-        text = "a smooth discrepancy explains the gap better than any known effect"
+        text = f"{_free(comparison)} explains the gap better than any known effect"
         return Decision("unknown", best, _group(comparison, best), text)
     group = _group(comparison, best)
     if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, guarded=True)
     if comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]:
-        text = f"{in_words(best)} explains most, but that it is something else is more probable"
+        text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
         return Decision("unknown", best, group, text)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
+
+
+def _free(comparison: ModelComparison) -> str:
+    """Return what explains the gap where no known effect does, in words."""
+    if not comparison.places:
+        return "a smooth discrepancy"
+    return f"a law of its own {next(iter(comparison.places.values())).place.title}"
 
 
 def _objection(

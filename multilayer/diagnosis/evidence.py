@@ -148,7 +148,7 @@ class ModelComparison:
     def best_explanation(self) -> Fitted | None:
         """The fit with the most evidence, of known effects and of free laws at places."""
         fits = [(self.evidence[names], fit) for names, fit in self.fitted.items()]
-        fits += [(fit.log_evidence, fit.fitted) for fit in self.places.values()]
+        fits += [(fit.log_evidence, fit.explanation) for fit in self.places.values()]
         return max(fits, key=lambda pair: pair[0])[1] if fits else None
 
     @cached_property

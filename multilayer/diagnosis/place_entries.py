@@ -9,7 +9,9 @@ from typing import Any
 
 from scipy.special import ndtri
 
+from multilayer.arrays import RealArray
 from multilayer.diagnosis.cross_validation import Shrinkage
+from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
@@ -51,11 +53,12 @@ def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list
                 "probability": round(probability, 4),
                 "log_evidence": round(fit.log_evidence, 2),
                 "behind": round(best - fit.log_evidence, 2),
-                "gap_after": round(fit.fitted.minimum.misfit / len(fit.fitted.minimum.residual), 4),
+                "gap_after": gap_in_fit(fit.explanation),
                 "shrinkage": round(drawn.shrinkage.share, 4) if drawn and drawn.free is fit else None,
             }
         )
-    return sorted(entries, key=lambda entry: drawn is None or entry["title"] != drawn.free.place.title)
+    first = drawn.free.place.name if drawn else ""
+    return sorted(entries, key=lambda entry: (entry["place"] != first, -entry["probability"], entry["behind"]))
 
 
 def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
@@ -71,13 +74,13 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "real": law.real.tolist(), "imag": law.imag.tolist(),
         "real_low": low.real.tolist(), "real_high": high.real.tolist(),
         "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist(),
-        "form": form_entry(drawn.form),
+        "form": form_entry(drawn.form, fit.grid),
         "form_is_enough": drawn.form.log_evidence >= fit.log_evidence,
     }  # fmt: skip
 
 
-def form_entry(form: SimpleForm) -> dict[str, Any]:
-    """Return a simple form: its terms with values and 90 % intervals, and its curve."""
+def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
+    """Return a simple form: its terms with values and 90 % intervals, and its curve at frequencies, Hz."""
     law, parts, position = form.form, [], 0
     for term in law.terms:
         count = len(term.parameters(1.0, (1.0, 2.0)))
@@ -98,7 +101,15 @@ def form_entry(form: SimpleForm) -> dict[str, Any]:
         parts.append(entry)
         position += count
     text = ", and ".join(map(_in_words, parts))
-    return {"text": text, "terms": parts, "log_evidence": round(form.log_evidence, 2)}
+    pairs = zip(law.parameters, form.fitted.minimum.z[-position:], strict=True)
+    curve = law.law_at(frequency, [parameter.prior.value(z) for parameter, z in pairs])
+    return {
+        "text": text,
+        "terms": parts,
+        "log_evidence": round(form.log_evidence, 2),
+        "real": curve.real.tolist(),
+        "imag": curve.imag.tolist(),
+    }
 
 
 def _in_words(entry: Mapping[str, Any]) -> str:

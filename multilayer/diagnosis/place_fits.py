@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
+from scipy.optimize import least_squares
 from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
+from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import PLACES, Place
 from multilayer.diagnosis.thresholds import SECOND_TERM
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
@@ -19,12 +20,16 @@ from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
+from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Scaled
 
 SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
-_STEPS, _COARSE = 30, 1e-3  # evaluations and relative change of the cost of descents on the way
-_LAST, _FINE = 60, 1e-6  # those of the last descent
-_BEST, _BEST_FINE = 200, 1e-9  # those of the form that is told
+# evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
+_COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
+_BEHIND = 4.0  # times the least misfit, above which a place is given up after its first descent
+_SHARP = 3  # places that are tried with a resonance where no smooth law explains the data
+_STARTS = 8  # of a simple form that is compared with the drawn law
+_PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
     Term("lossy"), Term("fractional"), Term("relaxation"), Term("resonance"),
@@ -41,12 +46,21 @@ class PlaceFit:
     fitted : Fitted
         With the law's size of the most evidence.
     log_evidence : float
-        Averaged over sizes, with a discrepancy as large as the differences of solvers.
+        Averaged over sizes, with a discrepancy as large as the differences of solvers; of the resonance where there is
+        one.
+    resonance : Fitted, optional
+        With a law that resonates, where that explains far more than a smooth one.
     """
 
     place: Place
     fitted: Fitted
     log_evidence: float
+    resonance: Fitted | None = None
+
+    @property
+    def explanation(self) -> Fitted:
+        """The fit with the most evidence."""
+        return self.fitted if self.resonance is None else self.resonance
 
     @property
     def drawn(self) -> DrawnLaw:
@@ -98,7 +112,9 @@ class SimpleForm:
         return law
 
 
-def fit_places(nominal: Fitted, executor: Executor | None = None) -> dict[str, PlaceFit]:
+def fit_places(
+    nominal: Fitted, executor: Executor | None = None, names: Sequence[str] | None = None
+) -> dict[str, PlaceFit]:
     """Return every place with a free law, by its label, the one with the most evidence first.
 
     Of the configurations that might depart by themselves only the one with the largest expected gain is fitted.
@@ -109,16 +125,29 @@ def fit_places(nominal: Fitted, executor: Executor | None = None) -> dict[str, P
         The nominal model of a campaign.
     executor : Executor, optional
         Where fits run; in this process when left out.
+    names : sequence of str, optional
+        Names of the places; all that are registered when left out.
     """
     problem = nominal.hypothesis_as(CampaignProblem)
     places = []
-    for _, kind in PLACES.working():
+    for name, kind in PLACES.working():
+        if names is not None and name not in names:
+            continue
         instances = kind.instances(problem.settings)
         if len(instances) > 1:
             instances = [max(instances, key=partial(_expected_gain, nominal))]
         places += instances
-    fits = run_all(call, [partial(_fit_place, nominal, place) for place in places], executor)
-    return {fit.place.label: fit for fit in sorted(fits, key=lambda fit: -fit.log_evidence)}
+    begun = run_all(call, [partial(_begun, nominal, place) for place in places], executor)
+    least = max(min(fit.minimum.misfit for fit in begun), len(nominal.minimum.residual))
+    is_near = [fit.minimum.misfit < _BEHIND * least for fit in begun]
+    tasks = [partial(_finished, nominal, fit) for fit, near in zip(begun, is_near, strict=True) if near]
+    fits = run_all(call, tasks, executor)
+    fits += [_unfinished(fit) for fit, near in zip(begun, is_near, strict=True) if not near]
+    fits.sort(key=lambda fit: -fit.log_evidence)
+    if fits and fits[0].fitted.minimum.cost_per_datum > UNEXPLAINED:  # no smooth law explains a sharp resonance
+        sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
+        fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
+    return {fit.place.label: fit for fit in fits}
 
 
 def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
@@ -131,13 +160,13 @@ def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
         The place with a free law.
     executor : Executor, optional
     """
-    single = run_all(call, [partial(_fit_form, nominal, at, (term,)) for term in _TERMS], executor)
+    single = _fit_forms(nominal, at, [(term,) for term in _TERMS], executor)
     best = max(single, key=lambda form: form.log_evidence)
     others = [term for term in _TERMS if term not in best.form.terms and term.kind in ("power", "resonance")]
-    double = run_all(call, [partial(_fit_form, nominal, at, (*best.form.terms, term)) for term in others], executor)
+    double = _fit_forms(nominal, at, [(*best.form.terms, term) for term in others], executor)
     second = max(double, key=lambda form: form.log_evidence)
     chosen = second if second.log_evidence > best.log_evidence + SECOND_TERM else best
-    minimum = minimise_scaled(chosen.fitted.hypothesis, chosen.fitted.minimum.z, _BEST, _BEST_FINE)
+    minimum = minimise_scaled(chosen.fitted.hypothesis, chosen.fitted.minimum.z, *_TOLD)
     fitted = Fitted(chosen.fitted.hypothesis, minimum)
     return SimpleForm(at.place, fitted, tolerant_evidence(fitted))
 
@@ -166,40 +195,103 @@ def _expected_gain(nominal: Fitted, place: Place) -> float:
     return float(0.5 * gradient @ np.linalg.solve(jacobian.T @ jacobian + np.eye(z.size), gradient))
 
 
-def _fit_place(nominal: Fitted, place: Place) -> PlaceFit:
+def _begun(nominal: Fitted, place: Place) -> Fitted:
+    """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
-    fits: list[Fitted] = []
+    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    start = np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])
+    return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
+
+
+def _unfinished(begun: Fitted) -> PlaceFit:
+    return PlaceFit(begun.hypothesis.effects[-1].at_place, begun, tolerant_evidence(begun))
+
+
+def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
+    """Return the fit of a place, from a coarse one and from the nominal model, with each size of its law."""
+    law: DrawnLaw = begun.hypothesis.effects[-1]
+    fits = []
     for size in SIZES:
-        law = DrawnLaw.at(place, frequency, size * scale)
-        hypothesis = nominal.hypothesis.with_effects(law)
-        starts = [np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])]
-        for before in fits:
-            z = before.minimum.z.copy()
-            z[-len(law.parameters) :] *= before.hypothesis.effects[-1].size / law.size
-            starts.append(z)
-        fits.append(best_of([_descended(hypothesis, start) for start in starts]))
+        sized = replace(law, size=law.size * size / SIZES[-1])
+        z = begun.minimum.z.copy()
+        z[-len(law.parameters) :] *= law.size / sized.size
+        starts = [z, np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])]
+        hypothesis = nominal.hypothesis.with_effects(sized)
+        fits.append(best_of([_descended(hypothesis, start, *_FINE) for start in starts]))
     evidences = [tolerant_evidence(fit) for fit in fits]
     best = fits[int(np.argmax(evidences))]
-    return PlaceFit(place, best, float(logsumexp(evidences) - np.log(len(evidences))))
+    return PlaceFit(law.at_place, best, float(logsumexp(evidences) - np.log(len(evidences))))
 
 
-def _descended(hypothesis: Hypothesis, z: RealArray) -> Fitted:
-    """Return the minimum reached by continuation: with all errors of the data enlarged at first."""
+def _descended(hypothesis: Hypothesis, z: RealArray, most: int, tolerance: float) -> Fitted:
+    """Return the minimum reached by continuation: with all errors of the data enlarged at first.
+
+    Parameters
+    ----------
+    hypothesis : Hypothesis
+    z : array, shape (n,)
+        Where it starts.
+    most, tolerance
+        Evaluations of the last descent, and relative change of the cost at which it has converged.
+    """
     residual = hypothesis.residual(z)
     first = max(float(np.sqrt(residual @ residual / residual.size)), 1.0)
     for scale in (first, np.sqrt(first)):
         if scale > 1:
-            z = minimise_scaled(Scaled(hypothesis, scale), z, _STEPS, _COARSE).z
-    return Fitted(hypothesis, minimise_scaled(hypothesis, z, _LAST, _FINE))
+            z = minimise_scaled(Scaled(hypothesis, scale), z, *_COARSE).z
+    return Fitted(hypothesis, minimise_scaled(hypothesis, z, most, tolerance))
 
 
-def _fit_form(nominal: Fitted, at: PlaceFit, terms: Sequence[Term]) -> SimpleForm:
+def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
+    """Return a place with a law that resonates, where that has more evidence."""
     scale, frequency = _scale(nominal, at.place)
-    law = SimpleLaw.at(at.place, terms, frequency, scale)
-    hypothesis = nominal.hypothesis.with_effects(law)
-    count = len(nominal.minimum.z)
-    start = at.fitted.minimum.z[:count]
-    started = begin(hypothesis, start, others=nominal.minimum.z[None])
-    fits = [_descended(hypothesis, z) for z in started.starts]
-    best = best_of(fits)
+    form = _fit_form(nominal, at, SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale), None)
+    is_better = form.log_evidence > at.log_evidence
+    return replace(at, resonance=form.fitted, log_evidence=form.log_evidence) if is_better else at
+
+
+def _fit_forms(
+    nominal: Fitted, at: PlaceFit, sums: Sequence[tuple[Term, ...]], executor: Executor | None
+) -> list[SimpleForm]:
+    """Return fits of the sums nearest to the drawn law, and of those with a resonance, which none may show."""
+    scale, frequency = _scale(nominal, at.place)
+    laws = [SimpleLaw.at(at.place, terms, frequency, scale) for terms in sums]
+    distances = [_nearest(at, law) for law in laws]
+    order = sorted(range(len(laws)), key=lambda i: distances[i][0])
+    sharp = [i for i, terms in enumerate(sums) if terms[-1].kind == "resonance"]
+    chosen = dict.fromkeys([*order[:_PROMISING], *sharp])
+    tasks = [partial(_fit_form, nominal, at, laws[i], None if i in sharp else distances[i][1]) for i in chosen]
+    return run_all(call, tasks, executor)
+
+
+def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
+    """Return how far a simple law is from the drawn one, and its coordinates there.
+
+    The distance is that of the nodes by the posterior's covariance, squared, with the priors of the simple law.
+    """
+    drawn, count = at.drawn, 2 * len(at.drawn.nodes)
+    nodes = at.fitted.minimum.z[-count:]
+    root = np.linalg.cholesky(np.linalg.inv(at.fitted.minimum.covariance[-count:, -count:])).T
+    frequency, priors = np.exp(drawn.nodes), Priors.of(law.parameters)
+    basis = drawn.size * drawn.basis(frequency)
+
+    def residual(z: RealArray) -> RealArray:
+        values = law.law_at(frequency, list(priors.values(z)[:, None]))
+        ahead = np.linalg.solve(basis, np.stack([values.real, values.imag], axis=-1))
+        return np.concatenate([root @ (ahead.T.ravel() - nodes), z])
+
+    starts = [np.array(start) for start in law.starts[:_STARTS]]
+    ends = [least_squares(residual, start, max_nfev=_COARSE[0]) for start in starts]
+    best = min(ends, key=lambda end: end.cost)
+    return float(best.cost), best.x
+
+
+def _fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray | None) -> SimpleForm:
+    """Return the fit of a simple law, from coordinates near its solution or, without these, from everywhere."""
+    hypothesis, start = nominal.hypothesis.with_effects(law), at.fitted.minimum.z[: len(nominal.minimum.z)]
+    if near is None:
+        starts = begin(hypothesis, start, others=nominal.minimum.z[None]).starts
+    else:
+        starts = np.concatenate([start, near])[None]
+    best = best_of([_descended(hypothesis, z, *_FINE) for z in starts])
     return SimpleForm(at.place, best, tolerant_evidence(best))

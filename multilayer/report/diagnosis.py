@@ -17,6 +17,7 @@ from multilayer.report import diagnosis_figures as figures
 from multilayer.report.diagnosis_figures import in_words, number_or_nan
 from multilayer.report.files import file_names
 from multilayer.report.listing import Listing
+from multilayer.report.place_figures import draw_place
 from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 
 Record = Mapping[str, Any]
@@ -32,6 +33,8 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     gap = _gap(record)
     held_out = record["gap"].get("held_out") if verdict != "no_gap" else ""
     numbers = "; ".join(f"{name} {value}" for name, value in gap)
+    noise = f"noise alone: {significant(number_or_nan(record['gap'].get('noise', 1.0)))}"
+    meaning = "The gap is the mean square of measured minus modelled over its variance, stated quantities included"
     drawn = _drawings(diagnosis)
     tried = [("hypotheses compared", str(record["hypotheses_tried"]))] if "hypotheses_tried" in record else []
     unused = f" Before and after are taken on data that were not used in the fit ({held_out})." if held_out else ""
@@ -42,12 +45,12 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
         tone={"effect": "mind", "unknown": "unknown", "no_gap": "good"}[verdict],
         sentence=record["sentence"],
         facts=(*gap, *tried),
-        note=f"The gap is the mean square of measured minus modelled over its variance: 1 is noise alone.{unused}",
+        note=f"{meaning}; {noise}.{unused}",
         sections=_sections(diagnosis, drawn),
         inputs=record.get("inputs", {}),
         opening=(
             f"{diagnosis.campaign}: {record['sentence']}",
-            f"{numbers} (1: noise alone{f'; {held_out}' if held_out else ''})",
+            f"{numbers} ({noise}{f'; {held_out}' if held_out else ''})",
         ),
         record=record,
         record_file="diagnosis.json",
@@ -62,6 +65,7 @@ def _drawings(diagnosis: Diagnosis) -> dict[str, Draw]:
     record, similarity, moduli = diagnosis.record, diagnosis.similarity, diagnosis.moduli
     drawn: dict[str, tuple[bool, Draw]] = {
         "where": (bool(figures.places_in_bands(record)), partial(figures.draw_where, record)),
+        "place": (record.get("law") is not None, partial(draw_place, record.get("law") or {})),
         "causes": (bool(record["causes"]), partial(figures.draw_causes, record)),
         **{name: (True, partial(figures.draw_before_after, part)) for name, part in _curves(diagnosis).items()},
         "similarity": (len(similarity.names) > 1, partial(figures.draw_similarity, similarity)),
@@ -99,6 +103,7 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
             beside=Section("", listings=(_where(record),)),
             empty="Nowhere: no band, channel or configuration differs from the model by more than chance allows.",
         ),
+        *_places(record, picture("place", _law_caption(record))),
         Section(
             "Which effect causes it",
             picture("causes", "Ranked causes; each is fitted with all unknowns."),
@@ -138,7 +143,8 @@ def _gap(record: Record) -> list[tuple[str, str]]:
     nominal = ("gap of the nominal model", significant(before))
     if record["verdict"] == "no_gap":
         return [nominal]
-    best = "known effect" if record["verdict"] == "unknown" else "hypothesis"
+    is_known = record["verdict"] == "unknown" and not record.get("law")
+    best = "known effect" if is_known else "explanation"
     return [nominal, (f"gap with the best {best}", significant(after)), ("shrinkage", percent(shrinkage))]
 
 
@@ -153,6 +159,31 @@ def _where(record: Record) -> Listing:
     }
     places = sorted(record["where"], key=lambda place: -abs(place["significance"]))
     return Listing.of(places[:_MOST_ROWS], columns)
+
+
+def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...]:
+    """Return where the cause acts on the rig; nothing where places are not told apart."""
+    if not record.get("places"):
+        return ()
+    columns: dict[str, Callable[[Record], str]] = {
+        "place": lambda place: place["place"] + (f" [{place['configuration']}]" if place.get("configuration") else ""),
+        "that is": lambda place: place["title"],
+        ">probability": lambda place: percent(number_or_nan(place["probability"])),
+        ">nats behind": lambda place: significant(number_or_nan(place["behind"])),
+        ">gap in fit": lambda place: significant(number_or_nan(place["gap_after"])),
+        ">shrinkage": lambda place: percent(number_or_nan(place["shrinkage"])),
+    }
+    listing = Listing.of(record["places"][:_MOST_ROWS], columns, marked=1)
+    law = record.get("law")
+    remarks = (f"The law drawn there looks like {law['form']['text']}.",) if law else ()
+    if law and not law["form_is_enough"]:
+        remarks = (f"No simple form does as well as the law drawn there; the nearest is {law['form']['text']}.",)
+    return (Section("Where on the rig it acts", pictures, (listing,), remarks=remarks),)
+
+
+def _law_caption(record: Record) -> str:
+    law = record.get("law")
+    return f"The place, and the law drawn there: {law['quantity']}." if law else ""
 
 
 def _causes(record: Record) -> Listing:

@@ -5,6 +5,7 @@ from multilayer.testing.laws import check_law
 from multilayer.testing.layers import check_layer
 from multilayer.testing.methods import check_method
 from multilayer.testing.modules import use_module
+from multilayer.testing.places import check_place
 from multilayer.testing.rig_effects import check_rig_effect
 
-__all__ = ["check_effect", "check_law", "check_layer", "check_method", "check_rig_effect", "use_module"]
+__all__ = ["check_effect", "check_law", "check_layer", "check_method", "check_place", "check_rig_effect", "use_module"]

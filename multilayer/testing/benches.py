@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.experiments.hypothesis import Hypothesis
@@ -25,6 +26,7 @@ from multilayer.stack import Stack
 
 _FREQUENCIES = (100.0, 200.0, 400.0, 800.0, 1500.0)
 _MODULUS = 2e5 * (1 + 0.2j)
+_LAW = (2e5, 0.25, 3e-4, 0.6)  # relaxed modulus, that over the unrelaxed one, relaxation time, order
 
 
 def bench(effect: BaseEffect) -> Hypothesis:
@@ -78,6 +80,14 @@ def joint_bench() -> CampaignProblem:
         rigs[configuration.name] = rig
     space = law_space("fractional_zener", f, np.full(len(f), _MODULUS))
     return CampaignProblem(campaign, data, rigs, space)
+
+
+def soft_sample(problem: CampaignProblem) -> RealArray:
+    """Return coordinates of a problem with the law of `joint_bench` for a foam; nothing else departs from its prior."""
+    z = np.zeros(len(problem.parameters))
+    for index, (parameter, value) in enumerate(zip(problem.law_parameters, _LAW, strict=True)):
+        z[index] = float(parameter.prior.coordinate(np.log(value)))
+    return z
 
 
 def _campaign() -> dict[str, Any]:

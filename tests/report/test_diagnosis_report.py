@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.result import Similarity
+from multilayer.number_text import percent, significant, with_interval, with_unit
 from multilayer.report.console import show
 from multilayer.report.diagnosis import diagnosis_report
-from multilayer.number_text import percent, significant, with_interval, with_unit
 from tests.report.diagnoses import EFFECTS, diagnosis
 
 VOID = {"meta", "br", "hr", "img", "input", "link", "col", "source"}

@@ -143,14 +143,15 @@ def _chain_motion(
     if chain.glue is not None:
         glue: Rod = (chain.glue * _GLUE, np.maximum(chain.glue_mass, _LIGHT) / _GLUE, _GLUE)
         rods = [glue, *rods, glue]
-    if chain.spring is not None:
-        return _with_parallel_spring(setting, frequency, rods, chain)
     thickness = setting.configuration.top_plate_thickness
     heavy = (chain.plate_mass + sensor_mass) / (setting.area * thickness)
     top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
     base = setting.campaign.base_plate
     below: Rod = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
-    return chain_transmissibility(frequency, [below, *rods, top])
+    alone = np.asarray(chain_transmissibility(frequency, [below, *rods, top]))
+    if chain.spring is None:
+        return alone
+    return alone * _parallel_spring_factor(setting, frequency, rods, chain.plate_mass + sensor_mass, chain.spring)
 
 
 def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
@@ -194,19 +195,19 @@ def _air_factor(setting: Setting, frequency: RealArray, chain: Chain, poisson_ra
     )
 
 
-def _with_parallel_spring(setting: Setting, frequency: RealArray, rods: Sequence[Rod], chain: Chain) -> ComplexArray:
-    """Return the motion of a plate on rods with a spring beside them.
+def _parallel_spring_factor(
+    setting: Setting, frequency: RealArray, rods: Sequence[Rod], mass: Numeric, spring: Numeric
+) -> ComplexArray:
+    """Return the factor on the motion of a rigid plate on rods by a spring beside them.
 
     The rods push a plate with the force ``b u0 - c u1``, so that ``1/T = p - w^2 M q`` with ``p = c/b``, ``q = 1/b``,
-    which follow from the motions of two masses. A spring k then makes ``T = (1 + k q)/(p - w^2 M q + k q)``.
+    which follow from the motions of two masses. A spring k then makes ``T (1 + k q)/(1 + k q T)``. That the plates give
+    a little changes this factor by next to nothing.
     """
-    omega2 = (2 * np.pi * frequency) ** 2
-    mass = np.asarray(chain.plate_mass)
-    light, heavy = (_with_mass(setting, frequency, rods, m) for m in (0.5 * mass, mass))
-    q = (1 / light - 1 / heavy) / (omega2 * 0.5 * mass)
-    p = 1 / heavy + omega2 * mass * q
-    spring = np.asarray(chain.spring)
-    return np.asarray((1 + spring * q) / (p - omega2 * mass * q + spring * q))
+    omega2, whole = (2 * np.pi * frequency) ** 2, np.asarray(mass)
+    light, heavy = (_with_mass(setting, frequency, rods, m) for m in (0.5 * whole, whole))
+    q = (1 / light - 1 / heavy) / (omega2 * 0.5 * whole)
+    return np.asarray((1 + spring * q) / (1 + spring * q * heavy))
 
 
 def _with_mass(setting: Setting, frequency: RealArray, rods: Sequence[Rod], mass: RealArray) -> ComplexArray:

@@ -130,14 +130,14 @@ class DrawnLaw(LawAtPlace):
         ln f.
     size : float
         Standard deviation of real and imaginary part, in the place's unit.
-    offset : float
+    offset : complex
         Added to the law, in standard deviations; for derivatives.
     """
 
     at_place: Place
     nodes: RealArray
     size: float
-    offset: float = 0.0
+    offset: complex = 0.0
     name: str = ""
     parameters: tuple[Parameter, ...] = field(default=(), repr=False)
     law_error: float = 0.0

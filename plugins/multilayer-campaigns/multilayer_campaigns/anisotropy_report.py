@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multilayer.report.listing import Listing
 from multilayer.number_text import pressure_unit, with_spread
+from multilayer.report.listing import Listing
 from multilayer.report.report import Report
 from multilayer.report.style import blank, colour, plain
 from multilayer_campaigns.anisotropy import AnisotropyResult

@@ -1,0 +1,78 @@
+"""The place where a cause acts, marked in a drawing of the rig, and the law drawn there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multilayer.number_text import readable_unit
+from multilayer.report.style import WIDTH, blank, colour
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEIGHT = 2.6  # inches
+_SHAKER, _BASE, _SAMPLE, _TOP = (0.0, 0.16), (0.2, 0.32), (0.32, 0.68), (0.68, 0.76)  # heights in the drawing
+_LEFT, _RIGHT = 0.28, 0.72
+_MARK = 1  # colour of what is marked
+
+
+def draw_place(law: Mapping[str, Any]) -> Figure:
+    """Draw the rig with the place marked, and the law there: real and imaginary part with 90 % bands."""
+    figure, axes = blank(1, 3, (WIDTH, _HEIGHT), width_ratios=(0.8, 1.2, 1.2))
+    _rig(axes[0, 0], str(law["place"]))
+    f = np.asarray(law["frequency_hz"], dtype=float)
+    sizes = np.abs([law["real_low"], law["real_high"], law["imag_low"], law["imag_high"]])
+    unit, factor = readable_unit(float(np.max(sizes)), law["unit"])
+    for axis, part, label in zip(axes[0, 1:], ("real", "imag"), ("real part", "imaginary part"), strict=True):
+        low, high, values = (np.asarray(law[f"{part}{end}"]) / factor for end in ("_low", "_high", ""))
+        axis.fill_between(f, low, high, alpha=0.25, color=colour(0), linewidth=0, label="90 %")
+        axis.plot(f, values, color=colour(0), label="drawn")
+        axis.axhline(0.0, color="0.6", linewidth=0.6)
+        if "form" in law and f"{part}" in law["form"]:
+            axis.plot(f, np.asarray(law["form"][part]) / factor, "--", color=colour(_MARK), label="simple form")
+        axis.set_xscale("log")
+        axis.set_xlabel("frequency / Hz")
+        axis.set_title(label, fontsize=8)
+    axes[0, 1].set_ylabel(f"{law['quantity']}{f' / {unit}' if unit else ''}", fontsize=7)
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
+    return figure
+
+
+def _rig(axis: Axes, place: str) -> None:
+    """Draw base plate, sample, top plate and accelerometers from the side."""
+    from matplotlib.patches import Rectangle
+
+    axis.set_xlim(0, 1)
+    axis.set_ylim(0, 1)
+    axis.set_axis_off()
+
+    def box(heights: tuple[float, float], left: float, right: float, *, marked: bool, filled: str = "0.85") -> None:
+        shade = colour(_MARK) if marked else filled
+        low, high = heights
+        axis.add_patch(Rectangle((left, low), right - left, high - low, facecolor=shade, edgecolor="0.3", lw=0.7))
+
+    in_sample = place.startswith("sample") or place == "one_configuration"
+    box(_SHAKER, 0.38, 0.62, marked=False, filled="0.95")
+    axis.annotate("", (0.5, 0.19), (0.5, 0.02), arrowprops={"arrowstyle": "<->", "color": "0.3", "lw": 0.8})
+    box(_BASE, 0.12, 0.88, marked=False)
+    box(_SAMPLE, _LEFT, _RIGHT, marked=in_sample, filled="0.95")
+    box(_TOP, _LEFT, _RIGHT, marked=place == "plate")
+    if place == "faces":
+        for height in (_SAMPLE[0], _SAMPLE[1]):
+            box((height - 0.015, height + 0.015), _LEFT, _RIGHT, marked=True)
+    if place == "beside":
+        heights = np.linspace(_BASE[1], _TOP[0] + 0.04, 13)
+        sides = 0.79 + 0.03 * np.array([0, *([1, -1] * 6)][:13])
+        axis.plot([*sides, 0.72], [*heights, heights[-1]], color=colour(_MARK), lw=1.2)
+    if place == "top_plate":
+        box((_TOP[1], _TOP[1] + 0.08), 0.33, 0.42, marked=True)
+    box((_TOP[1], _TOP[1] + 0.06), 0.47, 0.53, marked=place == "reading", filled="0.6")
+    box((_BASE[1], _BASE[1] + 0.06), 0.16, 0.22, marked=place == "reading", filled="0.6")
+    if place == "added_reading":
+        style = {"arrowstyle": "->", "color": colour(_MARK), "lw": 1.2, "connectionstyle": "arc3,rad=-0.35"}
+        axis.annotate("", (0.47, _TOP[1] + 0.05), (0.19, _BASE[1] + 0.07), arrowprops=style)
+    axis.text(0.5, 0.93, place.replace("_", " "), ha="center", fontsize=8, color=colour(_MARK))

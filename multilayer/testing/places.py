@@ -1,0 +1,88 @@
+"""The laws that every place keeps: `check_place`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.places import Place
+from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.places import DrawnLaw
+from multilayer.testing.benches import joint_bench, soft_sample
+from multilayer.testing.broken import broken_laws
+
+_SMALL, _USUAL = 1e-5, 0.1  # laws, in units of the place's scale
+_SAME, _ANALYTIC, _SEEN = 1e-6, 1e-3, 1e-3
+
+
+def check_place(place: Place | type[Place]) -> None:
+    """Check that a place of the two-plate rig keeps the laws of a diagnosis.
+
+    The laws: it states its name, title and quantity; a law of 0 changes nothing; one of a tenth of its scale changes
+    ln(top/base) visibly and stays finite; what it does is analytic in the law, so that a law drawn as amount and phase
+    is one complex function.
+
+    Parameters
+    ----------
+    place : Place or its class
+        Of a class the places that it has in a campaign of two samples under two plates.
+
+    Raises
+    ------
+    AssertionError
+        With every law that is broken, one per line.
+
+    Examples
+    --------
+    >>> from multilayer.diagnosis.places.plate import TopPlate
+    >>> check_place(TopPlate)
+    """
+    places = place.instances(joint_bench().settings) if isinstance(place, type) else [place]
+    broken = [text for each in places for text in broken_laws(_LAWS, each)]
+    if not places:
+        broken = ["has places: there is none in a campaign of several configurations"]
+    assert not broken, "\n".join(broken)
+
+
+def _says_what_it_is(place: Place) -> Iterator[str]:
+    for field in ("name", "title", "quantity"):
+        if not str(getattr(place, field, "")).strip():
+            yield f"the class needs a '{field}'"
+
+
+def _nothing_without_a_law(place: Place) -> Iterator[str]:
+    change = np.max(np.abs(_change(place, 0.0)))
+    if not change < _SAME:
+        yield f"a law of 0 changes ln(top/base) by {change:.2g}"
+
+
+def _acts(place: Place) -> Iterator[str]:
+    change = _change(place, _USUAL)
+    if not np.all(np.isfinite(change)):
+        yield f"a law of {_USUAL:g} times its scale makes values that are not finite"
+    elif np.max(np.abs(change)) < _SEEN:
+        yield f"a law of {_USUAL:g} times its scale changes ln(top/base) by {np.max(np.abs(change)):.2g} only"
+
+
+def _is_analytic(place: Place) -> Iterator[str]:
+    before = _change(place, 0.0)
+    along, across = (_change(place, step) - before for step in (_SMALL, 1j * _SMALL))
+    error = np.max(np.abs(across - 1j * along)) / max(float(np.max(np.abs(along))), 1e-300)
+    if not error < _ANALYTIC:
+        yield f"an imaginary law does something else than i times a real one: {error:.2g} of it"
+
+
+_LAWS = (_says_what_it_is, _nothing_without_a_law, _acts, _is_analytic)
+
+
+def _change(place: Place, law: complex) -> ComplexArray:
+    """Return the change of ln(top/base) of all configurations by a law, in units of the place's scale."""
+    bench: CampaignProblem = joint_bench()
+    z, frequency = soft_sample(bench), np.concatenate([data.frequency for data in bench.data])
+    modulus = float(np.median(np.abs(bench.modulus(z, frequency))))
+    drawn = replace(DrawnLaw.at(place, frequency, place.scale(bench.settings, modulus)), offset=law)
+    shifted = bench.with_effects(drawn).differences(np.concatenate([z, np.zeros(len(drawn.parameters))]))
+    return np.concatenate([a - b for a, b in zip(shifted, bench.differences(z), strict=True)])

@@ -1,0 +1,146 @@
+"""Places with free laws: their derivative, which place is found, and which simple form the law has."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.fitting import Fitted, minimise_scaled
+from multilayer.diagnosis.place_fits import fit_places, simple_form
+from multilayer.diagnosis.places import PLACES
+from multilayer.diagnosis.unknown_cause import tolerant_evidence
+from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.experiments.two_plate.ratios import ConfigurationData
+from multilayer.fits.joint.search import law_space
+from multilayer.inference.derivative import central
+from multilayer.measurements.description import Campaign, Uncertainty
+from multilayer.testing.benches import joint_bench, soft_sample
+
+
+def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
+    bench = joint_bench()
+    frequency = np.concatenate([data.frequency for data in bench.data])
+    rng = np.random.default_rng(0)
+    for name in PLACES.names():
+        place = PLACES[name].instances(bench.settings)[0]
+        problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
+        z = 0.3 * rng.standard_normal(len(problem.parameters))
+        residual, jacobian = problem.linearised(z)
+        expected, slopes = central(problem.residual, z)
+        assert residual == pytest.approx(expected)
+        assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+
+
+def test_a_drawn_law_goes_through_its_nodes_and_is_smooth():
+    place = PLACES["reading"]()
+    law = DrawnLaw.at(place, np.array([100.0, 1600.0]), 0.1)
+    draws = np.random.default_rng(1).standard_normal((4000, 2 * len(law.nodes)))
+    values = law.drawn(draws, np.geomspace(100, 1600, 40))
+    assert np.std(values.real, axis=0) == pytest.approx(0.1, rel=0.1)  # between nodes as at them
+    assert np.std(values.imag, axis=0) == pytest.approx(0.1, rel=0.1)
+    near = np.corrcoef(values.real[:, 0], values.real[:, 1])[0, 1]
+    far = np.corrcoef(values.real[:, 0], values.real[:, -1])[0, 1]
+    assert near > 0.95
+    assert abs(far) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("term", "values", "law"),
+    [
+        (Term("power", 1), [2.0], lambda f: 2.0 * 1j * f / 400),
+        (Term("lossy"), [2.0, 0.3], lambda f: 2.0 * (1 + 0.3j) + 0 * f),
+        (Term("fractional"), [2.0, 0.5], lambda f: 2.0 * np.sqrt(1j * f / 400)),
+        (Term("relaxation"), [2.0, 100.0], lambda f: 2.0 / (1 + 1j * f / 100)),
+        (Term("resonance"), [2.0, 100.0, 0.1], lambda f: 2.0 * (1 + 0.1j) / (1 + 0.1j - (f / 100) ** 2)),
+    ],
+)
+def test_simple_laws(term, values, law):
+    f = np.array([50.0, 100.0, 800.0])
+    form = SimpleLaw.at(PLACES["top_plate"](), (term,), np.array([100.0, 1600.0]), 1.0)
+    assert form.centre == pytest.approx(400.0)
+    shown = form.law_at(f, [np.array([value]) for value in values])
+    assert shown == pytest.approx(law(f))
+
+
+F = np.geomspace(90.0, 1600.0, 40)
+
+
+CENTRES = F[1::4]
+TRIED = ("top_plate", "faces", "beside", "reading", "added_reading", "sample_radius")
+
+
+def campaign():
+    """Return three heights under two plates, and a slimmer sample."""
+    shapes = [(h, t, 0.0225) for h in (0.0125, 0.025, 0.04) for t in (0.001, 0.003)] + [(0.025, 0.001, 0.012)]
+    bursts = [{"frequency": float(f), "file": f"{f:g}.npz"} for f in CENTRES]
+    described = joint_bench().campaign.model_dump(exclude={"folder", "configurations"}, mode="json")
+    configurations = [
+        {"name": f"c{i}", "specimen_thickness": h, "top_plate_thickness": t, "specimen_radius": r, "bursts": bursts}
+        for i, (h, t, r) in enumerate(shapes)
+    ]
+    return Campaign.model_validate({**described, "configurations": configurations})
+
+
+def measured(place, term, values, seed=0):
+    """Return a nominal fit to readings with a noise of 0.4 %, of a campaign where a simple law acts at a place."""
+    rng, described = np.random.default_rng(seed), campaign()
+    ones, bursts = np.ones(F.size), np.arange(F.size) // 4
+    flat = [
+        ConfigurationData(c.name, c.specimen_thickness, F, bursts, ones + 0j, 1.6e-5 * ones, CENTRES)
+        for c in described.configurations
+    ]
+    rigs = {c.name: PlaneWaveRig.of(described, c) for c in described.configurations}
+    space = law_space("fractional_zener", F, np.full(F.size, 3e5 * (1 + 0.3j)))
+    problem = CampaignProblem(described, flat, rigs, space, Uncertainty(top_plate_mass=0.002, thickness=5e-5))
+    z = soft_sample(problem)
+    law = SimpleLaw.at(place, (term,), F, place.scale(problem.settings, 3e5))
+    effect = [parameter.prior.coordinate(value) for parameter, value in zip(law.parameters, values, strict=True)]
+    shown = problem.with_effects(law).differences(np.concatenate([z, effect]))
+    noise = 0.004 * (rng.standard_normal((len(flat), F.size)) + 1j * rng.standard_normal((len(flat), F.size)))
+    data = [replace(d, ratio=np.exp(s + n)) for d, s, n in zip(flat, shown, noise, strict=True)]
+    nominal = replace(problem, configurations=data)
+    return Fitted(nominal, minimise_scaled(nominal, z))
+
+
+@pytest.mark.parametrize(
+    ("name", "term", "values"),
+    [
+        ("top_plate", Term("power", 0), [1.5e-3]),
+        ("top_plate", Term("resonance"), [1.5e-3, 600.0, 0.05]),
+        ("faces", Term("lossy"), [3e-9, -0.3]),
+        ("beside", Term("lossy"), [2e3, 0.2]),
+        ("reading", Term("power", 1), [-0.05]),
+        ("added_reading", Term("power", 0), [0.03]),
+    ],
+)
+def test_the_place_and_the_simple_form_of_its_law(name, term, values):
+    nominal = measured(PLACES[name](), term, values)
+    places = fit_places(nominal, names=TRIED)
+    first, second = [*places.values()][:2]
+    assert first.place.name == name
+    assert first.log_evidence - second.log_evidence > 20
+    assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+    form = simple_form(nominal, first)
+    assert form.form.terms == (term,)
+    assert form.log_evidence > first.log_evidence - 1e-2
+    fitted, deviations = form.fitted, np.sqrt(np.diag(form.fitted.minimum.covariance))[-len(values) :]
+    true = [p.prior.coordinate(v) for p, v in zip(form.form.parameters, values, strict=True)]
+    assert np.all(np.abs(fitted.minimum.z[-len(values) :] - true) < 4 * deviations)
+
+
+def test_the_band_of_a_drawn_law_holds_the_true_one():
+    nominal = measured(PLACES["beside"](), Term("lossy"), [2e3, 0.2])
+    place = fit_places(nominal, names=("beside",))["beside"]
+    low, high = place.band()
+    true = 2e3 * (1 + 0.2j)
+    held = (low.real < true.real) & (true.real < high.real), (low.imag < true.imag) & (true.imag < high.imag)
+    assert np.mean(held) > 0.75
+    assert np.abs(place.law() / true - 1).max() < 0.2
+
+
+def test_nothing_is_drawn_without_a_gap():
+    nominal = measured(PLACES["reading"](), Term("power", 0), [0.0])
+    best = next(iter(fit_places(nominal, names=TRIED).values()))
+    assert best.log_evidence < tolerant_evidence(nominal)

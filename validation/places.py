@@ -1,0 +1,101 @@
+"""Where the effects of the shared campaigns act: with the true effect in the library, and deleted from it.
+
+Run it as ``python -m validation.places [NAME ...] > docs/validation/places.md``; all campaigns take half an hour.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.errors import InputError
+from multilayer.executors import local_pool
+from multilayer.fits.sources import read_fit
+from multilayer.number_text import percent, significant
+
+CAMPAIGNS = Path(__file__).parents[1] / ".." / "shared" / "campaigns"
+FOREIGN = {"attached_resonator": "top_plate"}  # places of effects that no library holds
+HEADING = """# Where effects act
+
+Made by `python -m validation.places`. Campaigns of an independent finite-element rig, seven configurations and one
+effect each; each is diagnosed with all effects of the library, and with the true one deleted from it. Shrinkage is that
+of the gap on configurations left out, with the law drawn at the place.
+
+| campaign | library | verdict | place | true place | nats to the next | law | shrinkage | time |
+|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def truths(names: Sequence[str] = ()) -> list[tuple[Path, dict[str, Any]]]:
+    """Return campaigns of several configurations with what was done to them; those of some names."""
+    files = sorted([*CAMPAIGNS.glob("*.truth.json"), *CAMPAIGNS.glob("round-1/*.truth.json")])
+    if not files:
+        raise InputError(f"{CAMPAIGNS}: there are no campaigns with truth files")
+    pairs = [(file.with_name(file.name.removesuffix(".truth.json")), json.loads(file.read_text())) for file in files]
+    return [
+        (folder, truth)
+        for folder, truth in pairs
+        if not folder.name.startswith("paper") and (not names or _label(folder) in names)
+    ]
+
+
+def _label(folder: Path) -> str:
+    return folder.name if folder.parent.name == "campaigns" else f"{folder.parent.name}/{folder.name}"
+
+
+def place_of(effect: str) -> str:
+    """Return the place where an effect acts; empty without one."""
+    if effect in FOREIGN or effect == "none":
+        return FOREIGN.get(effect, "")
+    return str(getattr(EFFECTS[effect], "place", ""))
+
+
+def row(folder: Path, truth: dict[str, Any], without: Sequence[str], executor: Executor | None) -> str:
+    """Return a row of the report."""
+    job, begin = read_fit(folder), perf_counter()
+    effects = chosen_effects(None, without)
+    result = diagnose_campaign(
+        job.campaign, job.recordings, effects, calibration=job.calibration, executor=executor
+    )  # fmt: skip
+    seconds, record = perf_counter() - begin, result.record
+    places = record["places"]
+    shares = [place["shrinkage"] for place in places if place["shrinkage"] is not None]
+    cells = [
+        _label(folder),
+        f"without {without[0]}" if without else "whole",
+        " + ".join(record["group"][0]) if record["verdict"] == "effect" else record["verdict"],
+        places[0]["place"] if places else "–",
+        place_of(truth["effect"] or "none") or "–",
+        significant(min(place["behind"] for place in places[1:])) if len(places) > 1 else "–",
+        record["law"]["form"]["text"] if record["law"] else "–",
+        percent(shares[0]) if shares else "–",
+        f"{seconds:.0f} s",
+    ]
+    return f"| {' | '.join(cells)} |\n"
+
+
+def main() -> None:
+    """Write the report to standard output."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help="campaigns, as round-1/effect-skin; all when left out")
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args()
+    sys.stdout.write(HEADING)
+    with local_pool(options.jobs, ["multilayer.diagnosis.diagnose"]) as executor:
+        for folder, truth in truths(options.names):
+            known = truth["effect"] in EFFECTS.names()
+            for without in ([], [truth["effect"]]) if known else ([],):
+                sys.stdout.write(row(folder, truth, without, executor))
+                sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
