@@ -83,8 +83,7 @@ class PlaceFit:
         covariance = self.fitted.minimum.covariance[-2 * k :, -2 * k :]
         basis = self.drawn.size * self.drawn.basis(self.grid)
         spread = [
-            np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis))
-            for part in (covariance[:k, :k], covariance[k:, k:])
+            np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis)) for part in (covariance[:k, :k], covariance[k:, k:])
         ]
         reach = deviations * (spread[0] + 1j * spread[1])
         return self.law() - reach, self.law() + reach

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
-from multilayer.diagnosis.assessment import N_STEPS
-from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
+from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, fit_nominal
 from multilayer.diagnosis.effects import EFFECTS, delamination
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.fitting import begin, best_of
@@ -232,8 +231,8 @@ def test_laws_all_over_the_prior_lead_to_a_buried_reading():
     hypothesis = nominal.hypothesis.with_effects(*chosen_effects(["rocking"]).values())
     near = begin(hypothesis, nominal.minimum.z)
     everywhere = begin(hypothesis, nominal.minimum.z, others=starting_laws(nominal.hypothesis))
-    assert everywhere.provisional.minimum.cost <= near.provisional.minimum.cost
-    best = best_of([end() for end in everywhere.ends])
+    best, best_near = (best_of([end() for end in started.ends]) for started in (everywhere, near))
+    assert best.log_evidence > best_near.log_evidence - 0.5  # coarse minima of one valley differ by less
     assert best.minimum.cost < 2 * len(best.minimum.residual)
 
 
