@@ -19,6 +19,7 @@ from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
 
 _PROBABILITY = 0.9  # of intervals
+_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "real_low": low.real.tolist(), "real_high": high.real.tolist(),
         "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist(),
         "form": form_entry(drawn.form, fit.grid),
-        "form_is_enough": drawn.form.log_evidence >= fit.log_evidence,
+        "form_is_enough": drawn.form.log_evidence > fit.log_evidence - _AS_WELL,
     }  # fmt: skip
 
 
