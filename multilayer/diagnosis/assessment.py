@@ -17,10 +17,10 @@ from multilayer.diagnosis.experiment_design import Rivals
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, simple_form
+from multilayer.diagnosis.place_fits import PlaceFit, is_explained, simple_form
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
-from multilayer.diagnosis.thresholds import ALIVE
+from multilayer.diagnosis.thresholds import NEAR
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -86,7 +86,7 @@ class Assessment:
         ranked = [names for names in self.comparison.ranked if names in self.comparison.fitted]
         tied = [names for names in ranked if names in self.decision.group]
         score = self.comparison.score
-        near = [names for names in ranked[:2] if score(ranked[0]) - score(names) < ALIVE]
+        near = [names for names in ranked[:2] if score(ranked[0]) - score(names) < NEAR]
         chosen = tied if len(tied) > 1 else near
         return [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
 
@@ -182,13 +182,16 @@ def _drawn(
     shrinkages: Mapping[tuple[str, ...], Shrinkage],
     executor: Executor | None,
 ) -> DrawnPlace | None:
-    """Return the place of the cause with its law, and how well that predicts held-out data; None without a gap."""
+    """Return the place of the cause with its law, and how well that predicts held-out data; None without a gap.
+
+    None, too, where a known effect explains what no free law at its place does: that law would mislead.
+    """
     label = comparison.place_of(decision.best) if decision.verdict != "no_gap" else ""
     if decision.verdict == "unknown":
         label = next(iter(comparison.places), "")
-    if label not in comparison.places:
+    at, nominal = comparison.places.get(label), comparison.nominal
+    if at is None or (decision.verdict == "effect" and not is_explained([at.explanation])):
         return None
-    at, nominal = comparison.places[label], comparison.nominal
     before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
     (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
     return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)

@@ -15,9 +15,9 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
-from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits
+from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.free_rim import COARSE, free_rim
-from multilayer.diagnosis.place_fits import fit_places
+from multilayer.diagnosis.place_fits import PlaceFit, fit_places, is_explained, may_explain, with_resonances
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import starting_laws
@@ -97,10 +97,12 @@ def diagnose_campaign(
     nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed, executor=executor)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
-    nominal, singles = fits_one_by_one(nominal, minima, usable, executor)
-    tell("effects one by one")
     places = fit_places(nominal, executor)
     tell("places with free laws")
+    nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
+    if not is_explained([nominal, *singles.values(), *(place.fitted for place in places.values())]):
+        places = with_resonances(nominal, places, executor)
+    tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
@@ -128,7 +130,11 @@ def fit_nominal(
 
 
 def fits_one_by_one(
-    nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect], executor: Executor | None
+    nominal: Fitted,
+    minima: list[Minimum],
+    effects: Mapping[str, BaseEffect],
+    executor: Executor | None,
+    places: Mapping[str, PlaceFit] | None = None,
 ) -> tuple[Fitted, dict[tuple[str, ...], Fitted]]:
     """Return the nominal model with the finite elements that some effects need, and the fits of effects one by one.
 
@@ -140,25 +146,42 @@ def fits_one_by_one(
         By name; those that the model admits.
     executor : Executor or None
         Where fits run; None for this process.
+    places : mapping, optional
+        Places with a free law, by label: effects at places whose free law is far behind are not searched for.
     """
-    finite = {name: effect for name, effect in effects.items() if effect.needs_finite_elements}
-    rest = {name: effect for name, effect in effects.items() if name not in finite}
-    tasks = begin_tasks(nominal, rest, others=_other_laws(nominal, minima))
+    wanted = {name: effect for name, effect in effects.items() if may_explain(nominal, places or {}, effect)}
+    rest = {name: effect for name, effect in effects.items() if name not in wanted}
+    finite = {name: effect for name, effect in wanted.items() if effect.needs_finite_elements}
+    tasks = begin_tasks(
+        nominal,
+        {name: effect for name, effect in wanted.items() if name not in finite},
+        others={name: _other_starts(nominal, minima, places or {}, effect) for name, effect in wanted.items()},
+    )
     # finite elements take as long as many fits, and the other fits do not need them
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     started = run_all(call, [*first, *tasks.values()], executor)
     rigs, fits = started.pop(0) if finite else ({}, {})
     fits |= finish_all(dict(zip(tasks, started, strict=True)), executor, list(fits.values()))
     fits = polish_fits(fits, executor)
+    fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
 
 
-def _other_laws(nominal: Fitted, minima: Sequence[Minimum]) -> RealArray:
-    """Return further starts of the nominal model: its other minima; for a large gap, laws all over the prior."""
-    others = [minimum.z for minimum in minima]
-    if is_far_off(nominal.minimum.cost_per_datum):
-        others.extend(starting_laws(nominal.hypothesis_as(CampaignProblem)))
-    return np.stack(others)
+def _other_starts(
+    nominal: Fitted, minima: Sequence[Minimum], places: Mapping[str, PlaceFit], effect: BaseEffect
+) -> RealArray:
+    """Return further starts of the nominal model's unknowns for the fit of an effect, shape (m, n).
+
+    Those with a free law at the effect's place; where that leaves a large gap, or there is none, the nominal model's
+    other minima, and laws all over the prior.
+    """
+    at = places.get(str(getattr(effect, "place", "")))
+    starts = [] if at is None else [at.explanation.minimum.z[: len(nominal.minimum.z)]]
+    if at is None or is_far_off(at.explanation.minimum.cost_per_datum):
+        starts += [minimum.z for minimum in minima]
+        if is_far_off(nominal.minimum.cost_per_datum):
+            starts += [*starting_laws(nominal.hypothesis_as(CampaignProblem))]
+    return np.stack(starts)
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
-from multilayer.diagnosis.thresholds import ALIVE
+from multilayer.diagnosis.thresholds import NEAR
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, minimise_bfgs
@@ -203,7 +203,7 @@ def polish_fits(
     chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
     polished = _replaced(fits, chosen, _polish, executor)
     best = max((polished[key].log_evidence for key in chosen), default=0.0)
-    rivals = [key for key in chosen if polished[key].log_evidence > best - ALIVE]
+    rivals = [key for key in chosen if polished[key].log_evidence > best - NEAR]
     return _replaced(polished, rivals, _with_fixed_errors, executor)
 
 
@@ -214,17 +214,22 @@ def _replaced(
 
 
 def _polish(fitted: Fitted) -> Fitted:
-    """Return the best of the minimum reached from a fit and, where its misfit is large, those reached from its valleys.
+    """Return the best of the minima reached from a fit and, where its misfit is large, from its valleys.
 
-    The misfit is that without errors of laws. A minimum that needs these need not be near a valley without them, and a
-    descent with them from far away goes astray: from there a smooth discrepancy is allowed first, and reduced in steps.
+    With errors of laws, and with the laws as they are: how wrong a law is cannot be known beforehand, and one that
+    holds exactly needs no room for errors. The misfit is that without errors of laws. A minimum that needs these need
+    not be near a valley without them, and a descent with them from far away goes astray: from there a smooth
+    discrepancy is allowed first, and reduced in steps.
     """
     hypothesis, starts = fitted.hypothesis, [fitted.minimum.z]
     if fitted.valleys is not None and is_far_off(float(costs_per_datum(hypothesis.residual, starts[0][None])[0])):
         misfits = costs_per_datum(hypothesis.residual, fitted.valleys)
         pairs = zip(fitted.valleys, map(continuation_sizes, misfits), strict=True)
         starts += [_by_continuation(hypothesis, *pair) for pair in pairs]
-    return best_of([at_minimum(hypothesis, start) for start in starts])
+    ends = [at_minimum(hypothesis, start) for start in starts]
+    if _has_law_errors(hypothesis):
+        ends += [Fitted(hypothesis, minimise_scaled(hypothesis, start)) for start in starts]
+    return best_of(ends)
 
 
 def _by_continuation(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:
@@ -292,14 +297,23 @@ def begin_tasks(
     nominal: Fitted,
     effects: Mapping[str, BaseEffect],
     start: RealArray | None = None,
-    others: RealArray | None = None,
+    others: Mapping[str, RealArray] | None = None,
 ) -> dict[tuple[str, ...], Callable[[], StartedFit]]:
-    """Return the tasks that search the valleys of the fits of `fit_effects`."""
+    """Return the tasks that search the valleys of the fits of `fit_effects`; `others` are further starts by name."""
     first = nominal.minimum.z if start is None else start
     return {
-        (name,): partial(begin, nominal.hypothesis.with_effects(effect), first, others=others)
+        (name,): partial(begin, nominal.hypothesis.with_effects(effect), first, others=(others or {}).get(name))
         for name, effect in effects.items()
     }
+
+
+def rough_fit(nominal: Fitted, effect: BaseEffect) -> Fitted:
+    """Return an effect at the best of its starting points, beside the nominal model's unknowns as they are."""
+    hypothesis, z = nominal.hypothesis.with_effects(effect), nominal.minimum.z
+    sizes = np.stack(_starting_points(hypothesis, len(hypothesis.parameters) - len(z)))
+    points = np.concatenate([np.broadcast_to(z, (len(sizes), len(z))), sizes], axis=1)
+    best = points[np.argmin(costs_per_datum(hypothesis.residual, points))]
+    return StartedFit.at(hypothesis, best[None]).provisional
 
 
 def finish_all(

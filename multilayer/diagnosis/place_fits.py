@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -12,22 +12,23 @@ from scipy.optimize import least_squares
 from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import PLACES, Place
-from multilayer.diagnosis.thresholds import SECOND_TERM
+from multilayer.diagnosis.thresholds import LEAST_SCORE, NEAR, SECOND_TERM
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
 from multilayer.inference.priors import Priors
-from multilayer.inference.problem import Scaled
+from multilayer.inference.problem import Minimum, Scaled
 
 SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
 # evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
-_BEHIND = 4.0  # times the least misfit, above which a place is given up after its first descent
-_SHARP = 3  # places that are tried with a resonance where no smooth law explains the data
+_ROUGH = 0.25  # share of its cost by which a coarse descent may be short: places are given up farther behind only
+_SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _STARTS = 8  # of a simple form that is compared with the drawn law
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
@@ -116,7 +117,7 @@ def fit_places(
 ) -> dict[str, PlaceFit]:
     """Return every place with a free law, by its label, the one with the most evidence first.
 
-    Of the configurations that might depart by themselves only the one with the largest expected gain is fitted.
+    Of the configurations that might depart by themselves only that is fitted which explains most to first order.
 
     Parameters
     ----------
@@ -128,25 +129,63 @@ def fit_places(
         Names of the places; all that are registered when left out.
     """
     problem = nominal.hypothesis_as(CampaignProblem)
-    places = []
+    places: list[tuple[Place, Fitted]] = []
     for name, kind in PLACES.working():
         if names is not None and name not in names:
             continue
-        instances = kind.instances(problem.settings)
-        if len(instances) > 1:
-            instances = [max(instances, key=partial(_expected_gain, nominal))]
-        places += instances
-    begun = run_all(call, [partial(_begun, nominal, place) for place in places], executor)
-    least = max(min(fit.minimum.misfit for fit in begun), len(nominal.minimum.residual))
-    is_near = [fit.minimum.misfit < _BEHIND * least for fit in begun]
-    tasks = [partial(_finished, nominal, fit) for fit, near in zip(begun, is_near, strict=True) if near]
-    fits = run_all(call, tasks, executor)
-    fits += [_unfinished(fit) for fit, near in zip(begun, is_near, strict=True) if not near]
-    fits.sort(key=lambda fit: -fit.log_evidence)
-    if fits and fits[0].fitted.minimum.cost_per_datum > UNEXPLAINED:  # no smooth law explains a sharp resonance
-        sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
-        fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
+        steps = [(place, _first_step(nominal, place)) for place in kind.instances(problem.settings)]
+        places += [max(steps, key=lambda step: step[1].log_evidence)] if steps else []
+    # what gains nothing to first order is at its minimum after that step
+    idle = [_unfinished(step) for _, step in places if not _gains(nominal, step)]
+    tasks = [partial(_begun, nominal, place) for place, step in places if _gains(nominal, step)]
+    begun = run_all(call, tasks, executor)
+    begun.sort(key=lambda fit: -tolerant_evidence(fit))
+    best = tolerant_evidence(begun[0]) if begun else 0.0
+    most = len(begun) if is_explained(begun) else _SHARP  # where no law explains anything, orders mean little
+    near = [fit for fit in begun[:most] if tolerant_evidence(fit) > best - NEAR - _ROUGH * fit.minimum.cost]
+    fits = run_all(call, [partial(_finished, nominal, fit) for fit in near], executor)
+    fits += [_unfinished(fit) for fit in begun if not any(fit is other for other in near)]
+    fits = sorted([*fits, *idle], key=lambda fit: -fit.log_evidence)
     return {fit.place.label: fit for fit in fits}
+
+
+def with_resonances(
+    nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
+) -> dict[str, PlaceFit]:
+    """Return the places, the first few with a law that resonates where that has more evidence than a smooth one.
+
+    For data that neither a known effect nor a smooth law explains: ten nodes cannot hold a sharp resonance.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    places : mapping
+        As `fit_places` returns them.
+    executor : Executor, optional
+    """
+    fits = list(places.values())
+    sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
+    fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
+    return {fit.place.label: fit for fit in fits}
+
+
+def is_explained(fits: Iterable[Fitted]) -> bool:
+    """Tell whether some fit explains the data at all."""
+    return any(fit.minimum.cost_per_datum <= UNEXPLAINED for fit in fits)
+
+
+def may_explain(nominal: Fitted, places: Mapping[str, PlaceFit], effect: BaseEffect) -> bool:
+    """Tell whether an effect may be near the best explanation: a named law gains at most what a free one does there.
+
+    Of an effect that acts in more ways than through its place, and without places, that is always so.
+    """
+    at = places.get(str(getattr(effect, "place", "")))
+    if at is None or not getattr(effect, "acts_through_place", False):
+        return True
+    cost = at.explanation.minimum.cost
+    gain = 0.5 * (nominal.minimum.cost - cost)
+    best = max(nominal.log_evidence, *(fit.log_evidence for fit in places.values()))
+    return gain > LEAST_SCORE and nominal.log_evidence + gain > best - NEAR - _ROUGH * cost
 
 
 def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
@@ -184,14 +223,21 @@ def _at_rest(nominal: Fitted) -> RealArray:
     return np.where(is_nuisance, 0.0, nominal.minimum.z)
 
 
-def _expected_gain(nominal: Fitted, place: Place) -> float:
-    """Return half the fall of the cost by a free law, to first order."""
+def _first_step(nominal: Fitted, place: Place) -> Fitted:
+    """Return a place with a free law of the larger size, one Gauss-Newton step from the nominal model."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[0] * scale)
+    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    hypothesis = nominal.hypothesis.with_effects(law)
     z = np.concatenate([nominal.minimum.z, np.zeros(len(law.parameters))])
-    residual, jacobian = nominal.hypothesis.with_effects(law).linearised(z)
-    gradient = jacobian.T @ residual + z
-    return float(0.5 * gradient @ np.linalg.solve(jacobian.T @ jacobian + np.eye(z.size), gradient))
+    residual, jacobian = hypothesis.linearised(z)
+    step = -np.linalg.solve(jacobian.T @ jacobian + np.eye(z.size), jacobian.T @ residual + z)
+    ahead = residual + jacobian @ step
+    return Fitted(hypothesis, Minimum(z + step, float(ahead @ ahead), ahead, jacobian))
+
+
+def _gains(nominal: Fitted, step: Fitted) -> bool:
+    """Tell whether a law lowers the cost by more than chance, to first order."""
+    return 0.5 * (nominal.minimum.cost - step.minimum.cost) > LEAST_SCORE
 
 
 def _begun(nominal: Fitted, place: Place) -> Fitted:
@@ -209,14 +255,14 @@ def _unfinished(begun: Fitted) -> PlaceFit:
 def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
     """Return the fit of a place, from a coarse one and from the nominal model, with each size of its law."""
     law: DrawnLaw = begun.hypothesis.effects[-1]
-    fits = []
-    for size in SIZES:
+    count, at_rest = len(law.parameters), np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])
+    fits = [_descended(begun.hypothesis, begun.minimum.z, *_FINE)]
+    for size in SIZES[:-1]:
         sized = replace(law, size=law.size * size / SIZES[-1])
-        z = begun.minimum.z.copy()
-        z[-len(law.parameters) :] *= law.size / sized.size
-        starts = [z, np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])]
+        z = fits[0].minimum.z.copy()
+        z[-count:] *= law.size / sized.size
         hypothesis = nominal.hypothesis.with_effects(sized)
-        fits.append(best_of([_descended(hypothesis, start, *_FINE) for start in starts]))
+        fits.append(best_of([_descended(hypothesis, start, *_FINE) for start in (z, at_rest)]))
     evidences = [tolerant_evidence(fit) for fit in fits]
     best = fits[int(np.argmax(evidences))]
     return PlaceFit(law.at_place, best, float(logsumexp(evidences) - np.log(len(evidences))))

@@ -38,7 +38,7 @@ def test_swapped_channels_discriminate_a_gain_from_glue_wherever_it_is_computed(
         assert rank_rig_designs(rivals, pool) == plans
 
 
-@pytest.mark.parametrize(("behind", "group", "count"), [(30.0, 1, 2), (150.0, 1, 1), (3.0, 2, 2), (3.0, 3, 3)])
+@pytest.mark.parametrize(("behind", "group", "count"), [(20.0, 1, 2), (50.0, 1, 1), (3.0, 2, 2), (3.0, 3, 3)])
 def test_a_hypothesis_far_behind_is_no_rival(behind, group, count):
     names = [("skin",), ("adhesive",), ("preload",)]
     comparison = SimpleNamespace(

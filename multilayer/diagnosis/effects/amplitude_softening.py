@@ -27,6 +27,7 @@ class AmplitudeSoftening(Effect):
 
     name = "amplitude_softening"
     place = "sample_strain"
+    acts_through_place = False
     law = "stress of a linear sample of strain e / (1 + b |e|): E falls by 0.85 b times the strain's amplitude"
     separated_by = "another level; harmonics"
     source = "filled rubbers (Payne) and foams: 1 to 30 % at strains of 1e-3"

@@ -35,6 +35,7 @@ class Delamination(Effect):
 
     name = "delamination"
     place = "faces"
+    acts_through_place = False
     law = "E (1 - (q/K)^2)^(1/2) / (c R) per area at each face, c larger or smaller from first to last configuration"
     separated_by = "another thickness; configurations remounted"
     source = "glue that misses 5 to 50 % of a face: 0.002 to 0.3, by finite elements"

@@ -24,6 +24,7 @@ class FiniteSize(Effect):
 
     name = "finite_size"
     place = "sample_shape"
+    acts_through_place = False
     law = "free rim: E -> E g(nu, S) in slow compression, S = R/2h; finite elements"
     separated_by = "another thickness or radius"
     source = "campaign.yaml: Poisson's ratio, known to 15 %, and radius"

@@ -13,6 +13,7 @@ class SaturatingAir(Effect):
 
     name = "saturating_air"
     place = "sample_radius"
+    acts_through_place = False
     law = "Biot sample, pores sealed by the plates, Darcy flow to the rim; axial waves, a frame that gives way sideways"
     separated_by = "another radius; vacuum"
     source = "open-cell foams and fibres: 1e3 to 1e6 N s/m4; isothermal air, porosity near 1"

@@ -15,6 +15,7 @@ class Skin(Effect):
 
     name = "skin"
     place = "faces"
+    acts_through_place = False
     law = "modulus times k within t of each face"
     separated_by = "another thickness"
     source = "moulded foams: skins of 0.3 to 3 mm, 2 to 20 times as stiff"

@@ -140,6 +140,8 @@ class Effect(BaseEffect):
         Parameters that are not a size of the effect: the error of its law does not grow with them.
     place : str
         Name of the place of the rig where it acts (`places.Place`); empty where that is none of them.
+    acts_through_place : bool
+        Whether a free law at that place holds all that the effect does; False where it depends on more.
     absent_in : str
         The change of the rig that removes the effect, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
     """
@@ -148,6 +150,7 @@ class Effect(BaseEffect):
     moves_resonances: ClassVar[bool] = False
     aside: ClassVar[tuple[str, ...]] = ()
     place: ClassVar[str] = ""
+    acts_through_place: ClassVar[bool] = True
     absent_in: ClassVar[str] = ""
 
     def applies(self, campaign: Campaign) -> bool:
