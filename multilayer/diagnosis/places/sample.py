@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,16 +50,36 @@ class SampleLoad(Sample):
         return setting.static_stress
 
 
+@dataclass(frozen=True)
 class SampleStrain(Sample):
-    """The sample under strain: ln E changes in proportion to the dynamic strain."""
+    """The sample under strain: E becomes ``E / (1 - v e)``, v the law and e the amplitude of the dynamic strain.
+
+    Attributes
+    ----------
+    has_memory : bool
+        Whether the modulus is the same throughout a burst, as of filled rubbers, or follows the strain at once.
+    """
+
+    has_memory: bool = True
 
     name = "sample_strain"
     title = "in the sample, by its dynamic strain"
     quantity = "change of ln E per strain"
 
+    @classmethod
+    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
+        """Return both kinds of softening."""
+        return [cls(has_memory=True), cls(has_memory=False)]
+
     def factor(self, setting: Setting) -> Any:
-        """Return the mean amplitude of the strain, as it acts on each bin."""
+        """Return the amplitude of the strain: of the burst, or as it acts on each bin."""
+        if self.has_memory:
+            return setting.burst_strain
         return setting.stretch_moments[0] / setting.configuration.specimen_thickness
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the modulus at that strain."""
+        return np.asarray(modulus / (1 - values * self.factor(setting)))
 
 
 class SampleOrder(Sample):

@@ -72,9 +72,27 @@ class Setting:
         if self.data.stretch_moments is not None:
             return self.data.stretch_moments
         centre = self.data.centres[self.data.burst]
-        crest = self.campaign.burst.level_rms * _CREST
-        stretch = np.abs(self.data.ratio - 1) * crest / (2 * np.pi * centre) ** 2
+        stretch = np.abs(self.data.ratio - 1) * self._peak_base / (2 * np.pi * centre) ** 2
         return np.asarray(np.stack([stretch, stretch**2]), dtype=complex)
+
+    @cached_property
+    def burst_strain(self) -> RealArray:
+        """Strain amplitude of a steady tone at the burst's centre, with the burst's peak amplitude, shape (n,)."""
+        ratios = [self._ratio_at(index) for index in range(len(self.data.centres))]
+        stretch = np.abs(np.array(ratios) - 1) * self._peak_base / (2 * np.pi * self.data.centres) ** 2
+        return np.asarray(stretch[self.data.burst] / self.configuration.specimen_thickness)
+
+    def _ratio_at(self, burst: int) -> complex:
+        """Return the measured ratio at the centre of a burst, between its bins."""
+        bins = self.data.burst == burst
+        level, phase = self.data.log_ratio[bins].real, np.unwrap(self.data.log_ratio[bins].imag)
+        at = self.data.centres[burst], self.frequency[bins]
+        return complex(np.exp(np.interp(*at, level) + 1j * np.interp(*at, phase)))
+
+    @property
+    def _peak_base(self) -> float:
+        """Peak acceleration of the base, m/s2."""
+        return self.campaign.burst.level_rms * float(_CREST)
 
     @cached_property
     def static_stress(self) -> float:
