@@ -15,9 +15,18 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
+from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.free_rim import COARSE, free_rim
-from multilayer.diagnosis.place_fits import PlaceFit, fit_places, is_explained, may_explain, with_resonances
+from multilayer.diagnosis.place_fits import (
+    PlaceFit,
+    fit_places,
+    is_explained,
+    may_explain,
+    with_free_rim,
+    with_resonances,
+)
+from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import starting_laws
@@ -102,6 +111,7 @@ def diagnose_campaign(
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
     if not is_explained([nominal, *singles.values(), *(place.fitted for place in places.values())]):
         places = with_resonances(nominal, places, executor)
+        nominal, places = _with_rim_place(nominal, minima, usable, places)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     name = campaign.folder.resolve().name
@@ -182,6 +192,22 @@ def _other_starts(
         if is_far_off(nominal.minimum.cost_per_datum):
             starts += [*starting_laws(nominal.hypothesis_as(CampaignProblem))]
     return np.stack(starts)
+
+
+def _with_rim_place(
+    nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect], places: dict[str, PlaceFit]
+) -> tuple[Fitted, dict[str, PlaceFit]]:
+    """Return the nominal model with finite elements, and the places with a rim that is free in these.
+
+    Only where no known effect has these elements, and a rim matters.
+    """
+    problem = nominal.hypothesis_as(CampaignProblem)
+    is_known = any(effect.needs_finite_elements for effect in effects.values())
+    if is_known or SampleShape.name not in places or not FiniteSize().applies(problem.campaign):
+        return nominal, places
+    rigs, start = free_rim(problem, minima)
+    nominal = _with_rigs(nominal, rigs)
+    return nominal, with_free_rim(nominal, places, start)
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

@@ -256,15 +256,16 @@ def _promising(
 ) -> list[tuple[tuple[str, ...], str]]:
     """Return pairs to be fitted, no pair twice: the best effect with those of the largest expected gain besides.
 
-    Where the best effect alone does not fit, the next best ones are combined as well, and with several configurations
-    the best with every other effect: far from a minimum, gains cannot be estimated.
+    Where the best effect alone does not fit, the next best ones are combined as well; where it explains nothing of
+    several configurations, with every other effect: far from a minimum, gains cannot be estimated.
     """
     pairs: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
     least = min(fit.minimum.cost for fit in singles.values())
     competitive = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
     for names in competitive[: N_FIRST if is_unfit else 1]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
-        for second in others if several and is_unfit and names == best[0] else _likely(singles[names], others):
+        is_lost = several and is_unfit and names == best[0] and singles[names].minimum.cost_per_datum > UNEXPLAINED
+        for second in others if is_lost else _likely(singles[names], others):
             pairs.setdefault(frozenset((*names, second)), (names, second))
     return list(pairs.values())
 

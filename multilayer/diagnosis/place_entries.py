@@ -101,7 +101,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
                 entry[name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
         parts.append(entry)
         position += count
-    text = ", and ".join(map(_in_words, parts))
+    text = law.at_place.in_words(", and ".join(map(_in_words, parts)))
     pairs = zip(law.parameters, form.fitted.minimum.z[-position:], strict=True)
     curve = law.law_at(frequency, [parameter.prior.value(z) for parameter, z in pairs])
     return {

@@ -15,6 +15,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import PLACES, Place
+from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import LEAST_SCORE, NEAR, SECOND_TERM
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
@@ -167,6 +168,33 @@ def with_resonances(
     sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
     fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
     return {fit.place.label: fit for fit in fits}
+
+
+def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealArray) -> dict[str, PlaceFit]:
+    """Return the places, that of the sample's shape with a rim that is free in finite elements where that is better.
+
+    Parameters
+    ----------
+    nominal : Fitted
+        With the finite elements (`CampaignProblem.finite`).
+    places : mapping
+        As `fit_places` returns them.
+    start : array, shape (n,)
+        Coordinates of the nominal model that fit with a free rim roughly.
+    """
+    place = SampleShape(needs_finite_elements=True)
+    scale, frequency = _scale(nominal, place)
+    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    at = np.concatenate([start, np.zeros(len(law.parameters))])
+    free = _finished(nominal, Fitted(nominal.hypothesis.with_effects(law), _unmoved(nominal, law, at)))
+    better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
+    fits = sorted({**places, **better}.values(), key=lambda fit: -fit.log_evidence)
+    return {fit.place.label: fit for fit in fits}
+
+
+def _unmoved(nominal: Fitted, law: DrawnLaw, z: RealArray) -> Minimum:
+    residual, jacobian = nominal.hypothesis.with_effects(law).linearised(z)
+    return Minimum(z, float(residual @ residual), residual, jacobian)
 
 
 def is_explained(fits: Iterable[Fitted]) -> bool:

@@ -48,4 +48,4 @@ class BaseEffect:
     law_error: float = 0.15
     size_error: ClassVar[float | None] = None
     starts: tuple[tuple[float, ...], ...] = ()
-    needs_finite_elements: ClassVar[bool] = False
+    needs_finite_elements: bool = False

@@ -94,15 +94,27 @@ class SampleOrder(Sample):
         return setting.order
 
 
+@dataclass(frozen=True)
 class SampleShape(Sample):
     """The sample's free rim: ln E changes as a glued disc of that shape is softer than one that is held at its rim.
 
     The factor is ``ln g(nu, S)/g(nu, infinity)`` of slow compression, negative; see `rig.shape_factor`.
+
+    Attributes
+    ----------
+    needs_finite_elements : bool
+        Whether the rim is free in finite elements, and the law what is left beyond these.
     """
+
+    needs_finite_elements: bool = False
 
     name = "sample_shape"
     title = "in the sample, by its shape"
     quantity = "change of ln E by a free rim, over that of slow compression"
+
+    def in_words(self, law: str) -> str:
+        """Return what acts there: with finite elements a free rim, and what is left beyond it."""
+        return f"a free rim of the sample, and beyond it {law}" if self.needs_finite_elements else law
 
     def factor(self, setting: Setting) -> Any:
         """Return what a free rim does to ln E."""

@@ -53,6 +53,8 @@ class Place:
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
+    needs_finite_elements : bool
+        Whether the law stands beside a free rim in finite elements.
     """
 
     name: ClassVar[str]
@@ -61,6 +63,7 @@ class Place:
     unit: ClassVar[str] = ""
     configuration: str = ""
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
+    needs_finite_elements: bool = False
 
     @property
     def label(self) -> str:
@@ -71,6 +74,10 @@ class Place:
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
         """Return the places of this kind in a campaign: usually one."""
         return [cls()]
+
+    def in_words(self, law: str) -> str:
+        """Return what acts there, given the words of its simple form."""
+        return law
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return a value of the law that changes the data by about their own size.
@@ -101,6 +108,11 @@ class LawAtPlace(Effect):
     """An effect that is a law at a place: base class of drawn laws and of simple forms."""
 
     at_place: Place
+
+    @property
+    def needs_finite_elements(self) -> bool:  # type: ignore[override]
+        """Whether its place does."""
+        return self.at_place.needs_finite_elements
 
     def values(self, setting: Setting, values: Values) -> ComplexArray:
         """Return the law, shape (..., n), in the place's unit."""
