@@ -86,7 +86,8 @@ def coefficients(rig: TwoPlateRig, names: tuple[str, ...], at: Parameters) -> Co
         "plate_mass": -omega2 * at.plate_mass,
         "mass": -omega2,
         "adhesive": rig.glue(at.frequency) if rig.adhesive_thickness else 0.0,
-        "flanking": rig.flanking_stiffness,
+        "flanking": rig.flanking(at.frequency) if rig.has_flank else 0.0,
+        "attached": -omega2 * rig.attached(at.frequency) if rig.attached_mass is not None else 0.0,
     }
     if rig.porosity is not None:
         values |= _pore_coefficients(rig, at, omega2)
@@ -163,6 +164,7 @@ def _full_terms(rig: TwoPlateRig, section: Section) -> dict[str, Sparse]:
         "sample_mass": blocks(fields, _both(mass(sample))),
         **_plates(rig, section, fields),
         "flanking": _flank(rig, section, n, fields),
+        "attached": _attached(rig, section, n, fields),
     }
     if rig.porosity is not None:
         terms |= _pores(operators(sample), gradients(sample), mass(sample))
@@ -274,10 +276,17 @@ def _sensor(rig: TwoPlateRig, section: Section) -> Sparse:
     return csr_matrix(spread / spread.sum())
 
 
+def _attached(rig: TwoPlateRig, section: Section, n: int, fields: int) -> Sparse:
+    """Return the matrix of a dynamic mass of 1 kg on the top plate."""
+    if rig.attached_mass is None:
+        return csr_matrix((fields * n, fields * n))
+    return csr_matrix(blocks(fields, _both(_sensor(rig, section))))
+
+
 def _flank(rig: TwoPlateRig, section: Section, n: int, fields: int) -> Sparse:
     """Return the matrix of a spring between the base and the lower edge of the top plate."""
     diagonal = np.zeros(fields * n)
-    if rig.flanking_stiffness:
+    if rig.has_flank:
         edge = (section.radii[-1], next(slab.bottom for slab in section.slabs if slab.name == "plate"))
         diagonal[n + _nearest(basis_of(section.mesh, section.elements("plate")), edge)] = 1.0
     matrix = csr_matrix(diags_array(diagonal))

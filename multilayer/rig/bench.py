@@ -72,6 +72,7 @@ class Bench:
             "plate_modulus": _rigid(plate, mounting),
             "real_plate_modulus": plate.young_modulus,
             "plate_poisson_ratio": plate.poisson_ratio,
+            "resolution": settings.resolution,
             **(elastic if base.elastic else {}),
         }
 

@@ -119,6 +119,7 @@ class RigFile(Model):
     noise: NoiseSettings = NoiseSettings()
     uncertainty: Uncertainty = Uncertainty()
     remount: Remount | None = None
+    resolution: Annotated[float, Field(ge=0.5, le=4)] = 1.0
     effects: tuple[EffectField, ...] = ()
 
     @model_validator(mode="after")

@@ -315,7 +315,9 @@ class ReducedRig:
     @property
     def _lossless(self) -> bool:
         """Whether nothing but the sample's frame is lossy."""
-        return not (self.rig.adhesive_thickness or self.rig.flanking_stiffness or self.rig.porosity is not None)
+        rig = self.rig
+        is_plain = not (rig.adhesive_thickness or rig.has_flank or rig.attached_mass is not None)
+        return is_plain and rig.porosity is None
 
     def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> Fractions:
         at = Parameters(frequency, 0.0, density, thickness, plate_mass)

@@ -70,8 +70,10 @@ class TwoPlateRig:
         Elastic base plate of the sample's radius, moved at its lower face; rigid with a thickness of 0.
     rim : {'free', 'held'}
         Whether the sample's rim may move sideways.
-    flanking_stiffness : complex
+    flanking_stiffness : complex, or callable of Hz
         N/m of a parallel path from the base to the edge of the top plate.
+    attached_mass : complex, or callable of Hz, optional
+        Dynamic mass on the top plate, force over acceleration, spread over the accelerometer's footprint, kg.
     porosity, flow_resistivity, tortuosity, viscous_length, thermal_length : float, optional
         With a porosity the sample is poroelastic (Biot, Johnson-Champoux-Allard), its pores sealed by the plates.
     pore_rim : {'open', 'sealed'}
@@ -120,7 +122,8 @@ class TwoPlateRig:
     base_modulus: float = 7.0e10
     base_poisson_ratio: float = 0.33
     rim: Literal["free", "held"] = "free"
-    flanking_stiffness: complex = 0.0
+    flanking_stiffness: ModulusLike = 0.0
+    attached_mass: ModulusLike | None = None
     porosity: float | None = None
     flow_resistivity: float | None = None
     tortuosity: float = 1.0
@@ -163,6 +166,19 @@ class TwoPlateRig:
         assert self.adhesive_modulus is not None  # checked with the other fields
         return _modulus_at(self.adhesive_modulus, frequency)
 
+    def flanking(self, frequency: ArrayLike) -> ComplexArray:
+        """Return the stiffness of the parallel path, N/m, at `frequency`, Hz."""
+        return _modulus_at(self.flanking_stiffness, frequency)
+
+    def attached(self, frequency: ArrayLike) -> ComplexArray:
+        """Return the dynamic mass on the top plate, kg, at `frequency`, Hz."""
+        return _modulus_at(0.0 if self.attached_mass is None else self.attached_mass, frequency)
+
+    @property
+    def has_flank(self) -> bool:
+        """Whether there is a parallel path."""
+        return callable(self.flanking_stiffness) or bool(np.any(np.asarray(self.flanking_stiffness)))
+
     def stiffness_profile(self, height: RealArray) -> RealArray:
         """Return the factor on the modulus at a height above the sample's lower face, m."""
         x = height / self.thickness
@@ -190,7 +206,8 @@ class TwoPlateRig:
         size = min(wave, h / _ALONG, radius / 4) / self.resolution
         finest = min(h, radius) / _CORNER / self.resolution
         across = min(wave, radius / _ACROSS) / self.resolution
-        stops = [*self.footprint, self.reading] if self.sensor_mass else [self.reading]
+        loaded = self.sensor_mass or self.attached_mass is not None
+        stops = [*self.footprint, self.reading] if loaded else [self.reading]
         return build_section(self._slabs(size, finest), radius, across, finest, stops, self._slits())
 
     def shortest_wavelength(self, frequency: float, modulus: float) -> float:

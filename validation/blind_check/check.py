@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign, fit_nominal
+from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.rig.synthesis import make_campaign
-from validation.blind_check.draw import Draw, draw
+from validation.blind_check.draw import OUTSIDE, Draw, draw
 
 FINAL_SEEDS = 1000  # seeds from here on are for final runs; thresholds are developed on those below
 _OBVIOUS = 10.0  # standard deviations of the nominal misfit above chance: an effect well above the noise
+
+
+_LAW = ("frequency_hz", "real_low", "real_high", "imag_low", "imag_high")
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,12 @@ class Answer:
         Of processor time, for making and for diagnosing.
     problem : str
         Why there is no answer.
+    places : tuple of str
+        Where something acts, the most probable first.
+    law : mapping
+        Frequency (Hz) and ends of the band of real and imaginary part, of the law drawn at the first place.
+    form : tuple of str
+        Kinds of the terms of its simple form.
     """
 
     number: int
@@ -66,6 +76,9 @@ class Answer:
     evidence: Mapping[str, float] = field(default_factory=dict)
     seconds: tuple[float, float] = (0.0, 0.0)
     problem: str = ""
+    places: tuple[str, ...] = ()
+    law: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    form: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
@@ -80,6 +93,8 @@ class Answer:
             "intervals": {name: (float(low), float(high)) for name, (low, high) in data["intervals"].items()},
             "excess_alone": tuple(data.get("excess_alone", ())),
             "seconds": tuple(data["seconds"]),
+            "places": tuple(data.get("places", ())),
+            "form": tuple(data.get("form", ())),
         }
         return cls(**{**data, **lists})
 
@@ -93,7 +108,8 @@ def answer(task: BlindTask) -> Answer:
     try:
         made = make_campaign(sealed.settings, sealed.seed)
         ready = process_time()
-        record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=sealed.deleted)).record
+        without = [name for name in (*sealed.deleted, *OUTSIDE) if name in EFFECTS]  # plugins may know more
+        record = diagnose_campaign(made.campaign, made.recordings, chosen_effects(without=without)).record
         given = _answer(task.number, record, (ready - start, process_time() - ready))
         return replace(given, excess_alone=_excess_alone(sealed)) if sealed.kind == "two" else given
     except Exception as error:  # whatever goes wrong with one campaign: it counts, is told, and does not end the check
@@ -123,9 +139,13 @@ def _answer(number: int, record: Mapping[str, Any], seconds: tuple[float, float]
     chosen = group[0] if group else ("unknown",)
     cause = next(cause for cause in record["causes"] if tuple(cause["effects"]) == chosen)
     evidence = {"+".join(one["effects"]): one["log_evidence"] for one in record["causes"]}
+    law = record["law"] or {}
     return Answer(
         number, record["verdict"], chosen, group, record["probability"], excess, (), record["gap"]["shrinkage"],
         {name: (p["low"], p["high"]) for name, p in cause["parameters"].items()}, evidence, seconds,
+        places=tuple(place["place"] for place in record["places"]),
+        law={name: law[name] for name in _LAW if law},
+        form=tuple(term["kind"] for term in law["form"]["terms"]) if law else (),
     )  # fmt: skip
 
 
@@ -161,6 +181,25 @@ class Outcome:
         if kind in ("outside", "deleted"):
             return self.answer.verdict == "unknown"
         return self.named and set(self.answer.first) == set(self.draw.effects)
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether the first place is where the one effect acts, or the first two are those of two effects."""
+        true = set(self.draw.places)
+        return bool(self.answer.places) and set(self.answer.places[: len(true)]) == true
+
+    @property
+    def held(self) -> float:
+        """Share of frequencies at which the band of the drawn law holds the true one; NaN where that is not known."""
+        law = self.answer.law
+        if not law or not self.is_placed:
+            return float("nan")
+        true = self.draw.true_law(np.array(law["frequency_hz"]))
+        if true is None:
+            return float("nan")
+        ends = [np.array(law[name]) for name in _LAW[1:]]
+        inside = (ends[0] <= true.real) & (true.real <= ends[1]), (ends[2] <= true.imag) & (true.imag <= ends[3])
+        return float(np.mean(inside))
 
     @property
     def grouped(self) -> bool:

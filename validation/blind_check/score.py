@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.stats import beta
 
 from validation.blind_check.check import Outcome
 from validation.blind_check.draw import KNOWN
@@ -31,6 +32,8 @@ class Score:
         The target: the value must lie between; NaN where there is none.
     no_gap, random : float
         What two dummies reach: one that always says "no gap", one that names an effect at random.
+    is_share : bool
+        Whether the value is a share of the cases.
     """
 
     name: str
@@ -40,6 +43,16 @@ class Score:
     high: float = float("nan")
     no_gap: float = float("nan")
     random: float = float("nan")
+    is_share: bool = False
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Central 90 % interval of a share, by Jeffreys' prior: few cases leave much open; NaN of what is no share."""
+        if not (self.is_share and self.n):
+            return float("nan"), float("nan")
+        hits = self.value * self.n
+        low, high = beta.ppf([0.05, 0.95], hits + 0.5, self.n - hits + 0.5)
+        return float(low), float(high)
 
     @property
     def met(self) -> bool | None:
@@ -51,6 +64,7 @@ class Score:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         numbers = {name: getattr(self, name) for name in ("value", "low", "high", "no_gap", "random")}
+        numbers["interval_low"], numbers["interval_high"] = self.interval
         shown = {name: round(value, 4) if np.isfinite(value) else None for name, value in numbers.items()}
         return {"name": self.name, "n": self.n, **shown, "met": self.met}
 
@@ -69,11 +83,16 @@ class Targets:
     calibration: float = 0.05
     brier: float = 0.08
     shrinkage: float = 0.9
+    place_known: float = 0.97
+    place_foreign: float = 0.90
+    two_places: float = 0.7
+    form: float = 0.8
 
 
 SEVERAL = Targets()
 ONE = Targets(first=0.85, in_group=0.97, group_size=1.5, two=float("nan"), unknown=0.80, innocent=0.10, brier=0.20,
-              shrinkage=0.8)  # fmt: skip
+              shrinkage=0.8, place_known=float("nan"), place_foreign=float("nan"), two_places=float("nan"),
+              form=float("nan"))  # fmt: skip
 
 
 def scores(outcomes: Sequence[Outcome], targets: Targets) -> list[Score]:
@@ -87,6 +106,10 @@ def scores(outcomes: Sequence[Outcome], targets: Targets) -> list[Score]:
     chance = 1 / len(KNOWN)
     grouped = [len(o.answer.group) for o in one if o.grouped]
     held = [inside for o in right for inside in intervals_hold(o)]
+    known, beyond = ([o for o in part if all(o.draw.places)] for part in (one, foreign))
+    bands = [o.held for o in foreign if np.isfinite(o.held)]
+    forms = [o for o in foreign if o.draw.true_form and o.is_placed]
+    unknown = [o for o in foreign if o.answer.verdict == "unknown"]
     return [
         _share("false alarms on gap-free data", done, _gap_free, _alarm, (0, targets.false_alarms), (0, 1)),
         _share("gap seen", seen, _any, _alarm, (0.95, 1), (0, 1)),
@@ -102,6 +125,13 @@ def scores(outcomes: Sequence[Outcome], targets: Targets) -> list[Score]:
         Score("90 % intervals of the size that hold it", _mean(held), len(held), 0.85, 0.95),
         Score("held-out shrinkage, right effect (median)", _median([o.answer.shrinkage for o in right]), len(right),
               targets.shrinkage, np.inf, 0.0, float("nan")),
+        _share("place right, effect in the library", known, _any, _placed, (targets.place_known, 1)),
+        _share("place right, effect in no library", beyond, _any, _placed, (targets.place_foreign, 1)),
+        _share("two effects, both places right", two, _any, _placed, (targets.two_places, 1)),
+        Score("held-out shrinkage, unknown effect (median)", _median([o.answer.shrinkage for o in unknown]),
+              len(unknown), targets.shrinkage, np.inf),
+        Score("90 % band of the drawn law holds the true one", _mean(bands), len(bands), 0.85, 0.95),
+        _share("simple form right", forms, _any, lambda o: o.answer.form == (o.draw.true_form,), (targets.form, 1)),
     ]  # fmt: skip
 
 
@@ -180,7 +210,7 @@ def _share(
     dummies: tuple[float, float] = (float("nan"), float("nan")),
 ) -> Score:
     cases = [hit(o) for o in outcomes if counted(o)]
-    return Score(name, _mean(cases), len(cases), *target, *dummies)
+    return Score(name, _mean(cases), len(cases), *target, *dummies, is_share=True)
 
 
 def _any(_: Outcome) -> bool:
@@ -197,6 +227,10 @@ def _alarm(outcome: Outcome) -> bool:
 
 def _says_unknown(outcome: Outcome) -> bool:
     return outcome.answer.verdict == "unknown"
+
+
+def _placed(outcome: Outcome) -> bool:
+    return outcome.is_placed
 
 
 def _one_of_two(outcome: Outcome) -> bool:
