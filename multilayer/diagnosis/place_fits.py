@@ -21,7 +21,7 @@ from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.two_plate.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
 
@@ -153,7 +153,7 @@ def fit_places(
 def with_resonances(
     nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
 ) -> dict[str, PlaceFit]:
-    """Return the places, the first few with a law that resonates where that has more evidence than a smooth one.
+    """Return the places with laws that vary faster, and the first few with a resonance, where that has more evidence.
 
     For data that neither a known effect nor a smooth law explains: ten nodes cannot hold a sharp resonance.
 
@@ -164,7 +164,11 @@ def with_resonances(
         As `fit_places` returns them.
     executor : Executor, optional
     """
-    fits = list(places.values())
+    smooth = list(places.values())
+    tasks = [partial(_begun, nominal, fit.place, SHORT) for fit in smooth if not fit.place.needs_finite_elements]
+    rough = {fit.place.label: fit for fit in map(_unfinished, run_all(call, tasks, executor))}
+    pairs = [(fit, rough.get(fit.place.label, fit)) for fit in smooth]
+    fits = sorted((max(pair, key=lambda fit: fit.log_evidence) for pair in pairs), key=lambda fit: -fit.log_evidence)
     sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
     fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
     return {fit.place.label: fit for fit in fits}
@@ -268,10 +272,10 @@ def _gains(nominal: Fitted, step: Fitted) -> bool:
     return 0.5 * (nominal.minimum.cost - step.minimum.cost) > LEAST_SCORE
 
 
-def _begun(nominal: Fitted, place: Place) -> Fitted:
+def _begun(nominal: Fitted, place: Place, length: float = LENGTH) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale, length)
     start = np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])
     return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
 

@@ -18,9 +18,21 @@ def perfect(one):
     if one.kind == "none":
         return Answer(one.number, "no_gap")
     if one.kind in ("outside", "deleted"):
-        return Answer(one.number, "unknown", ("unknown",), excess=100.0)
+        return Answer(
+            one.number, "unknown", ("unknown",), excess=100.0, shrinkage=0.99, places=one.places, form=(one.true_form,)
+        )
     truth = {name: (0.9 * min(v, 1.1 * v), 1.1 * max(v, 0.9 * v)) for name, v in one.truth.items()}
-    return Answer(one.number, "effect", one.effects, (one.effects,), 1.0, 100.0, shrinkage=0.99, intervals=truth)
+    return Answer(
+        one.number,
+        "effect",
+        one.effects,
+        (one.effects,),
+        1.0,
+        100.0,
+        shrinkage=0.99,
+        intervals=truth,
+        places=one.places,
+    )
 
 
 def found(answers, targets, several=True):

@@ -51,8 +51,8 @@ class Score:
         if not (self.is_share and self.n):
             return float("nan"), float("nan")
         hits = self.value * self.n
-        low, high = beta.ppf([0.05, 0.95], hits + 0.5, self.n - hits + 0.5)
-        return float(low), float(high)
+        low, high = (float(beta.ppf(p, hits + 0.5, self.n - hits + 0.5)) for p in (0.05, 0.95))
+        return low, high
 
     @property
     def met(self) -> bool | None:

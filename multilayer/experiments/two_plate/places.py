@@ -23,7 +23,7 @@ from multilayer.experiments.effects import Values
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.inference.priors import Parameter, Prior
 
-LENGTH = 0.55  # correlation length of a drawn law in ln f
+LENGTH, SHORT = 0.55, 0.14  # correlation lengths of a drawn law in ln f: of smooth ones, and of such as resonate
 SPACING = 0.6  # of its nodes, in correlation lengths
 _JITTER = 1e-9
 AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
@@ -142,6 +142,8 @@ class DrawnLaw(LawAtPlace):
         ln f.
     size : float
         Standard deviation of real and imaginary part, in the place's unit.
+    length : float
+        Correlation length in ln f.
     offset : complex
         Added to the law, in standard deviations; for derivatives.
     """
@@ -149,28 +151,30 @@ class DrawnLaw(LawAtPlace):
     at_place: Place
     nodes: RealArray
     size: float
+    length: float = LENGTH
     offset: complex = 0.0
     name: str = ""
     parameters: tuple[Parameter, ...] = field(default=(), repr=False)
     law_error: float = 0.0
 
     @classmethod
-    def at(cls, place: Place, frequency: RealArray, size: float) -> DrawnLaw:
+    def at(cls, place: Place, frequency: RealArray, size: float, length: float = LENGTH) -> DrawnLaw:
         """Return a law for data at frequencies, Hz."""
         low, high = np.log(frequency.min()), np.log(frequency.max())
-        nodes = np.linspace(low, high, max(int(np.ceil((high - low) / (SPACING * LENGTH))) + 1, 2))
+        nodes = np.linspace(low, high, max(int(np.ceil((high - low) / (SPACING * length))) + 1, 2))
         parameters = tuple(
             Parameter(name=f"{part}[{np.exp(node):.4g}]", prior=Prior(normal=(0.0, 1.0)))
             for part in ("real", "imag")
             for node in nodes
         )
-        return cls(place, nodes, size, name=place.label, parameters=parameters)
+        return cls(place, nodes, size, length, name=place.label, parameters=parameters)
 
     def basis(self, frequency: RealArray) -> RealArray:
         """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
-        kernel = _kernel(self.nodes, self.nodes) + _JITTER * np.eye(len(self.nodes))
+        nodes = self.nodes / self.length
+        kernel = _kernel(nodes, nodes) + _JITTER * np.eye(len(nodes))
         root = np.linalg.cholesky(kernel)
-        return np.asarray(np.linalg.solve(root, _kernel(self.nodes, np.log(frequency))).T)
+        return np.asarray(np.linalg.solve(root, _kernel(nodes, np.log(frequency) / self.length)).T)
 
     def values(self, setting: Setting, values: Values) -> ComplexArray:
         """Return the law."""
@@ -184,7 +188,7 @@ class DrawnLaw(LawAtPlace):
 
 
 def _kernel(a: RealArray, b: RealArray) -> RealArray:
-    return np.asarray(np.exp(-0.5 * (np.subtract.outer(a, b) / LENGTH) ** 2))
+    return np.asarray(np.exp(-0.5 * np.subtract.outer(a, b) ** 2))
 
 
 @dataclass(frozen=True)
