@@ -130,6 +130,13 @@ def _read_library(source: Path) -> str:
     return _counted(len(load_library(source)), "material", "library")
 
 
+def _read_rig_law(source: Path) -> str:
+    from multilayer.diagnosis.saved_law import load_rig_law
+
+    law = load_rig_law(source)
+    return _counted(len(law.effects) + len(law.laws), "effect", "law of a rig")
+
+
 _ALL = (
     Kind("stack", "multilayer.stack:Stack", _read_stack),
     Kind("simulation", "multilayer.simulation.file:SimulationFile", _read_simulation),
@@ -141,6 +148,7 @@ _ALL = (
     Kind("rig", "multilayer.rig.file:RigFile", _read_rig),
     Kind("tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
     Kind("library", "multilayer.materials:Library", _read_library),
+    Kind("rig-law", "multilayer.diagnosis.saved_law:RigLaw", _read_rig_law),
 )
 KINDS = {kind.name: kind for kind in _ALL}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,6 +45,20 @@ def diagnose(
             autocompletion=completion.effects,
         ),
     ] = None,
+    known: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with",
+            metavar="EFFECT_OR_FILE",
+            help="What is known to act: an effect, a file of --save-law, a diagnosis.json; may be repeated. What is "
+            "left beyond it is diagnosed.",
+            autocompletion=completion.effects,
+        ),
+    ] = None,
+    save_law: Annotated[
+        Path | None,
+        typer.Option("--save-law", metavar="FILE", help="Write what was found for --with of later campaigns (YAML)."),
+    ] = None,
     law: Annotated[
         str | None,
         typer.Option(
@@ -65,29 +80,64 @@ def diagnose(
     Example: multilayer diagnose examples/foam_b --out results/why
 
     Example: multilayer diagnose examples/foam_tube
+
+    Example: multilayer diagnose examples/foam_b --with sensor_mass
+
+    Example: multilayer diagnose campaigns/one --save-law rig.yaml, then multilayer fit campaigns/two --with rig.yaml
     """
     from multilayer.executors import local_pool
 
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
+        from multilayer.errors import InputError
         from multilayer.fits.sources import open_source
         from multilayer.report.diagnosis import diagnosis_report
 
         opened = open_source(source)
-        ask = _tube if opened.of_stacks else _campaign
+        if opened.of_stacks and (known or save_law):
+            raise InputError(f"--with and --save-law are of campaigns; {source} is of stacks: leave them out")
+        ask = _tube if opened.of_stacks else partial(_campaign, known or [])
         result, folder = ask(opened, out, without or [], law, seed, executor)
+        if save_law is not None:
+            _save(result, save_law)
         for text in result.record.get("warnings", ()):
             typer.echo(f"warning: {text}", err=True)
         finish(diagnosis_report(result), folder, as_json=as_json, figures=figures, executor=executor)
 
 
+def _save(result: Diagnosis, file: Path) -> None:
+    """Write what was found, or say why there is nothing to write: that is no reason to lose the diagnosis."""
+    from multilayer.config.yaml12 import dump_yaml
+    from multilayer.diagnosis.saved_law import saved_law
+    from multilayer.errors import InputError
+
+    try:
+        found = saved_law(result.record, result.campaign)
+    except InputError as error:
+        typer.echo(f"warning: {error}", err=True)
+        return
+    data = {"kind": "rig-law", **found.model_dump(mode="json", exclude_defaults=True), "version": 1}
+    try:
+        file.write_text(dump_yaml(data), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"--save-law: {file} cannot be written: {error.strerror}") from None
+    typer.echo(f"law written to {file}", err=True)
+
+
 def _campaign(
-    source: Source, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
+    known: list[str],
+    source: Source,
+    out: Path | None,
+    without: list[str],
+    law: str | None,
+    seed: int,
+    executor: Executor | None,
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
     from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+    from multilayer.diagnosis.saved_law import known_effects
     from multilayer.errors import InputError, suggest
     from multilayer.media.laws import LAWS
 
@@ -95,12 +145,13 @@ def _campaign(
     chosen = law or "fractional_zener"
     if chosen not in LAWS:
         raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
+    given = [effect for name in known for effect in known_effects(name)]
     job = source.campaign_job(source.settings())
     folder = folder_for(out, f"{job.name}-diagnosis")
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_campaign(
             job.campaign, job.recordings, effects,
-            law=chosen, calibration=job.calibration, seed=seed, progress=advance, executor=executor,
+            law=chosen, calibration=job.calibration, given=given, seed=seed, progress=advance, executor=executor,
         )  # fmt: skip
     return result, folder
 

@@ -11,6 +11,7 @@ from multilayer.cli import completion
 from multilayer.cli.options import AsJson, Figures, Model, Out, finish, folder_for
 
 if TYPE_CHECKING:
+    from multilayer.experiments.two_plate.effects import Effect
     from multilayer.fits.run import FitTask
 
 
@@ -56,6 +57,16 @@ def fit(
             autocompletion=completion.laterals,
         ),
     ] = None,
+    known: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with",
+            metavar="EFFECT_OR_FILE",
+            help="An unmodelled effect that acts besides, by name, or the file of `diagnose --save-law`, or a "
+            "diagnosis.json; its size is fitted with one law for all bursts (--joint). May be repeated.",
+            autocompletion=completion.effects,
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for several campaigns.")] = 1,
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for several campaigns.")
@@ -84,11 +95,14 @@ def fit(
 
     Example: multilayer fit examples/foam_b --method transfer-function
 
+    Example: multilayer fit examples/foam_b --with sensor_mass
+
     Example: multilayer fit campaigns/* --out results --jobs 4 --resume
     """
     from multilayer.fits.run import FitTask
 
-    task = FitTask(sources[0], method, joint, model, law, elements, posterior, lateral)
+    given = _known(known) if known else None
+    task = FitTask(sources[0], method, joint, model, law, elements, posterior, lateral, given)
     if len(sources) == 1:
         accepted = _fit_one(task, out, cluster, as_json=as_json, resume=resume, figures=figures)
     else:
@@ -99,6 +113,12 @@ def fit(
         )
     if not accepted:
         raise typer.Exit(1)
+
+
+def _known(names: list[str]) -> tuple[Effect, ...]:
+    from multilayer.diagnosis.saved_law import known_effects
+
+    return tuple(effect for name in names for effect in known_effects(name))
 
 
 def _fit_one(

@@ -23,6 +23,7 @@ TITLES = {
     "rig": "campaign of the virtual rig",
     "tube": "raw data of an impedance tube",
     "library": "library of materials",
+    "rig-law": "what a diagnosis found of a rig",
 }
 _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"}  # a second kind that its reader takes
 # fields of a simulation beside its stack
@@ -37,6 +38,7 @@ OF_A_FIT = frozenset(
         "quasi_static", "calibration", "sensor_mass",
     }
 )  # fmt: skip
+_TELLING = {"laws": "rig-law", "materials": "library", "tube": "tube"}
 _RIGS = {"calibration": "calibration", "two-plate": "rig"}
 
 
@@ -56,10 +58,9 @@ def _kind_of_keys(data: Mapping[str, Any]) -> str:
         return _RIGS.get(str(data["rig"]), "campaign")
     if not _OF_A_STACK_FIT.isdisjoint(keys):
         return "stack-fit" if _OF_A_DIAGNOSIS.isdisjoint(keys) else "diagnose"
-    if "materials" in keys:
-        return "library"
-    if "tube" in keys:
-        return "tube"
+    for key, kind in _TELLING.items():
+        if key in keys:
+            return kind
     return "" if OF_A_FIT.isdisjoint(keys) else "fit"
 
 

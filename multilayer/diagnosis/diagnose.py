@@ -14,7 +14,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
-from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.free_rim import COARSE, free_rim
@@ -74,6 +74,7 @@ def diagnose_campaign(
     *,
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
+    given: Sequence[Effect] = (),
     seed: int = 0,
     progress: Progress | None = None,
     executor: Executor | None = None,
@@ -90,6 +91,8 @@ def diagnose_campaign(
     law : str
         The nominal model's causal modulus law, the same for all bursts.
     calibration : Calibration, optional
+    given : sequence of Effect
+        Effects that are part of the nominal model: what is left beyond them is diagnosed.
     seed : int
     progress : callable, optional
         Called with a short text after each of `N_STEPS` steps.
@@ -103,7 +106,9 @@ def diagnose_campaign(
     """
     tell = progress or (lambda text: None)
     every = dict(effects) if effects is not None else chosen_effects()
-    nominal, minima = fit_nominal(campaign, recordings, law=law, calibration=calibration, seed=seed, executor=executor)
+    nominal, minima = fit_nominal(
+        campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor
+    )
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     places = fit_places(nominal, executor)
@@ -118,6 +123,7 @@ def diagnose_campaign(
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),
         "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **assessment.misfit_entries()},
+        **({"with": [effect.name for effect in given]} if given else {}),
     }
     best = assessment.best_fit
     return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, _moduli(nominal, best))
@@ -129,12 +135,13 @@ def fit_nominal(
     *,
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
+    given: Sequence[Effect] = (),
     seed: int = 0,
     executor: Executor | None = None,
 ) -> tuple[Fitted, list[Minimum]]:
     """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
-    joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR)
+    joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR, given=tuple(given))
     minima = solve_joint(joint, seed=seed, tolerance=COARSE, executor=executor)
     return fit(joint, minima[0].z), minima
 

@@ -92,8 +92,9 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
         parameters = law.parameters[position : position + count]
         first = position - len(law.parameters)
         intervals = [_interval(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
-        entry: dict[str, Any] = {"term": named, "kind": term.kind}
+        entry: dict[str, Any] = {"term": named, "kind": term.kind, "order": term.order, "parameters": {}}
         for name, (value, low, high), parameter in zip(_keys(parameters), intervals, parameters, strict=True):
+            entry["parameters"][name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
             if name == "amplitude":
                 ends = sorted((factor * low, factor * high))
                 entry |= {"value": factor * value, "low": ends[0], "high": ends[1], "unit": unit}
@@ -106,6 +107,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     curve = law.law_at(frequency, [parameter.prior.value(z) for parameter, z in pairs])
     return {
         "text": text,
+        "centre_hz": law.centre,
         "terms": parts,
         "log_evidence": round(form.log_evidence, 2),
         "real": curve.real.tolist(),
@@ -117,7 +119,8 @@ def _in_words(entry: Mapping[str, Any]) -> str:
     """Return a term for people, as ``a mass of 0.99 (0.96 to 1.02) g``."""
     article = "an" if entry["term"][0] in "aeiou" else "a"
     text = f"{article} {entry['term']} of {_size(entry)}"
-    others = [f"{key.replace('_', ' ')} {_size(value)}" for key, value in entry.items() if isinstance(value, Mapping)]
+    named = {key: value for key, value in entry.items() if isinstance(value, Mapping) and key != "parameters"}
+    others = [f"{key.replace('_', ' ')} {_size(value)}" for key, value in named.items()]
     return f"{text}, {', '.join(others)}" if others else text
 
 

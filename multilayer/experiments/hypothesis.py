@@ -97,11 +97,7 @@ class Hypothesis(Experiments):
     @cached_property
     def effect_parameters(self) -> tuple[Parameter, ...]:
         """The effects' parameters, named as ``sensor_mass.mass``."""
-        return tuple(
-            parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
-            for effect in self.effects
-            for parameter in effect.parameters
-        )
+        return parameters_of(self.effects)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -133,6 +129,15 @@ class Hypothesis(Experiments):
         others, rest = self.without(index, z)
         pairs = zip(self.differences(z) if differences is None else differences, others.differences(rest), strict=True)
         return [full - bare for full, bare in pairs]
+
+
+def parameters_of(effects: Sequence[BaseEffect]) -> tuple[Parameter, ...]:
+    """Return the parameters of effects, named as ``sensor_mass.mass``."""
+    return tuple(
+        parameter.model_copy(update={"name": f"{effect.name}.{parameter.name}"})
+        for effect in effects
+        for parameter in effect.parameters
+    )
 
 
 def values_of(effects: Sequence[BaseEffect], points: Points) -> list[Values]:

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.errors import InputError
+from multilayer.experiments.two_plate.effects import Effect
+from multilayer.experiments.two_plate.places import LawAtPlace
 from multilayer.fits.methods import BURST_BY_BURST, JOINT, METHODS, STACKS, Method, Progress
 from multilayer.fits.result import FitResult
 from multilayer.fits.settings import DEFAULT_LAW
@@ -36,6 +38,8 @@ class FitTask:
         The same as the method ``joint``; `method` then only says what lies above the top plate.
     model, law, elements, posterior, lateral
         Options of methods.
+    given : tuple of Effect, optional
+        Unmodelled effects that act besides (``--with``): of joint fits.
     """
 
     source: Path
@@ -46,6 +50,7 @@ class FitTask:
     elements: int | None = None
     posterior: str | None = None
     lateral: str | None = None
+    given: tuple[Effect, ...] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -66,7 +71,7 @@ class FitTask:
             return FitRun(self, self._of_stacks(source), source.stack_job())
         if self.joint and self.method not in (None, JOINT, *BURST_BY_BURST):
             raise InputError(f"--joint and --method {self.method} are two methods; leave one of them out")
-        joint = self.joint or self.method == JOINT
+        joint = self.joint or self.method == JOINT or bool(self.given and self.method is None)
         settings = source.settings({"method": None if self.method == JOINT else self.method, "model": self.model})
         method = self._of_campaign(METHODS[JOINT if joint else settings.method])
         return FitRun(self, method, source.campaign_job(settings))
@@ -89,7 +94,7 @@ class FitTask:
             if name not in kind.options():
                 takers = [other for other, method in METHODS.working() if name in method.options()]
                 remedy = "add --joint" if set(takers) <= {JOINT, STACKS} else "choose another --method"
-                text = f"--{name} is of {' and '.join(takers)}, not of {kind.name}"
+                text = f"--{'with' if name == 'given' else name} is of {' and '.join(takers)}, not of {kind.name}"
                 raise InputError(f"{text}; {remedy}, or leave it out")
         return kind.with_options(self.options)
 
@@ -157,6 +162,7 @@ class FitRun:
             "joint": self.method.name == JOINT, "law": task.law or DEFAULT_LAW, "elements": task.elements,
             "posterior": task.posterior,
             **({"lateral": task.lateral} if task.lateral else {}),
+            **({"with": [_told(effect) for effect in task.given]} if task.given else {}),
         }  # fmt: skip
         settings = job.settings.model_dump(mode="json", exclude={"campaign", "calibration"})
         digest = hashlib.sha256(json.dumps([version("multilayer"), options, settings]).encode())
@@ -168,6 +174,12 @@ class FitRun:
         if job.calibration is not None:
             digest.update(json.dumps(job.calibration.to_dict()).encode())
         return digest.hexdigest()
+
+
+def _told(effect: Effect) -> list[Any]:
+    """Return what a fit with an effect depends on."""
+    priors = [parameter.model_dump(mode="json") for parameter in effect.parameters]
+    return [effect.name, repr(effect) if isinstance(effect, LawAtPlace) else "", priors]
 
 
 def summary_row(record: dict[str, Any]) -> dict[str, Any]:

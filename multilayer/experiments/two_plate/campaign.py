@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
 from multilayer.experiments.effects import BaseEffect, Values
-from multilayer.experiments.hypothesis import Hypothesis, values_of
+from multilayer.experiments.hypothesis import Hypothesis, parameters_of, values_of
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
@@ -259,6 +259,8 @@ class CampaignProblem(Hypothesis):
     end_effect : EndEffect, optional
         The change by the ends of the records near a solution; computed anew at every point when left out.
     effects : tuple of Effect
+    given : tuple of Effect
+        Effects of the nominal model: they act ahead of `effects`, and their parameters are nominal ones.
     finite : mapping
         Finite-element rigs by configuration, for effects that need them.
     used : tuple of ConfigurationData, optional
@@ -274,6 +276,7 @@ class CampaignProblem(Hypothesis):
     deviation: LawDeviation | None = None
     end_effect: EndEffect | None = None
     effects: tuple[Effect, ...] = ()
+    given: tuple[Effect, ...] = ()
     finite: Mapping[str, Rig] = field(default_factory=dict)
     used: tuple[ConfigurationData, ...] | None = None
 
@@ -303,9 +306,14 @@ class CampaignProblem(Hypothesis):
         return self.material.parameters
 
     @cached_property
+    def given_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the effects of the nominal model, named as ``sensor_mass.mass``."""
+        return parameters_of(self.given)
+
+    @cached_property
     def nominal_parameters(self) -> tuple[Parameter, ...]:
-        """Law, its deviation, nuisances."""
-        return (*self.material.parameters, *self.nuisances.parameters)
+        """Law, its deviation, nuisances, effects that are given."""
+        return (*self.material.parameters, *self.nuisances.parameters, *self.given_parameters)
 
     def law_coordinates(self, z: RealArray) -> RealArray:
         """Return the point of the law's space, shape (..., n_law)."""
@@ -332,7 +340,8 @@ class CampaignProblem(Hypothesis):
     @cached_property
     def experiments(self) -> tuple[RigExperiment, ...]:
         """An experiment for each configuration in use."""
-        rigs = self.finite if any(effect.needs_finite_elements for effect in self.effects) else self.rigs
+        acting = (*self.given, *self.effects)
+        rigs = self.finite if any(effect.needs_finite_elements for effect in acting) else self.rigs
         return tuple(
             RigExperiment(
                 setting,
@@ -340,7 +349,7 @@ class CampaignProblem(Hypothesis):
                 self.nuisances,
                 self._near(rigs[setting.data.name]),
                 self.model_error,
-                self.effects,
+                acting,
                 self.end_effect,
             )
             for setting in self.settings
@@ -376,8 +385,9 @@ class CampaignProblem(Hypothesis):
         return True
 
     def admits(self, effect: BaseEffect) -> bool:
-        """Tell whether an effect can act in this campaign: it must be one of the rig."""
-        return isinstance(effect, Effect) and effect.applies(self.campaign)
+        """Tell whether an effect can act besides in this campaign: it must be one of the rig, and not be given."""
+        is_new = effect.name not in [known.name for known in self.given]
+        return isinstance(effect, Effect) and is_new and effect.applies(self.campaign)
 
     def with_effects(self, *effects: Effect) -> CampaignProblem:
         """Return the hypothesis with these effects instead."""

@@ -299,3 +299,42 @@ class SimpleLaw(LawAtPlace):
             total = total + term.values(frequency, self.centre, rest[:count])
             rest = rest[count:]
         return total
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedLaw(LawAtPlace):
+    """A law at a place that another campaign has shown: a table, each value with a normal prior.
+
+    Values between are interpolated in ln f; beyond the table its ends hold.
+
+    Attributes
+    ----------
+    at_place : Place
+    nodes : array, shape (k,)
+        ln f.
+    """
+
+    at_place: Place
+    nodes: RealArray
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def of(cls, place: Place, name: str, frequency: RealArray, mean: ComplexArray, std: ComplexArray) -> TabulatedLaw:
+        """Return the law with means and standard deviations of real and imaginary part, shape (k,) each."""
+        parts = (("real", mean.real, std.real), ("imag", mean.imag, std.imag))
+        parameters = tuple(
+            Parameter(name=f"{part}[{f:.4g}]", prior=Prior(normal=(float(value), float(spread))), unit=place.unit)
+            for part, values, spreads in parts
+            for f, value, spread in zip(frequency, values, spreads, strict=True)
+        )
+        return cls(place, np.log(frequency), name, parameters)
+
+    def values(self, setting: Setting, values: Values) -> ComplexArray:
+        """Return the law."""
+        k = len(self.nodes)
+        at = np.clip(np.log(setting.frequency), self.nodes[0], self.nodes[-1])
+        weights = np.stack([np.interp(at, self.nodes, row) for row in np.eye(k)])
+        table = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
+        return np.asarray((table[..., :k] + 1j * table[..., k:]) @ weights)

@@ -13,6 +13,7 @@ from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.effects import Effect
 from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import configuration_data
@@ -56,6 +57,7 @@ def fit_joint(
     elements: int | None = None,
     settings: FitSettings | None = None,
     calibration: Calibration | None = None,
+    given: Sequence[Effect] = (),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> JointFit:
@@ -73,6 +75,8 @@ def fit_joint(
     settings : FitSettings, optional
         Its `model`, `termination`, `ambient`, `pores` and `sensor_mass` count here.
     calibration : Calibration, optional
+    given : sequence of Effect
+        Unmodelled effects that act besides, whose parameters are fitted with the law's.
     seed : int
         Of the points where the search starts.
     progress : callable, optional
@@ -93,7 +97,7 @@ def fit_joint(
     problems = burst_problems(campaign, recordings, settings, calibration)
     solved: list[Solved] = []
     for name, branches in _laws(law, elements):
-        problem = plane_wave_problem(campaign, problems, name, branches)
+        problem = replace(plane_wave_problem(campaign, problems, name, branches), given=tuple(given))
         label = name if branches is None else f"{name}, {branches} branches"
         solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
@@ -185,6 +189,8 @@ class Joint(CampaignMethod):
         Of laws with lists of branches.
     posterior : {'laplace', 'profile', 'nested'}
         How intervals are found.
+    given : tuple of Effect
+        Unmodelled effects that act besides.
     """
 
     name = JOINT
@@ -197,6 +203,7 @@ class Joint(CampaignMethod):
     law: str = DEFAULT_LAW
     elements: int | None = None
     posterior: str = LAPLACE
+    given: tuple[Effect, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_unusable(self.posterior)
@@ -211,7 +218,7 @@ class Joint(CampaignMethod):
         """Return the law, with intervals of its parameters."""
         fit = fit_joint(
             job.campaign, job.recordings, self.law, elements=self.elements, settings=job.settings,
-            calibration=job.calibration, progress=tell,
+            calibration=job.calibration, given=self.given, progress=tell,
         )  # fmt: skip
         return with_posterior(fit, self.posterior, tell)
 

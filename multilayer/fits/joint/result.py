@@ -91,7 +91,7 @@ class JointFit(FitResult):
 
     @property
     def parameters(self) -> dict[str, tuple[float, float]]:
-        """Value and standard deviation of the law's parameters (SI), and of the nuisances, by name."""
+        """Value and standard deviation of the law's parameters (SI), of nuisances and of given effects, by name."""
         space, n = self.problem.space, len(self.problem.law_parameters)
         z, covariance = self.best.z, self.best.covariance
         logs, slopes = central(lambda points: space.logs(self.problem.law_coordinates(points)), z)
@@ -100,6 +100,11 @@ class JointFit(FitResult):
         for i, parameter in enumerate(self.problem.nuisances.parameters, start=n):
             size = parameter.prior.normal[1] if parameter.prior.normal else 1.0
             values[parameter.name] = (size * float(z[i]), size * float(np.sqrt(covariance[i, i])))
+        first = len(z) - len(self.problem.given_parameters)
+        for i, parameter in enumerate(self.problem.given_parameters, start=first):
+            value, slope = float(parameter.prior.value(z[i])), abs(float(parameter.prior.slope(float(z[i]))))
+            size = slope * value if parameter.prior.is_logarithmic else slope  # the slope of a logarithm is relative
+            values[parameter.name] = (value, size * float(np.sqrt(covariance[i, i])))
         return values
 
     def discrepancies(self) -> dict[str, tuple[RealArray, RealArray, RealArray]]:
@@ -157,7 +162,8 @@ class JointFit(FitResult):
         A law by itself may drag them along for no other reason than that it is not quite the material's.
         """
         likely = self.laws.likeliest
-        return likely.problem.nuisances.parameters, likely.minima[0].z[len(likely.problem.modulus_parameters) :]
+        parameters, first = likely.problem.nuisances.parameters, len(likely.problem.modulus_parameters)
+        return parameters, likely.minima[0].z[first : first + len(parameters)]
 
     @property
     def stated_p_value(self) -> float:
@@ -231,6 +237,7 @@ class JointFit(FitResult):
         """Return what `to_dict` has of this kind of fit."""
         return {
             "law": self.law.model_dump(mode="json"),
+            **({"with": [effect.name for effect in self.problem.given]} if self.problem.given else {}),
             "parameters": {name: {"value": v, "std": s} for name, (v, s) in self.parameters.items()},
             "chi_square": self.best.cost,
             "n_data": self.n_data,

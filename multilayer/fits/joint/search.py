@@ -98,14 +98,18 @@ def search_laws(
 ) -> list[Minimum]:
     """Return the distinct minima with a large model error and what is uncertain of the rig as stated, for a start.
 
+    Effects that are given move with the law.
+
     Parameters as of `solve_joint`; coordinates are those of the problem.
     """
     law_only = replace(problem, known=Uncertainty(), model_error=_coarse(problem))
+    n, given = len(problem.modulus_parameters), np.zeros(len(problem.given_parameters))
+    begin = [np.concatenate([start, given]) for start in starts]
     found = search(
-        law_only, starts, n_best=n_best, seed=seed, few=_FEW, tolerance=tolerance, tell=tell, executor=executor
+        law_only, begin, n_best=n_best, seed=seed, few=_FEW, tolerance=tolerance, tell=tell, executor=executor
     )
     rest = np.zeros(len(problem.nuisances.parameters))
-    return [replace(minimum, z=np.concatenate([minimum.z, rest])) for minimum in found]
+    return [replace(minimum, z=np.concatenate([minimum.z[:n], rest, minimum.z[n:]])) for minimum in found]
 
 
 def _coarse(problem: CampaignProblem) -> float:

@@ -1,0 +1,326 @@
+"""What a diagnosis leaves to later campaigns: effects of a rig with their sizes, or a place with the law drawn there.
+
+``multilayer diagnose CAMPAIGN --save-law rig.yaml`` writes it, ``--with rig.yaml`` of fits and diagnoses applies it. It
+is data, never code.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from scipy.special import ndtri
+
+from multilayer.config.validate import read
+from multilayer.diagnosis.effects.base import EFFECTS, Effect
+from multilayer.diagnosis.places import PLACES, Place
+from multilayer.errors import InputError, Problem, suggest
+from multilayer.experiments.two_plate.places import SimpleLaw, TabulatedLaw, Term
+from multilayer.inference.priors import Prior
+from multilayer.models import Model
+
+_REACH = float(ndtri(0.95))  # standard deviations from the value to the end of a 90 % interval
+_LEAST = 1e-6  # relative standard deviation of a value whose interval is a point
+_NODES = 9  # of a table
+_MOST = 1000  # values in a list of a file
+
+
+class Interval(Model):
+    """A value with its 90 % interval, SI."""
+
+    value: float
+    low: float
+    high: float
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low <= self.value <= self.high:
+            raise ValueError(f"low, value, high must rise: {self.low:g}, {self.value:g}, {self.high:g}")
+        return self
+
+    @property
+    def std(self) -> float:
+        """Standard deviation."""
+        return max((self.high - self.low) / (2 * _REACH), _LEAST * abs(self.value))
+
+    def prior(self, was: Prior) -> Prior:
+        """Return a prior of this value, of the kind that the parameter's prior was."""
+        if was.lognormal is not None or was.loguniform is not None:
+            spread = max(np.log(self.high / self.low) / (2 * _REACH), _LEAST) if self.low > 0 else 1.0
+            return Prior(lognormal=(self.value, float(spread)), bounds=was.bounds)
+        if was.uniform is not None:
+            return was
+        return Prior(normal=(self.value, self.std or 1.0), bounds=was.bounds)
+
+
+class SavedEffect(Model):
+    """A known effect with the sizes that were found."""
+
+    effect: str
+    parameters: dict[str, Interval] = Field(default_factory=dict)
+
+
+class SavedTerm(Model):
+    """A term of a simple law: its kind, and its parameters in their order; `order` of a power of i w."""
+
+    kind: Literal["power", "lossy", "fractional", "relaxation", "resonance"]
+    order: Annotated[int, Field(ge=-2, le=2)] = 0
+    parameters: dict[str, Interval]
+
+
+Values = Annotated[tuple[float, ...], Field(min_length=2, max_length=_MOST)]
+
+
+class SavedTable(Model):
+    """A drawn law with its 90 % band, in the place's unit."""
+
+    frequency_hz: Values
+    real: Values
+    real_low: Values
+    real_high: Values
+    imag: Values
+    imag_low: Values
+    imag_high: Values
+
+    @model_validator(mode="after")
+    def _sound(self) -> Self:
+        lengths = {name: len(getattr(self, name)) for name in type(self).model_fields}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f"all lists must be of one length: {lengths}")
+        if np.any(np.diff(self.frequency_hz) <= 0) or self.frequency_hz[0] <= 0:
+            raise ValueError("frequency_hz must rise, from above 0")
+        return self
+
+
+class SavedLaw(Model):
+    """A law at a place: a sum of simple terms, amplitudes at `centre`, Hz; or a table."""
+
+    place: str
+    configuration: str = ""
+    quantity: str = ""
+    unit: str = ""
+    text: str = ""
+    centre: Annotated[float, Field(gt=0)] = 1.0
+    terms: tuple[SavedTerm, ...] = ()
+    table: SavedTable | None = None
+
+    @model_validator(mode="after")
+    def _has_law(self) -> Self:
+        if not self.terms and self.table is None:
+            raise ValueError("a law needs 'terms' or a 'table'")
+        return self
+
+
+class RigLaw(Model):
+    """A file of ``--save-law``.
+
+    Attributes
+    ----------
+    campaign : str
+        That it is from.
+    effects : tuple of SavedEffect
+    laws : tuple of SavedLaw
+    """
+
+    version: Literal[1] = 1
+    campaign: str = ""
+    effects: tuple[SavedEffect, ...] = ()
+    laws: tuple[SavedLaw, ...] = ()
+
+    @model_validator(mode="after")
+    def _holds_something(self) -> Self:
+        if not (self.effects or self.laws):
+            raise ValueError("neither 'effects' nor 'laws': there is nothing to apply")
+        return self
+
+    def applied(self, file: Path) -> tuple[Effect, ...]:
+        """Return all of it as effects, whose priors are what was found.
+
+        Raises
+        ------
+        InputError
+            For effects, parameters and places that there are not.
+        """
+        found = [_of_effect(saved, file) for saved in self.effects]
+        return (*found, *(_of_law(saved, file) for saved in self.laws))
+
+
+def load_rig_law(file: Path) -> RigLaw:
+    """Read a file of ``--save-law``.
+
+    Raises
+    ------
+    InputError
+        With every mistake found.
+    """
+    law = read(file, RigLaw, "rig-law")
+    law.applied(file)
+    return law
+
+
+def known_effects(source: str) -> tuple[Effect, ...]:
+    """Return what ``--with`` names: an effect, a file of ``--save-law``, or the ``diagnosis.json`` of a named effect.
+
+    The sizes of a diagnosis are where the search starts; its priors stay as wide as those of the library, since it may
+    be of the same data. A file of ``--save-law`` is knowledge from other data.
+
+    Raises
+    ------
+    InputError
+        When it is none of these.
+    """
+    file = Path(source)
+    if file.suffix == ".json":
+        return _of_diagnosis(file)
+    if file.suffix in (".yaml", ".yml"):
+        return load_rig_law(file).applied(file)
+    if source not in EFFECTS.names():
+        text = f"--with: there is no effect '{source}'; {suggest(source, EFFECTS.names())}"
+        raise InputError(f"{text}, or name a file (rig.yaml of --save-law, diagnosis.json)")
+    return (_rig_effect(source, None),)
+
+
+def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
+    """Return what a diagnosis found as a file.
+
+    Raises
+    ------
+    InputError
+        When it found neither an effect nor a law.
+    """
+    if record["verdict"] == "effect":
+        first = next(cause for cause in record["causes"] if cause["effects"] == record["group"][0])
+        parameters = {name: Interval(**value) for name, value in first["parameters"].items()}
+        effects = tuple(
+            SavedEffect(
+                effect=name,
+                parameters={
+                    key.partition(".")[2]: value for key, value in parameters.items() if key.startswith(f"{name}.")
+                },
+            )
+            for name in first["effects"]
+        )
+        return RigLaw(campaign=campaign, effects=effects)
+    if record["verdict"] == "no_gap" or not record["law"]:
+        raise InputError(
+            "--save-law: the diagnosis shows no law to save: there is no gap, or no place that explains it"
+        )
+    return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))
+
+
+def _saved(law: Mapping[str, Any]) -> SavedLaw:
+    named = {key: law[key] for key in ("place", "configuration", "quantity", "unit") if key in law}
+    form = law["form"]
+    if law["form_is_enough"]:
+        terms = tuple(
+            SavedTerm(kind=term["kind"], order=term["order"], parameters=term["parameters"]) for term in form["terms"]
+        )
+        return SavedLaw(**named, text=form["text"], centre=form["centre_hz"], terms=terms)
+    keys = ("frequency_hz", "real", "real_low", "real_high", "imag", "imag_low", "imag_high")
+    return SavedLaw(**named, table=SavedTable(**{key: tuple(law[key]) for key in keys}))
+
+
+def _rig_effect(name: str, file: Path | None) -> Effect:
+    kind = EFFECTS[name] if name in EFFECTS.names() else None
+    if kind is None or not issubclass(kind, Effect):
+        rig = [each for each, other in EFFECTS.working() if issubclass(other, Effect)]
+        raise InputError(Problem(f"there is no effect '{name}' of the rig; {suggest(name, rig)}", file=file))
+    return kind()
+
+
+def _of_effect(saved: SavedEffect, file: Path) -> Effect:
+    effect = _rig_effect(saved.effect, file)
+    known = [parameter.name for parameter in effect.parameters]
+    for name in saved.parameters:
+        if name not in known:
+            raise InputError(Problem(f"{saved.effect} has no parameter '{name}'; {suggest(name, known)}", file=file))
+    return _with_priors(effect, {name: found.prior for name, found in saved.parameters.items()})
+
+
+def _with_priors(effect: Effect, priors: Mapping[str, Callable[[Prior], Prior]]) -> Effect:
+    """Return the effect with other priors of some parameters, made of their own."""
+    effect.parameters = tuple(
+        parameter.model_copy(update={"prior": priors[parameter.name](parameter.prior)})
+        if parameter.name in priors
+        else parameter
+        for parameter in effect.parameters
+    )
+    return effect
+
+
+def _of_law(saved: SavedLaw, file: Path) -> Effect:
+    if saved.place not in PLACES:
+        text = f"there is no place '{saved.place}'; {suggest(saved.place, PLACES.names())}"
+        raise InputError(Problem(text, file=file))
+    kind = PLACES[saved.place]
+    place: Place = kind(configuration=saved.configuration) if saved.configuration else kind()  # type: ignore[call-arg]
+    name = f"known_{place.label}"
+    if saved.terms:
+        terms = tuple(Term(term.kind, term.order) for term in saved.terms)
+        plain = SimpleLaw.at(place, terms, np.array([saved.centre]), 1.0)
+        given = [found for term in saved.terms for found in term.parameters.values()]
+        if len(given) != len(plain.parameters):
+            text = f"the terms at {saved.place} need {len(plain.parameters)} parameters, not {len(given)}"
+            raise InputError(Problem(text, file=file))
+        pairs = zip(plain.parameters, given, strict=True)
+        parameters = tuple(p.model_copy(update={"prior": found.prior(p.prior)}) for p, found in pairs)
+        return SimpleLaw(place, terms, saved.centre, name, parameters)
+    assert saved.table is not None  # checked when it was read
+    return _tabulated(place, name, saved.table)
+
+
+def _tabulated(place: Place, name: str, table: SavedTable) -> TabulatedLaw:
+    """Return the table at a few nodes: its values are correlated over that distance."""
+    f = np.array(table.frequency_hz)
+    nodes = np.geomspace(f[0], f[-1], min(_NODES, len(f)))
+
+    def at_nodes(values: Sequence[float]) -> np.ndarray:
+        return np.interp(np.log(nodes), np.log(f), values)
+
+    mean = at_nodes(table.real) + 1j * at_nodes(table.imag)
+    bands = ((table.real_low, table.real_high), (table.imag_low, table.imag_high))
+    width = [at_nodes(high) - at_nodes(low) for low, high in bands]
+    least = _LEAST * float(np.abs(mean).max())
+    std = np.maximum(width[0] / (2 * _REACH), least) + 1j * np.maximum(width[1] / (2 * _REACH), least)
+    return TabulatedLaw.of(place, name, nodes, mean, std)
+
+
+def _of_diagnosis(file: Path) -> tuple[Effect, ...]:
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+        is_sound = record["verdict"] in ("effect", "unknown", "no_gap") and "law" in record
+    except (OSError, ValueError, KeyError, TypeError):
+        is_sound = False
+    if not is_sound:
+        text = "this is no diagnosis.json of a campaign; name one that `multilayer diagnose` has written"
+        raise InputError(Problem(text, file=file))
+    try:
+        saved = saved_law(record, file.stem)
+    except InputError as error:
+        raise InputError(Problem(str(error).removeprefix("--save-law: "), file=file)) from None
+    if not saved.effects:
+        return saved.applied(file)
+    effects = []
+    for one in saved.effects:
+        effect = _rig_effect(one.effect, file)
+        effects.append(_with_priors(effect, {name: _Wide(found) for name, found in one.parameters.items()}))
+    return tuple(effects)
+
+
+class _Wide:
+    """The library's prior about a value that was found."""
+
+    def __init__(self, found: Interval) -> None:
+        self.found = found
+
+    def __call__(self, was: Prior) -> Prior:
+        if was.lognormal is not None and self.found.value > 0:
+            return Prior(lognormal=(self.found.value, was.lognormal[1]), bounds=was.bounds)
+        if was.normal is not None:
+            return Prior(normal=(self.found.value, was.normal[1]), bounds=was.bounds)
+        return was
