@@ -10,6 +10,7 @@ from typing import Any
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis.causality import is_causal, is_passive
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
@@ -75,6 +76,8 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "real": law.real.tolist(), "imag": law.imag.tolist(),
         "real_low": low.real.tolist(), "real_high": high.real.tolist(),
         "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist(),
+        "passive": is_passive(fit),
+        "causal": is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
         "form_is_enough": drawn.form.log_evidence > fit.log_evidence - _AS_WELL,
     }  # fmt: skip
@@ -98,13 +101,16 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
             if name == "amplitude":
                 ends = sorted((factor * low, factor * high))
                 entry |= {"value": factor * value, "low": ends[0], "high": ends[1], "unit": unit}
+            elif (
+                term.kind == "lossy" and law.at_place.passive_sign < 0
+            ):  # a loss factor is positive where power is lost
+                entry[name] = {"value": -value, "low": -high, "high": -low, "unit": parameter.unit}
             else:
                 entry[name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
         parts.append(entry)
         position += count
     text = law.at_place.in_words(", and ".join(map(_in_words, parts)))
-    pairs = zip(law.parameters, form.fitted.minimum.z[-position:], strict=True)
-    curve = law.law_at(frequency, [parameter.prior.value(z) for parameter, z in pairs])
+    curve = law.curve(form.fitted.minimum.z[-position:], frequency)
     return {
         "text": text,
         "centre_hz": law.centre,

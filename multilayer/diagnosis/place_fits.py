@@ -22,6 +22,7 @@ from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
+from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
 
@@ -30,6 +31,7 @@ SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
 _ROUGH = 0.25  # share of its cost by which a coarse descent may be short: places are given up farther behind only
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
+_TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
@@ -72,23 +74,52 @@ class PlaceFit:
 
     @cached_property
     def grid(self) -> RealArray:
-        """Frequencies at which the law is told, Hz, shape (n,)."""
-        return np.exp(np.linspace(self.drawn.nodes[0], self.drawn.nodes[-1], 61))
+        """Frequencies at which the law is told, Hz, shape (n,): closer about a resonance."""
+        grid = np.exp(np.linspace(self.drawn.nodes[0], self.drawn.nodes[-1], _TOLD_AT))
+        if self._resonance is None:
+            return grid
+        law, z, _ = self._resonance
+        natural, loss = _peak(law, z)
+        near = natural * (1 + _AROUND * loss * np.linspace(-1, 1, _TOLD_AT))
+        return np.unique(np.concatenate([grid, near[(near > grid[0]) & (near < grid[-1])]]))
+
+    @property
+    def _resonance(self) -> tuple[SimpleLaw, RealArray, RealArray] | None:
+        """The law that resonates, with its coordinates and their covariance."""
+        if self.resonance is None:
+            return None
+        law: SimpleLaw = self.resonance.hypothesis.effects[-1]
+        count = len(law.parameters)
+        return law, self.resonance.minimum.z[-count:], self.resonance.minimum.covariance[-count:, -count:]
 
     def law(self) -> ComplexArray:
         """Return the most probable law at `grid`, in the place's unit, shape (n,)."""
+        if self._resonance is not None:
+            law, z, _ = self._resonance
+            return law.curve(z, self.grid)
         return self.drawn.drawn(self.fitted.minimum.z[-2 * len(self.drawn.nodes) :], self.grid)
 
     def band(self, deviations: float = 1.645) -> tuple[ComplexArray, ComplexArray]:
         """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each."""
-        k = len(self.drawn.nodes)
-        covariance = self.fitted.minimum.covariance[-2 * k :, -2 * k :]
-        basis = self.drawn.size * self.drawn.basis(self.grid)
-        spread = [
-            np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis)) for part in (covariance[:k, :k], covariance[k:, k:])
-        ]
+        if self._resonance is not None:
+            law, z, covariance = self._resonance
+            slopes = central(lambda points: law.curve(points, self.grid), z)[1]
+            parts = [np.einsum("ni,ij,nj->n", slope, covariance, slope) for slope in (slopes.real, slopes.imag)]
+            spread = [np.sqrt(part) for part in parts]
+        else:
+            k = len(self.drawn.nodes)
+            covariance = self.fitted.minimum.covariance[-2 * k :, -2 * k :]
+            basis = self.drawn.size * self.drawn.basis(self.grid)
+            blocks = (covariance[:k, :k], covariance[k:, k:])
+            spread = [np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis)) for part in blocks]
         reach = deviations * (spread[0] + 1j * spread[1])
         return self.law() - reach, self.law() + reach
+
+
+def _peak(law: SimpleLaw, z: RealArray) -> tuple[float, float]:
+    """Return natural frequency, Hz, and loss factor of a law's resonance."""
+    values = {p.name.partition(".")[2]: float(p.prior.value(x)) for p, x in zip(law.parameters, z, strict=True)}
+    return values["frequency"], values["loss_factor"]
 
 
 @dataclass(frozen=True)

@@ -178,7 +178,20 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     remarks = (f"The law drawn there looks like {law['form']['text']}.",) if law else ()
     if law and not law["form_is_enough"]:
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {law['form']['text']}.",)
+    if law:
+        remarks = (*remarks, *_physical(law))
     return (Section("Where on the rig it acts", pictures, (listing,), remarks=remarks),)
+
+
+def _physical(law: Record) -> tuple[str, ...]:
+    """Return in sentences whether the law can be that of a passive and causal thing."""
+    texts = {
+        ("passive", True): "It takes power, as a passive thing does.",
+        ("passive", False): "It gives power, which no passive thing does: the place, or the model about it, is wrong.",
+        ("causal", False): "No causal law is like it: the place, or the model about it, is wrong.",
+    }
+    found = [texts.get((key, law.get(key)), "") for key in ("passive", "causal")]
+    return tuple(text for text in found if text)
 
 
 def _law_caption(record: Record) -> str:

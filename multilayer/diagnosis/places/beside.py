@@ -16,6 +16,7 @@ class Faces(Place):
     title = "at the faces of the sample"
     quantity = "compliance per area of each face"
     unit = "m/Pa"
+    passive_sign = -1
     terms: ClassVar = {0: ("compliance", "m/Pa"), "resonance": ("compliance with a resonance", "m/Pa")}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
@@ -34,6 +35,7 @@ class Beside(Place):
     title = "beside the sample"
     quantity = "dynamic stiffness"
     unit = "N/m"
+    passive_sign = 1
     terms: ClassVar = {0: ("spring", "N/m"), 1: ("damper", "N s/m"), "resonance": ("spring with a resonance", "N/m")}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:

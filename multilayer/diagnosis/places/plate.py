@@ -14,6 +14,7 @@ class TopPlate(Place):
     title = "on the top plate"
     quantity = "dynamic mass"
     unit = "kg"
+    passive_sign = -1
     terms: ClassVar = {
         0: ("mass", "kg"), -1: ("damper to the ground", "N s/m"), -2: ("spring to the ground", "N/m"),
         "resonance": ("mass on a spring", "kg"),
@@ -34,6 +35,7 @@ class Plate(Place):
     name = "plate"
     title = "the top plate itself"
     quantity = "relative change of its mass"
+    passive_sign = -1
     terms: ClassVar = {0: ("relative mass", ""), 2: ("bending", "s2")}
 
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:

@@ -21,7 +21,7 @@ from scipy.special import ndtri
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.experiments.effects import Values
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
-from multilayer.inference.priors import Parameter, Prior
+from multilayer.inference.priors import Parameter, Prior, Priors
 
 LENGTH, SHORT = 0.55, 0.14  # correlation lengths of a drawn law in ln f: of smooth ones, and of such as resonate
 SPACING = 0.6  # of its nodes, in correlation lengths
@@ -55,6 +55,8 @@ class Place:
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
     needs_finite_elements : bool
         Whether the law stands beside a free rim in finite elements.
+    passive_sign : int
+        Sign of the imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
     """
 
     name: ClassVar[str]
@@ -64,6 +66,7 @@ class Place:
     configuration: str = ""
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
+    passive_sign: ClassVar[int] = 0
 
     @property
     def label(self) -> str:
@@ -290,6 +293,10 @@ class SimpleLaw(LawAtPlace):
     def values(self, setting: Setting, values: Values) -> ComplexArray:
         """Return the law."""
         return self.law_at(setting.frequency, [values[parameter.name] for parameter in self.parameters])
+
+    def curve(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return the law, shape (..., n), of coordinates of shape (..., k)."""
+        return self.law_at(frequency, list(np.moveaxis(Priors.of(self.parameters).values(z), -1, 0)[..., None]))
 
     def law_at(self, frequency: RealArray, values: Sequence[RealArray]) -> ComplexArray:
         """Return the law, shape (..., n), of all parameters in their order, of shape (..., 1)."""

@@ -1,0 +1,160 @@
+"""``--save-law`` and ``--with``: what was found of a rig, applied to its campaigns."""
+
+import json
+
+import numpy as np
+import pytest
+
+from multilayer.config.yaml12 import dump_yaml
+from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
+from multilayer.errors import InputError
+from multilayer.experiments.two_plate.places import TabulatedLaw
+from multilayer.media.laws import LAWS
+from multilayer.rig.file import RigFile
+from multilayer.rig.synthesis import make_campaign
+from multilayer.rig.writer import write_campaign as write_rig
+from tests.cli.campaigns import write_campaign
+from tests.cli.command import run
+
+MASS = 2e-3  # kg
+LAW = {
+    "law": "fractional_zener", "relaxed_modulus": 2e5, "unrelaxed_modulus": 1.2e6, "relaxation_time": 1e-4,
+    "order": 0.5,
+}  # fmt: skip
+SAVED = {
+    "kind": "rig-law",
+    "version": 1,
+    "laws": [
+        {
+            "place": "top_plate",
+            "centre": 300.0,
+            "terms": [
+                {"kind": "power", "parameters": {"amplitude": {"value": MASS, "low": 0.9 * MASS, "high": 1.1 * MASS}}}
+            ],
+        }
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory):
+    """Return the folder of a campaign whose top plates carry an accelerometer that nobody mentions."""
+    settings = RigFile.model_validate(
+        {
+            "version": 1, "rig": "two-plate", "specimen": {"density": 90.0, "young_modulus": LAW},
+            "frequencies": [120, 250, 400, 650, 900],
+            "configurations": {"thicknesses": [0.0125, 0.025], "top_plates": [0.001, 0.003]},
+            "repeats": 2, "noise": {"white": 0.004}, "uncertainty": {"top_plate_mass": 0.002, "thickness": 5e-5},
+            "effects": [{"effect": "sensor_mass", "mass": MASS}],
+        }
+    )  # fmt: skip
+    folder = tmp_path_factory.mktemp("rig") / "loaded"
+    write_rig(make_campaign(settings), folder)
+    return folder
+
+
+def moduli(out):
+    record = json.loads((out / "joint.json").read_text())
+    f = np.array([row["frequency_hz"] for row in record["moduli"]])
+    found = np.array([row["E1_pa"] + 1j * row["E2_pa"] for row in record["moduli"]])
+    true = LAWS["fractional_zener"](**{k: v for k, v in LAW.items() if k != "law"})(f)
+    return record, np.abs(found / true - 1).max()
+
+
+@pytest.mark.parametrize("known", ["sensor_mass", "rig.yaml"])
+def test_a_fit_with_what_is_known_finds_the_modulus(loaded, tmp_path, known):
+    (tmp_path / "rig.yaml").write_text(dump_yaml(SAVED))
+    source = str(tmp_path / known) if known.endswith("yaml") else known
+    done = run("fit", loaded, "--with", source, "--no-figures", "--out", tmp_path / "with")
+    record, error = moduli(tmp_path / "with")
+    plain = run("fit", loaded, "--joint", "--no-figures", "--out", tmp_path / "plain")
+    _, before = moduli(tmp_path / "plain")
+    assert done.status == 0, done.err
+    assert (error < 0.02, before > 0.03) == (True, True), (error, before)
+    name = "known_top_plate.0.amplitude" if known.endswith("yaml") else "sensor_mass.mass"
+    found = record["parameters"][name]
+    assert abs(found["value"] - MASS) < 0.03 * MASS
+    assert 0 < found["std"] < 0.1 * MASS
+    assert record["with"] == [name.partition(".")[0]]
+    assert plain.status in (0, 1)
+
+
+def test_a_diagnosis_with_what_is_known_finds_nothing_beyond_it(loaded, tmp_path):
+    (tmp_path / "rig.yaml").write_text(dump_yaml(SAVED))
+    done = run(
+        "diagnose", loaded, "--with", tmp_path / "rig.yaml", "--no-figures", "--jobs", "1", "--out", tmp_path / "out"
+    )
+    record = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert (done.status, record["verdict"]) == (0, "no_gap"), record["sentence"]
+    assert record["with"] == ["known_top_plate"]
+
+
+def test_a_diagnosis_saves_what_it_found(loaded, tmp_path):
+    file = tmp_path / "rig.yaml"
+    done = run("diagnose", loaded, "--save-law", file, "--no-figures", "--jobs", "1", "--out", tmp_path / "out")
+    assert done.status == 1, done.err
+    assert run("check", file).status == 0
+    effect, *others = known_effects(str(file))
+    found = next(p.prior for p in effect.parameters if p.name == "mass")
+    assert (effect.name, others) == ("sensor_mass", [])
+    assert abs(found.lognormal[0] / MASS - 1) < 0.1
+    wide, *_ = known_effects(str(tmp_path / "out" / "diagnosis.json"))
+    assert next(p.prior for p in wide.parameters if p.name == "mass").lognormal[1] > 5 * found.lognormal[1]
+
+
+def test_without_a_gap_nothing_is_saved(tmp_path):
+    folder = write_campaign(tmp_path / "foam")
+    done = run("diagnose", folder, "--save-law", tmp_path / "rig.yaml", "--no-figures", "--out", tmp_path / "out")
+    assert done.status == 0
+    assert "no law to save" in done.err
+    assert not (tmp_path / "rig.yaml").exists()
+
+
+def test_a_table_is_a_law_with_its_band():
+    f = [100.0, 200.0, 400.0]
+    table = {"frequency_hz": f, "real": [1.0, 2.0, 3.0], "real_low": [0.5, 1.5, 2.5], "real_high": [1.5, 2.5, 3.5]}
+    table |= {"imag": [0.0] * 3, "imag_low": [-0.1] * 3, "imag_high": [0.1] * 3}
+    law = RigLaw.model_validate({"laws": [{"place": "beside", "table": table}]})
+    (effect,) = law.applied(None)
+    assert isinstance(effect, TabulatedLaw)
+    first = effect.parameters[0].prior.normal
+    assert first == pytest.approx((1.0, 0.5 / 1.645), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"laws": [{**SAVED["laws"][0], "place": "top_plat"}]}, "did you mean 'top_plate'"),
+        ({"laws": [{**SAVED["laws"][0], "terms": []}]}, "terms"),
+        ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
+        (
+            {
+                "laws": [],
+                "effects": [{"effect": "sensor_mass", "parameters": {"mas": {"value": 1, "low": 1, "high": 1}}}],
+            },
+            "mass",
+        ),
+        ({"laws": []}, "nothing to apply"),
+    ],
+)
+def test_mistakes_in_a_file_are_told(tmp_path, change, told):
+    file = tmp_path / "rig.yaml"
+    file.write_text(dump_yaml({**SAVED, **change}))
+    done = run("fit", write_campaign(tmp_path / "foam"), "--with", file, "--out", tmp_path / "out")
+    assert done.status == 2
+    assert told in done.err
+    assert "rig.yaml" in done.err
+    assert "Traceback" not in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_no_effect_and_no_file_is_told(tmp_path):
+    done = run("fit", write_campaign(tmp_path / "foam"), "--with", "sensor_mas")
+    assert (done.status, "did you mean 'sensor_mass'" in done.err) == (2, True)
+    done = run("fit", write_campaign(tmp_path / "foam2"), "--with", "sensor_mass", "--method", "nelder-mead")
+    assert (done.status, "--with is of joint" in done.err) == (2, True)
+
+
+def test_a_diagnosis_without_a_law_cannot_be_saved():
+    with pytest.raises(InputError, match="no law to save"):
+        saved_law({"verdict": "unknown", "law": None}, "c")
