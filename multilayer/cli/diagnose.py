@@ -161,8 +161,7 @@ def _tube(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.assessment import N_STEPS
-    from multilayer.diagnosis.tube.diagnose import diagnose_tube
+    from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
     from multilayer.experiments.stacks.file import name_of

@@ -11,7 +11,7 @@ from multilayer.cli import completion
 from multilayer.cli.options import AsJson, Figures, Model, Out, finish, folder_for
 
 if TYPE_CHECKING:
-    from multilayer.experiments.two_plate.effects import Effect
+    from multilayer.experiments.two_plate.campaign import Acting
     from multilayer.fits.run import FitTask
 
 
@@ -115,7 +115,7 @@ def fit(
         raise typer.Exit(1)
 
 
-def _known(names: list[str]) -> tuple[Effect, ...]:
+def _known(names: list[str]) -> tuple[Acting, ...]:
     from multilayer.diagnosis.saved_law import known_effects
 
     return tuple(effect for name in names for effect in known_effects(name))

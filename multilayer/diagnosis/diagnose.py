@@ -14,7 +14,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
-from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect, Effect
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.free_rim import COARSE, free_rim
@@ -33,7 +33,7 @@ from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
-from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import plane_wave_problem
@@ -74,7 +74,7 @@ def diagnose_campaign(
     *,
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
-    given: Sequence[Effect] = (),
+    given: Sequence[Acting] = (),
     seed: int = 0,
     progress: Progress | None = None,
     executor: Executor | None = None,
@@ -135,7 +135,7 @@ def fit_nominal(
     *,
     law: str = "fractional_zener",
     calibration: Calibration | None = None,
-    given: Sequence[Effect] = (),
+    given: Sequence[Acting] = (),
     seed: int = 0,
     executor: Executor | None = None,
 ) -> tuple[Fitted, list[Minimum]]:

@@ -14,14 +14,13 @@ from scipy.special import logsumexp
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
-from multilayer.diagnosis.places import PLACES, Place
+from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import LEAST_SCORE, NEAR, SECOND_TERM
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
@@ -46,7 +45,7 @@ class PlaceFit:
 
     Attributes
     ----------
-    place : Place
+    place : BasePlace
     fitted : Fitted
         With the law's size of the most evidence.
     log_evidence : float
@@ -56,7 +55,7 @@ class PlaceFit:
         With a law that resonates, where that explains far more than a smooth one.
     """
 
-    place: Place
+    place: BasePlace
     fitted: Fitted
     log_evidence: float
     resonance: Fitted | None = None
@@ -128,12 +127,12 @@ class SimpleForm:
 
     Attributes
     ----------
-    place : Place
+    place : BasePlace
     fitted : Fitted
     log_evidence : float
     """
 
-    place: Place
+    place: BasePlace
     fitted: Fitted
     log_evidence: float
 
@@ -160,9 +159,9 @@ def fit_places(
     names : sequence of str, optional
         Names of the places; all that are registered when left out.
     """
-    problem = nominal.hypothesis_as(CampaignProblem)
-    places: list[tuple[Place, Fitted]] = []
-    for name, kind in PLACES.working():
+    problem = nominal.hypothesis
+    places: list[tuple[BasePlace, Fitted]] = []
+    for name, kind in places_of(problem.kind).items():
         if names is not None and name not in names:
             continue
         steps = [(place, _first_step(nominal, place)) for place in kind.instances(problem.settings)]
@@ -272,21 +271,15 @@ def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
     return SimpleForm(at.place, fitted, tolerant_evidence(fitted))
 
 
-def _scale(nominal: Fitted, place: Place) -> tuple[float, RealArray]:
+def _scale(nominal: Fitted, place: BasePlace) -> tuple[float, RealArray]:
     """Return the place's scale, and the frequencies of all data, Hz."""
-    problem = nominal.hypothesis_as(CampaignProblem)
+    problem = nominal.hypothesis
     frequency = np.concatenate([data.frequency for data in problem.data])
-    centre = np.array([np.sqrt(frequency.min() * frequency.max())])
-    return place.scale(problem.settings, abs(problem.modulus(nominal.minimum.z, centre)[0])), frequency
+    centre = float(np.sqrt(frequency.min() * frequency.max()))
+    return place.scale(problem.settings, problem.modulus_scale(nominal.minimum.z, centre)), frequency
 
 
-def _at_rest(nominal: Fitted) -> RealArray:
-    """Return the nominal coordinates with all stated quantities as stated: without the effect they may be far off."""
-    is_nuisance = np.array([p.nuisance for p in nominal.hypothesis.nominal_parameters], dtype=bool)
-    return np.where(is_nuisance, 0.0, nominal.minimum.z)
-
-
-def _first_step(nominal: Fitted, place: Place) -> Fitted:
+def _first_step(nominal: Fitted, place: BasePlace) -> Fitted:
     """Return a place with a free law of the larger size, one Gauss-Newton step from the nominal model."""
     scale, frequency = _scale(nominal, place)
     law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
@@ -303,11 +296,11 @@ def _gains(nominal: Fitted, step: Fitted) -> bool:
     return 0.5 * (nominal.minimum.cost - step.minimum.cost) > LEAST_SCORE
 
 
-def _begun(nominal: Fitted, place: Place, length: float = LENGTH) -> Fitted:
+def _begun(nominal: Fitted, place: BasePlace, length: float = LENGTH) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
     law = DrawnLaw.at(place, frequency, SIZES[-1] * scale, length)
-    start = np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])
+    start = np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))])
     return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
 
 
@@ -318,7 +311,10 @@ def _unfinished(begun: Fitted) -> PlaceFit:
 def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
     """Return the fit of a place, from a coarse one and from the nominal model, with each size of its law."""
     law: DrawnLaw = begun.hypothesis.effects[-1]
-    count, at_rest = len(law.parameters), np.concatenate([_at_rest(nominal), np.zeros(len(law.parameters))])
+    count, at_rest = (
+        len(law.parameters),
+        np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))]),
+    )
     fits = [_descended(begun.hypothesis, begun.minimum.z, *_FINE)]
     for size in SIZES[:-1]:
         sized = replace(law, size=law.size * size / SIZES[-1])

@@ -17,9 +17,10 @@ from scipy.special import ndtri
 
 from multilayer.config.validate import read
 from multilayer.diagnosis.effects.base import EFFECTS, Effect
-from multilayer.diagnosis.places import PLACES, Place
+from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.errors import InputError, Problem, suggest
-from multilayer.experiments.two_plate.places import SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.inference.priors import Prior
 from multilayer.models import Model
 
@@ -138,7 +139,7 @@ class RigLaw(Model):
             raise ValueError("neither 'effects' nor 'laws': there is nothing to apply")
         return self
 
-    def applied(self, file: Path) -> tuple[Effect, ...]:
+    def applied(self, file: Path) -> tuple[Acting, ...]:
         """Return all of it as effects, whose priors are what was found.
 
         Raises
@@ -163,7 +164,7 @@ def load_rig_law(file: Path) -> RigLaw:
     return law
 
 
-def known_effects(source: str) -> tuple[Effect, ...]:
+def known_effects(source: str) -> tuple[Acting, ...]:
     """Return what ``--with`` names: an effect, a file of ``--save-law``, or the ``diagnosis.json`` of a named effect.
 
     The sizes of a diagnosis are where the search starts; its priors stay as wide as those of the library, since it may
@@ -253,12 +254,13 @@ def _with_priors(effect: Effect, priors: Mapping[str, Callable[[Prior], Prior]])
     return effect
 
 
-def _of_law(saved: SavedLaw, file: Path) -> Effect:
-    if saved.place not in PLACES:
-        text = f"there is no place '{saved.place}'; {suggest(saved.place, PLACES.names())}"
+def _of_law(saved: SavedLaw, file: Path) -> Acting:
+    known = places_of(Effect.kind)
+    if saved.place not in known:
+        text = f"there is no place '{saved.place}'; {suggest(saved.place, known)}"
         raise InputError(Problem(text, file=file))
-    kind = PLACES[saved.place]
-    place: Place = kind(configuration=saved.configuration) if saved.configuration else kind()  # type: ignore[call-arg]
+    kind = known[saved.place]
+    place: BasePlace = kind(configuration=saved.configuration) if saved.configuration else kind()  # type: ignore[call-arg]
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)
@@ -274,7 +276,7 @@ def _of_law(saved: SavedLaw, file: Path) -> Effect:
     return _tabulated(place, name, saved.table)
 
 
-def _tabulated(place: Place, name: str, table: SavedTable) -> TabulatedLaw:
+def _tabulated(place: BasePlace, name: str, table: SavedTable) -> TabulatedLaw:
     """Return the table at a few nodes: its values are correlated over that distance."""
     f = np.array(table.frequency_hz)
     nodes = np.geomspace(f[0], f[-1], min(_NODES, len(f)))
@@ -290,7 +292,7 @@ def _tabulated(place: Place, name: str, table: SavedTable) -> TabulatedLaw:
     return TabulatedLaw.of(place, name, nodes, mean, std)
 
 
-def _of_diagnosis(file: Path) -> tuple[Effect, ...]:
+def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
         is_sound = record["verdict"] in ("effect", "unknown", "no_gap") and "law" in record

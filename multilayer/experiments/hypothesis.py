@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -44,9 +44,26 @@ class Hypothesis(Experiments):
     Attributes
     ----------
     effects : tuple of BaseEffect
+    kind : str
+        Of effects and places that there are.
     """
 
     effects: tuple[Any, ...]
+    kind: ClassVar[str]
+
+    @property
+    @abstractmethod
+    def settings(self) -> tuple[Any, ...]:
+        """Every configuration in use, as effects see it."""
+
+    def at_rest(self, z: RealArray) -> RealArray:
+        """Return coordinates of the nominal model from which a gap has not dragged what is stated off, shape (n,)."""
+        is_nuisance = np.array([parameter.nuisance for parameter in self.nominal_parameters], dtype=bool)
+        return np.where(is_nuisance, 0.0, z)
+
+    def modulus_scale(self, z: RealArray, frequency: float) -> float:
+        """Return the amount of the sample's modulus at a frequency, Hz, in Pa; 1 where that is not modelled."""
+        return 1.0
 
     @property
     @abstractmethod

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.errors import InputError
-from multilayer.experiments.two_plate.effects import Effect
-from multilayer.experiments.two_plate.places import LawAtPlace
+from multilayer.experiments.places import LawAtPlace
+from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.fits.methods import BURST_BY_BURST, JOINT, METHODS, STACKS, Method, Progress
 from multilayer.fits.result import FitResult
 from multilayer.fits.settings import DEFAULT_LAW
@@ -50,7 +50,7 @@ class FitTask:
     elements: int | None = None
     posterior: str | None = None
     lateral: str | None = None
-    given: tuple[Effect, ...] | None = None
+    given: tuple[Acting, ...] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -176,7 +176,7 @@ class FitRun:
         return digest.hexdigest()
 
 
-def _told(effect: Effect) -> list[Any]:
+def _told(effect: Acting) -> list[Any]:
     """Return what a fit with an effect depends on."""
     priors = [parameter.model_dump(mode="json") for parameter in effect.parameters]
     return [effect.name, repr(effect) if isinstance(effect, LawAtPlace) else "", priors]

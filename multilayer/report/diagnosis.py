@@ -185,7 +185,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
 
 def _physical(law: Record) -> tuple[str, ...]:
     """Return in sentences whether the law can be that of a passive and causal thing."""
-    texts = {
+    texts: dict[tuple[str, Any], str] = {
         ("passive", True): "It takes power, as a passive thing does.",
         ("passive", False): "It gives power, which no passive thing does: the place, or the model about it, is wrong.",
         ("causal", False): "No causal law is like it: the place, or the model about it, is wrong.",

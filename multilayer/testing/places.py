@@ -9,8 +9,8 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.places import Place
+from multilayer.experiments.places import DrawnLaw
 from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.places import DrawnLaw
 from multilayer.testing.benches import joint_bench, soft_sample
 from multilayer.testing.broken import broken_laws
 

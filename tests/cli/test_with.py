@@ -8,7 +8,7 @@ import pytest
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
 from multilayer.errors import InputError
-from multilayer.experiments.two_plate.places import TabulatedLaw
+from multilayer.experiments.places import TabulatedLaw
 from multilayer.media.laws import LAWS
 from multilayer.rig.file import RigFile
 from multilayer.rig.synthesis import make_campaign

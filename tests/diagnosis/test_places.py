@@ -10,7 +10,7 @@ from multilayer.diagnosis.place_fits import fit_places, is_explained, simple_for
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.places import DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.fits.joint.search import law_space

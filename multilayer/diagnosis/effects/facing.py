@@ -15,6 +15,7 @@ class Facing(TubeEffect):
     """Flow resistance and mass of a thin sheet in parallel: a scrim or a skin; a film in the limit of no flow."""
 
     name = "facing"
+    place = "in_front"
     law = "Z + 1/(1/r + 1/(i w m)) at the front face"
     separated_by = "taking the facing off; turning the sample round; another thickness"
     source = "non-woven scrims some 30 to 1000 N s/m3 at 0.03 to 0.3 kg/m2; skins of foams alike"

@@ -21,6 +21,7 @@ class LateralAirGap(TubeEffect):
     """A slit along the sample's edge, in parallel to the sample: admittances weighted by area add up."""
 
     name = "lateral_air_gap"
+    place = "beside"
     law = "Y = (1 - s) Y_sample + s Y_slit, s = 4 w/D"
     separated_by = "sealing the edge; a tube of another diameter; a resistivity measured by itself"
     source = "samples are cut 0 to 1 mm too small; K. Hong & J. S. Bolton, Inter-Noise 2008, for two tube diameters"

@@ -13,6 +13,7 @@ class MicrophoneGain(TubeEffect):
     """A ratio of sensitivities that the evaluation does not take into account."""
 
     name = "microphone_gain"
+    place = "reading"
     law = "H12 (1 + g), the transfer function between the microphones"
     separated_by = "exchanging the microphones"
     source = "0.1 dB of calibrated pairs; ISO 10534-2 corrects what is left by exchanging the microphones"

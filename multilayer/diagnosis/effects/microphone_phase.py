@@ -13,6 +13,7 @@ class MicrophonePhase(TubeEffect):
     """One channel lags behind the other by an angle that does not depend on frequency."""
 
     name = "microphone_phase"
+    place = "reading"
     law = "H12 exp(i p), the transfer function between the microphones"
     separated_by = "exchanging the microphones"
     source = "0.5 degrees of matched pairs; ISO 10534-2 corrects what is left by exchanging the microphones"

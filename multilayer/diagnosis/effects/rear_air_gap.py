@@ -12,6 +12,7 @@ class RearAirGap(TubeEffect):
     """A layer of air before the wall."""
 
     name = "rear_air_gap"
+    place = "behind"
     law = "a layer of air of depth d between sample and wall"
     separated_by = "pressing the sample to the wall; a known cavity, to which the depth adds"
     source = "samples cut by hand stand off by 1 to 5 mm, a cavity left on purpose by up to some centimetres"

@@ -16,6 +16,7 @@ class SamplePosition(TubeEffect):
     """The reflection coefficient is that of a plane before (d > 0) or behind the sample's face."""
 
     name = "sample_position"
+    place = "reading"
     law = "R exp(-2 i k d)"
     separated_by = "the empty tube with its wall at the sample's place; a sample pushed by a known way"
     source = "1 to 2 mm of a soft face; Katz 2000: positions of sample and microphones make about 3 % of R"

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from multilayer.arrays import ComplexArray
+from multilayer.experiments.places import BasePlace
+from multilayer.experiments.stacks.effects import TubeSetting
+from multilayer.experiments.stacks.places import TubePlace
 from multilayer.experiments.two_plate.effects import Chain, Setting
 from multilayer.experiments.two_plate.places import Place
 from multilayer.registry import Registry, subclass_fault
 
-_is_place = subclass_fault(Place, "name")
+
+def _fault_of(base: type[BasePlace]) -> Callable[[str, Any], str]:
+    is_place = subclass_fault(base, "name")
+
+    def fault(name: str, item: Any) -> str:
+        silent = [field for field in ("title", "quantity") if not getattr(item, field, "")]
+        return is_place(name, item) or (f"it says no {', '.join(silent)}" if silent else "")
+
+    return fault
 
 
-def _place_fault(name: str, item: Any) -> str:
-    silent = [field for field in ("title", "quantity") if not getattr(item, field, "")]
-    return _is_place(name, item) or (f"it says no {', '.join(silent)}" if silent else "")
+PLACES: Registry[type[Place]] = Registry("multilayer.places", "place", _fault_of(Place))
+TUBE_PLACES: Registry[type[TubePlace]] = Registry("multilayer.tube_places", "place of a tube", _fault_of(TubePlace))
 
 
-PLACES: Registry[type[Place]] = Registry("multilayer.places", "place", _place_fault)
+def places_of(kind: str) -> dict[str, type[BasePlace]]:
+    """Return the places of the two-plate rig or of a tube, by name, as `BasePlace.kind` says which."""
+    working = PLACES.working() if kind == Place.kind else TUBE_PLACES.working()
+    return {str(name): place for name, place in working}
 
-__all__ = ["PLACES", "Chain", "ComplexArray", "Place", "Setting"]
+
+__all__ = [
+    "PLACES", "TUBE_PLACES", "BasePlace", "Chain", "ComplexArray", "Place", "Setting", "TubePlace", "TubeSetting",
+    "places_of",
+]  # fmt: skip

@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits
+from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.tube.designs import rank_tube_designs
 from multilayer.diagnosis.tube.file import DiagnosisFile
@@ -24,6 +26,7 @@ from multilayer.inference.least_squares import search
 from multilayer.inference.problem import GaussianPrior, Minimum
 from multilayer.simulation.warned import collected_warnings
 
+N_STEPS = steps.N_STEPS + 1  # the places besides
 _FAR = 0.7  # standard deviations of a prior
 
 
@@ -67,7 +70,9 @@ def diagnose_tube(
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
     singles = _singles(nominal, usable, executor)
     tell("effects one by one")
-    assessment = assess(nominal, singles, usable, tell, executor)
+    places = fit_places(nominal, executor)
+    tell("places with free laws")
+    assessment = assess(nominal, singles, usable, tell, executor, places)
     record = assessment.entries(partial(rank_tube_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),
         "warnings": _warnings(nominal),

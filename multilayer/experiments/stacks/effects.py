@@ -123,11 +123,14 @@ class TubeEffect(BaseEffect):
 
     Attributes
     ----------
+    place : str
+        Name of the place of the tube where it acts (`places.TubePlace`); empty where that is none of them.
     changes_gas : bool
         Whether the gas of the stack changes, which takes no arrays: samples are then solved one after the other.
     """
 
     kind = "tube"
+    place: ClassVar[str] = ""
     changes_gas: ClassVar[bool] = False
 
     def applies(self, setting: TubeSetting) -> bool:

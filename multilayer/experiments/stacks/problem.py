@@ -126,6 +126,8 @@ class StackProblem(UnknownFields, Hypothesis):
         The data that residuals are made of; all when left out.
     """
 
+    kind = TubeEffect.kind
+
     observations: tuple[Observation, ...]
     tube: Tube = field(default_factory=Tube)
     effects: tuple[TubeEffect, ...] = ()
@@ -156,9 +158,17 @@ class StackProblem(UnknownFields, Hypothesis):
         """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
         return _own_coordinates(z, len(self.nominal_parameters), self.earlier)
 
-    @cached_property
+    def at_rest(self, z: RealArray) -> RealArray:
+        """Return the nominal values: a gap may have dragged the unknowns far off."""
+        return self.start
+
+    @property
     def settings(self) -> tuple[TubeSetting, ...]:
         """Every measurement in use, as effects see it."""
+        return self._settings
+
+    @cached_property
+    def _settings(self) -> tuple[TubeSetting, ...]:
         return tuple(
             TubeSetting(data.name, data.frequency, data.angle, self.stacks[data.stack], self.tube) for data in self.data
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from multilayer.arrays import ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.hypothesis import Hypothesis, parameters_of, values_of
+from multilayer.experiments.places import DrawnLaw, LawAtPlace
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
 from multilayer.experiments.two_plate.nuisances import Nuisances
-from multilayer.experiments.two_plate.places import DrawnLaw
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.inference.derivative import FORWARD, Stencil
@@ -31,6 +31,7 @@ from multilayer.inference.whitening import Whitening
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 
+Acting: TypeAlias = Effect | LawAtPlace
 MODEL_ERROR = 0.002  # relative standard deviation, of solvers and of the plates' idealisation
 _DENSITY_STEP = 0.01
 _TINY = 1e-200  # added to motions: the logarithm of one that underflows stays finite
@@ -147,7 +148,7 @@ class RigExperiment(Experiment):
     nuisances: Nuisances
     near: Neighbourhood
     model_error: float
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[Acting, ...] = ()
     end_effect: EndEffect | None = None
 
     @property
@@ -267,6 +268,8 @@ class CampaignProblem(Hypothesis):
         The data that residuals are made of; all when left out.
     """
 
+    kind = Effect.kind
+
     campaign: Campaign
     configurations: Sequence[ConfigurationData]
     rigs: Mapping[str, Rig]
@@ -275,8 +278,8 @@ class CampaignProblem(Hypothesis):
     model_error: float = MODEL_ERROR
     deviation: LawDeviation | None = None
     end_effect: EndEffect | None = None
-    effects: tuple[Effect, ...] = ()
-    given: tuple[Effect, ...] = ()
+    effects: tuple[Acting, ...] = ()
+    given: tuple[Acting, ...] = ()
     finite: Mapping[str, Rig] = field(default_factory=dict)
     used: tuple[ConfigurationData, ...] | None = None
 
@@ -323,9 +326,17 @@ class CampaignProblem(Hypothesis):
         """Return E1 + i E2, Pa, shape (..., n_frequency), the deviation from the law included."""
         return self.material.modulus(z, frequency)
 
-    @cached_property
+    def modulus_scale(self, z: RealArray, frequency: float) -> float:
+        """Return the amount of the sample's modulus at a frequency, Hz, in Pa."""
+        return float(abs(self.modulus(z, np.array([frequency]))[0]))
+
+    @property
     def settings(self) -> tuple[Setting, ...]:
         """Every configuration in use, as effects see it."""
+        return self._settings
+
+    @cached_property
+    def _settings(self) -> tuple[Setting, ...]:
         order = _measurement_order(self.campaign)
         return tuple(
             Setting(
@@ -389,7 +400,7 @@ class CampaignProblem(Hypothesis):
         is_new = effect.name not in [known.name for known in self.given]
         return isinstance(effect, Effect) and is_new and effect.applies(self.campaign)
 
-    def with_effects(self, *effects: Effect) -> CampaignProblem:
+    def with_effects(self, *effects: Acting) -> CampaignProblem:
         """Return the hypothesis with these effects instead."""
         return replace(self, effects=effects)
 

@@ -12,8 +12,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
-from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.effects import Effect
+from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import configuration_data
@@ -57,7 +56,7 @@ def fit_joint(
     elements: int | None = None,
     settings: FitSettings | None = None,
     calibration: Calibration | None = None,
-    given: Sequence[Effect] = (),
+    given: Sequence[Acting] = (),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> JointFit:
@@ -203,7 +202,7 @@ class Joint(CampaignMethod):
     law: str = DEFAULT_LAW
     elements: int | None = None
     posterior: str = LAPLACE
-    given: tuple[Effect, ...] = ()
+    given: tuple[Acting, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_unusable(self.posterior)

@@ -1,0 +1,126 @@
+"""Places of an impedance tube: before the sample, behind it, beside it, in its layers, and in the reading.
+
+Surface impedances: J.-F. Allard & N. Atalla, Propagation of Sound in Porous Media, 2nd ed., Wiley 2009, ch. 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from multilayer.arrays import ComplexArray
+from multilayer.diagnosis.places.base import TubePlace, TubeSetting
+from multilayer.experiments.stacks.places import before_backing
+from multilayer.stack import Stack
+
+
+class InFront(TubePlace):
+    """Something in front of the sample, through which the air flows: an impedance in series, Z = Z_sample + z."""
+
+    name = "in_front"
+    title = "in front of the sample"
+    quantity = "series impedance"
+    unit = "Pa s/m"
+    terms: ClassVar = {
+        0: ("resistance", "Pa s/m"), 1: ("mass per area", "kg/m2"), -1: ("spring", "Pa/m"),
+        "resonance": ("impedance with a resonance", "Pa s/m"),
+    }  # fmt: skip
+
+    def scale(self, settings: tuple[TubeSetting, ...], modulus: float) -> float:
+        """Return the impedance of air."""
+        gas = settings[0].gas
+        return float(gas.density * gas.sound_speed)
+
+    def surface(
+        self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: ComplexArray
+    ) -> ComplexArray:
+        """Return the reflection with the impedance in series."""
+        relative = values / self.scale((setting,), 1.0)
+        return np.asarray((2 * reflection + relative * (1 - reflection)) / (2 + relative * (1 - reflection)))
+
+
+class Behind(TubePlace):
+    """What backs the stack instead of the rigid wall, by ln of its reflection coefficient r in air.
+
+    0 is the wall; air of depth d before it is ``-2 i k d``, in proportion to frequency without a resonance. A passive
+    backing has a real part of at most 0.
+    """
+
+    name = "behind"
+    title = "behind the sample"
+    quantity = "ln of the reflection coefficient of the backing"
+    terms: ClassVar = {0: ("factor of reflection", ""), 1: ("lead of the reflected wave", "s")}
+
+    @classmethod
+    def instances(cls, settings: tuple[TubeSetting, ...]) -> list[TubePlace]:
+        """Return the place where all stacks end at a rigid wall."""
+        return [cls()] if all(setting.stack.termination == "rigid" for setting in settings) else []
+
+    def scale(self, settings: tuple[TubeSetting, ...], modulus: float) -> float:
+        """Return a whole turn of the reflected wave: air of half a wavelength."""
+        return float(2 * np.pi)
+
+    def surface(
+        self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: ComplexArray
+    ) -> ComplexArray:
+        """Return the reflection of the stack before that backing."""
+        return before_backing(setting, stack, reflection, np.exp(values))
+
+
+class BesideTheSample(TubePlace):
+    """A path beside the sample: an admittance in parallel, over that of air."""
+
+    name = "beside"
+    title = "beside the sample"
+    quantity = "admittance in parallel, over that of air"
+    terms: ClassVar = {
+        0: ("leak", ""), 1: ("compliance", "s"), -1: ("mass", "rad/s"), "resonance": ("resonator", ""),
+    }  # fmt: skip
+
+    def surface(
+        self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: ComplexArray
+    ) -> ComplexArray:
+        """Return the reflection with the admittance in parallel."""
+        return np.asarray((2 * reflection - values * (1 + reflection)) / (2 + values * (1 + reflection)))
+
+
+class TubeReading(TubePlace):
+    """The microphones and where they stand: the logarithm of every reflection coefficient changes alike."""
+
+    name = "reading"
+    title = "in the reading"
+    quantity = "change of ln R"
+    terms: ClassVar = {0: ("gain", ""), 1: ("lead", "s")}
+
+    def reading(self, setting: TubeSetting, reflection: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the reflection times ``exp(law)``."""
+        return np.asarray(reflection * np.exp(values))
+
+
+@dataclass(frozen=True)
+class OneMeasurement(TubePlace):
+    """One measurement that is not like the others: a bad mounting, another sample, a wrong entry.
+
+    Attributes
+    ----------
+    configuration : str
+        Its name.
+    """
+
+    configuration: str = ""
+
+    name = "one_measurement"
+    title = "in one measurement only"
+    quantity = "change of ln R in that measurement"
+    terms: ClassVar = {0: ("gain", ""), 1: ("lead", "s")}
+
+    @classmethod
+    def instances(cls, settings: tuple[TubeSetting, ...]) -> list[TubePlace]:
+        """Return a place for each measurement, where there are several."""
+        return [cls(setting.name) for setting in settings] if len(settings) > 1 else []
+
+    def reading(self, setting: TubeSetting, reflection: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the reflection, which changes in this measurement."""
+        return np.asarray(reflection * np.exp(values)) if setting.name == self.configuration else reflection

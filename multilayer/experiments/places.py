@@ -1,0 +1,360 @@
+"""Places at which something unmodelled may act, and laws of it that are drawn from the data.
+
+An effect of unknown law at a place changes all measurements through one complex function of frequency, and mechanics
+say how. With several configurations that function is over-determined: whether a place can be right is tested, and the
+function is drawn. Errors embedded in a model: K. Sargsyan, X. Huan & H. N. Najm, Int. J. Uncertain. Quantif. 9 (2019)
+365-394. Functions as Gaussian processes: C. E. Rasmussen & C. K. I. Williams, Gaussian Processes for Machine Learning,
+MIT Press 2006, ch. 2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from scipy.special import ndtri
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.experiments.effects import BaseEffect, Values
+from multilayer.inference.priors import Parameter, Prior, Priors
+
+LENGTH, SHORT = 0.55, 0.14  # correlation lengths of a drawn law in ln f: of smooth ones, and of such as resonate
+SPACING = 0.6  # of its nodes, in correlation lengths
+_JITTER = 1e-9
+AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
+_WORDS = {
+    "lossy": "with losses", "fractional": "as a power of i w", "relaxation": "that relaxes",
+    "resonance": "that resonates",
+}  # fmt: skip
+_RESONANCES = 16  # natural frequencies that are tried
+
+
+class BasePlace:
+    """Where something unmodelled may act: base class of the places of a rig and of a tube.
+
+    A law at a place is a complex function of frequency, `values` in the hooks of subclasses, in the place's unit. Hooks
+    must be analytic in it, and return their argument where it is 0.
+
+    Attributes
+    ----------
+    name : str
+        By which files and results name it.
+    kind : str
+        Of what it is a place: that of the effects there.
+    title : str
+        For people.
+    quantity, unit : str
+        What the law is, and in which unit.
+    configuration : str
+        Its name, of a place in one configuration only; a layer's, of a place in one layer.
+    terms : mapping
+        What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
+        ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
+    needs_finite_elements : bool
+        Whether the law stands beside a free rim in finite elements.
+    passive_sign : int
+        Sign of the imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
+    """
+
+    kind: ClassVar[str]
+    name: ClassVar[str]
+    title: ClassVar[str]
+    quantity: ClassVar[str]
+    unit: ClassVar[str] = ""
+    configuration: str = ""
+    terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
+    needs_finite_elements: bool = False
+    passive_sign: ClassVar[int] = 0
+
+    @property
+    def label(self) -> str:
+        """Name, with the configuration where it is in one only."""
+        return f"{self.name}[{self.configuration}]" if self.configuration else self.name
+
+    @classmethod
+    def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
+        """Return the places of this kind in a campaign or a series of measurements: usually one."""
+        return [cls()]
+
+    def in_words(self, law: str) -> str:
+        """Return what acts there, given the words of its simple form."""
+        return law
+
+    def scale(self, settings: tuple[Any, ...], modulus: float) -> float:
+        """Return a value of the law that changes the data by about their own size.
+
+        Parameters
+        ----------
+        settings : tuple
+            All configurations.
+        modulus : float
+            The nominal model's, absolute, Pa; 1 of a tube.
+        """
+        return 1.0
+
+
+class LawAtPlace(BaseEffect):
+    """An effect that is a law at a place: base class of drawn laws and of simple forms.
+
+    It has the hooks of all kinds of effects, and hands each on to its place.
+    """
+
+    at_place: Any
+    moves_resonances: ClassVar[bool] = False
+    aside: ClassVar[tuple[str, ...]] = ()
+    changes_gas: ClassVar[bool] = False
+    absent_in: ClassVar[str] = ""
+
+    @property
+    def needs_finite_elements(self) -> bool:  # type: ignore[override]
+        """Whether its place does."""
+        return bool(self.at_place.needs_finite_elements)
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law, shape (..., n), in the place's unit."""
+        raise NotImplementedError
+
+    def applies(self, setting: Any) -> bool:
+        """Tell whether it can act: a place is one of the measurements that it was made for."""
+        return True
+
+    def modulus(self, setting: Any, modulus: ComplexArray, values: Values) -> Any:
+        """Return the modulus as the place changes it."""
+        return self.at_place.modulus(setting, modulus, self.values(setting, values))
+
+    def chain(self, setting: Any, chain: Any, values: Values) -> Any:
+        """Return the rods and masses as the place changes them."""
+        return self.at_place.chain(setting, chain, self.values(setting, values))
+
+    def motion(self, setting: Any, motion: ComplexArray, values: Values) -> Any:
+        """Return the reading as the place changes it."""
+        return self.at_place.motion(setting, motion, self.values(setting, values))
+
+    def stack(self, setting: Any, stack: Any, values: Values) -> Any:
+        """Return the stack as the place changes it."""
+        return self.at_place.stack(setting, stack, self.values(setting, values))
+
+    def surface(self, setting: Any, stack: Any, reflection: ComplexArray, values: Values) -> Any:
+        """Return the reflection of the tube's end as the place changes it."""
+        return self.at_place.surface(setting, stack, reflection, self.values(setting, values))
+
+    def reading(self, setting: Any, reflection: ComplexArray, values: Values) -> Any:
+        """Return the reflection as it is reported."""
+        return self.at_place.reading(setting, reflection, self.values(setting, values))
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnLaw(LawAtPlace):
+    """A free function of frequency at a place: a complex Gaussian process in ln f, by its values at nodes.
+
+    Attributes
+    ----------
+    at_place : BasePlace
+    nodes : array, shape (k,)
+        ln f.
+    size : float
+        Standard deviation of real and imaginary part, in the place's unit.
+    length : float
+        Correlation length in ln f.
+    offset : complex
+        Added to the law, in standard deviations; for derivatives.
+    """
+
+    at_place: Any
+    nodes: RealArray
+    size: float
+    length: float = LENGTH
+    offset: complex = 0.0
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def at(cls, place: Any, frequency: RealArray, size: float, length: float = LENGTH) -> DrawnLaw:
+        """Return a law for data at frequencies, Hz."""
+        low, high = np.log(frequency.min()), np.log(frequency.max())
+        nodes = np.linspace(low, high, max(int(np.ceil((high - low) / (SPACING * length))) + 1, 2))
+        parameters = tuple(
+            Parameter(name=f"{part}[{np.exp(node):.4g}]", prior=Prior(normal=(0.0, 1.0)))
+            for part in ("real", "imag")
+            for node in nodes
+        )
+        return cls(place, nodes, size, length, name=place.label, parameters=parameters)
+
+    def basis(self, frequency: RealArray) -> RealArray:
+        """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
+        nodes = self.nodes / self.length
+        kernel = _kernel(nodes, nodes) + _JITTER * np.eye(len(nodes))
+        root = np.linalg.cholesky(kernel)
+        return np.asarray(np.linalg.solve(root, _kernel(nodes, np.log(frequency) / self.length)).T)
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law."""
+        z = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
+        return self.drawn(z, setting.frequency)
+
+    def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k)."""
+        k = len(self.nodes)
+        return np.asarray(self.size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
+
+
+def _kernel(a: RealArray, b: RealArray) -> RealArray:
+    return np.asarray(np.exp(-0.5 * np.subtract.outer(a, b) ** 2))
+
+
+@dataclass(frozen=True)
+class Term:
+    """A simple law of a few parameters, real in time.
+
+    Attributes
+    ----------
+    kind : {'power', 'lossy', 'fractional', 'relaxation', 'resonance'}
+        ``a (i w)^n``; ``a (1 + i eta)``; ``a (i w/w0)^p``; ``a/(1 + i f/fc)``; ``a/(1 - (f/f0)^2/(1 + i eta))``.
+    order : int
+        n of the first.
+    """
+
+    kind: Literal["power", "lossy", "fractional", "relaxation", "resonance"]
+    order: int = 0
+
+    @property
+    def key(self) -> int | str:
+        """Under which `Place.terms` names it."""
+        return "resonance" if self.kind == "resonance" else self.order
+
+    @property
+    def words(self) -> str:
+        """The law in words."""
+        powers = {0: "constant", 1: "in proportion to i w", -1: "as 1/(i w)", 2: "as (i w)^2", -2: "as 1/(i w)^2"}
+        return powers[self.order] if self.kind == "power" else _WORDS[self.kind]
+
+    def parameters(self, scale: float, band: tuple[float, float]) -> tuple[Parameter, ...]:
+        """Return amplitude at the band's centre, in the place's unit, then what else the law has."""
+        low, high = band
+        amplitude = Parameter(name="amplitude", prior=Prior(normal=(0.0, AMPLITUDE * scale)))
+        loss = Parameter(name="loss_factor", prior=Prior(loguniform=(0.003, 1.0)))
+        rest: dict[str, tuple[Parameter, ...]] = {
+            "power": (),
+            "lossy": (Parameter(name="loss_factor", prior=Prior(normal=(0.0, 0.5))),),
+            "fractional": (Parameter(name="exponent", prior=Prior(normal=(0.0, 0.7))),),
+            "relaxation": (Parameter(name="frequency", prior=Prior(loguniform=(low / 3, 3 * high)), unit="Hz"),),
+            "resonance": (Parameter(name="frequency", prior=Prior(loguniform=(low / 2, 2 * high)), unit="Hz"), loss),
+        }
+        return (amplitude, *rest[self.kind])
+
+    def starts(self) -> list[tuple[float, ...]]:
+        """Return standard normal coordinates to start from."""
+        amplitudes = (-0.7, -0.1, 0.1, 0.7)
+        if self.kind == "resonance":
+            places = ndtri((np.arange(_RESONANCES) + 0.5) / _RESONANCES)
+            return [(a, float(x), eta) for a in (-0.1, 0.1) for x in places for eta in (1.2,)]
+        further = {"power": (), "lossy": (0.0,), "fractional": (0.0,), "relaxation": (0.0,)}[self.kind]
+        return [(a, *further) for a in amplitudes]
+
+    def values(self, frequency: RealArray, centre: float, values: Sequence[RealArray]) -> ComplexArray:
+        """Return the law, shape (..., n), of parameters of shape (..., 1)."""
+        amplitude, *rest = values
+        turn = 1j * frequency / centre
+        if self.kind == "power":
+            return np.asarray(amplitude * turn**self.order)
+        if self.kind == "lossy":
+            return np.asarray(amplitude * (1 + 1j * rest[0]))
+        if self.kind == "fractional":
+            return np.asarray(amplitude * turn ** rest[0])
+        if self.kind == "relaxation":
+            return np.asarray(amplitude / (1 + 1j * frequency / rest[0]))
+        return np.asarray(amplitude / (1 - (frequency / rest[0]) ** 2 / (1 + 1j * rest[1])))
+
+
+@dataclass(frozen=True, eq=False)
+class SimpleLaw(LawAtPlace):
+    """A sum of simple laws at a place.
+
+    Attributes
+    ----------
+    at_place : BasePlace
+    terms : tuple of Term
+    centre : float
+        Geometric centre of the band, Hz, at which amplitudes are stated.
+    """
+
+    at_place: Any
+    terms: tuple[Term, ...]
+    centre: float
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    starts: tuple[tuple[float, ...], ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def at(cls, place: Any, terms: Sequence[Term], frequency: RealArray, scale: float) -> SimpleLaw:
+        """Return a sum of laws for data at frequencies, Hz; `scale` is that of the place."""
+        band = float(frequency.min()), float(frequency.max())
+        parameters = tuple(
+            parameter.model_copy(update={"name": f"{number}.{parameter.name}"})
+            for number, term in enumerate(terms)
+            for parameter in term.parameters(scale, band)
+        )
+        starts = tuple(sum(each, ()) for each in product(*(term.starts() for term in terms)))
+        return cls(place, tuple(terms), math.sqrt(band[0] * band[1]), place.label, parameters, starts)
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law."""
+        return self.law_at(setting.frequency, [values[parameter.name] for parameter in self.parameters])
+
+    def curve(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return the law, shape (..., n), of coordinates of shape (..., k)."""
+        return self.law_at(frequency, list(np.moveaxis(Priors.of(self.parameters).values(z), -1, 0)[..., None]))
+
+    def law_at(self, frequency: RealArray, values: Sequence[RealArray]) -> ComplexArray:
+        """Return the law, shape (..., n), of all parameters in their order, of shape (..., 1)."""
+        total, rest = np.zeros(frequency.shape, dtype=complex), list(values)
+        for term in self.terms:
+            count = len(term.parameters(1.0, (1.0, 2.0)))
+            total = total + term.values(frequency, self.centre, rest[:count])
+            rest = rest[count:]
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedLaw(LawAtPlace):
+    """A law at a place that another campaign has shown: a table, each value with a normal prior.
+
+    Values between are interpolated in ln f; beyond the table its ends hold.
+
+    Attributes
+    ----------
+    at_place : BasePlace
+    nodes : array, shape (k,)
+        ln f.
+    """
+
+    at_place: Any
+    nodes: RealArray
+    name: str = ""
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
+    law_error: float = 0.0
+
+    @classmethod
+    def of(cls, place: Any, name: str, frequency: RealArray, mean: ComplexArray, std: ComplexArray) -> TabulatedLaw:
+        """Return the law with means and standard deviations of real and imaginary part, shape (k,) each."""
+        parts = (("real", mean.real, std.real), ("imag", mean.imag, std.imag))
+        parameters = tuple(
+            Parameter(name=f"{part}[{f:.4g}]", prior=Prior(normal=(float(value), float(spread))), unit=place.unit)
+            for part, values, spreads in parts
+            for f, value, spread in zip(frequency, values, spreads, strict=True)
+        )
+        return cls(place, np.log(frequency), name, parameters)
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law."""
+        k = len(self.nodes)
+        at = np.clip(np.log(setting.frequency), self.nodes[0], self.nodes[-1])
+        weights = np.stack([np.interp(at, self.nodes, row) for row in np.eye(k)])
+        table = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
+        return np.asarray((table[..., :k] + 1j * table[..., k:]) @ weights)
