@@ -12,6 +12,7 @@ from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text
+from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
     FULL_FIT,
     FULL_SHRINKAGE,
@@ -24,6 +25,7 @@ from multilayer.diagnosis.thresholds import (
     TIED,
 )
 
+_MOST_TOLD = 3  # places in a sentence
 Verdict = Literal["effect", "unknown", "no_gap"]
 
 
@@ -93,7 +95,12 @@ def _free(comparison: ModelComparison) -> str:
     """Return what explains the gap where no known effect does, in words."""
     if not comparison.places:
         return "a smooth discrepancy"
-    return f"a law of its own {next(iter(comparison.places.values())).place.title}"
+    tied = [_where(fit.place) for fit in comparison.tied_places[:_MOST_TOLD]]
+    return f"a law of its own {' or '.join(tied)}"
+
+
+def _where(place: BasePlace) -> str:
+    return f"{place.title} ({place.configuration})" if place.configuration else place.title
 
 
 def _objection(

@@ -35,6 +35,7 @@ from multilayer.diagnosis.thresholds import (
     RIGHT_NAMED_ONE,
     SECOND_EVIDENCE,
     TEMPERATURE,
+    TIED,
 )
 from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
@@ -169,6 +170,12 @@ class ModelComparison:
             return next(iter(self.places), "")
         places = {str(getattr(effect, "place", "")) for effect in self.fitted[names].hypothesis.effects}
         return places.pop() if len(places) == 1 else ""
+
+    @property
+    def tied_places(self) -> list[PlaceFit]:
+        """Places with a free law that the data cannot tell apart, the most probable first."""
+        best = max((fit.log_evidence for fit in self.places.values()), default=0.0)
+        return [fit for fit in self.places.values() if best - fit.log_evidence < TIED]
 
     def place_probabilities(self) -> dict[str, float]:
         """Return the probability of each place that something acts there, known or unknown; the largest first."""

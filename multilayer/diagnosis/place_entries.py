@@ -16,6 +16,7 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
+from multilayer.diagnosis.thresholds import TIED
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
 
@@ -41,7 +42,10 @@ class DrawnPlace:
 
 
 def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list[dict[str, Any]]:
-    """Return the entries of ``places``, the most probable first; `behind` is in nats of free laws."""
+    """Return the entries of ``places``, the most probable first; `behind` is in nats of free laws.
+
+    Places that are `tied` are a group: the data cannot tell them apart.
+    """
     probabilities = comparison.place_probabilities()
     best = max((fit.log_evidence for fit in comparison.places.values()), default=0.0)
     entries = []
@@ -55,6 +59,7 @@ def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list
                 "probability": round(probability, 4),
                 "log_evidence": round(fit.log_evidence, 2),
                 "behind": round(best - fit.log_evidence, 2),
+                "tied": best - fit.log_evidence < TIED,
                 "gap_after": gap_in_fit(fit.explanation),
                 "shrinkage": round(drawn.shrinkage.share, 4) if drawn and drawn.free is fit else None,
             }
@@ -68,6 +73,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
     fit, place = drawn.free, drawn.free.place
     law, (low, high) = fit.law(), fit.band()
     return {
+        "kind": place.kind,
         "place": place.name,
         **({"configuration": place.configuration} if place.configuration else {}),
         "quantity": place.quantity,

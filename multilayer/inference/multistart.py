@@ -59,7 +59,7 @@ def valleys(problem: Inflatable, bases: RealArray, extra: RealArray) -> RealArra
     residual = problem.inflated_residual(sizes[0])
     costs = costs_per_datum(residual, points).reshape(len(bases), len(extra))
     points = points[_promising(costs, _STAGES[0][0])]
-    if k:
+    if k and n:
         points, _ = descend(residual, points, _AHEAD, moving=n)
     for size, (count, steps) in zip(sizes, _STAGES, strict=False):
         residual = problem.inflated_residual(size)

@@ -187,8 +187,10 @@ def _physical(law: Record) -> tuple[str, ...]:
     """Return in sentences whether the law can be that of a passive and causal thing."""
     texts: dict[tuple[str, Any], str] = {
         ("passive", True): "It takes power, as a passive thing does.",
-        ("passive", False): "It gives power, which no passive thing does: the place, or the model about it, is wrong.",
-        ("causal", False): "No causal law is like it: the place, or the model about it, is wrong.",
+        ("passive", False): "It gives power, which no passive thing there does by itself: what acts may replace "
+        "something that takes more, act elsewhere, or be driven.",
+        ("causal", False): "No causal response has this real and imaginary part: it may be the trace of something at "
+        "another place.",
     }
     found = [texts.get((key, law.get(key)), "") for key in ("passive", "causal")]
     return tuple(text for text in found if text)

@@ -1,4 +1,4 @@
-"""The place where a cause acts, marked in a drawing of the rig, and the law drawn there."""
+"""The place where a cause acts, marked in a drawing of the rig or the tube, and the law drawn there."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _MARK = 1  # colour of what is marked
 
 
 def draw_place(law: Mapping[str, Any]) -> Figure:
-    """Draw the rig with the place marked, and the law there: real and imaginary part with 90 % bands."""
+    """Draw rig or tube with the place marked, and the law there: real and imaginary part with 90 % bands."""
     figure, axes = blank(1, 3, (WIDTH, _HEIGHT), width_ratios=(0.8, 1.2, 1.2))
-    _rig(axes[0, 0], str(law["place"]))
+    (_tube if law.get("kind") == "tube" else _rig)(axes[0, 0], str(law["place"]))
     f = np.asarray(law["frequency_hz"], dtype=float)
     sizes = np.abs([law["real_low"], law["real_high"], law["imag_low"], law["imag_high"]])
     unit, factor = readable_unit(float(np.max(sizes)), law["unit"])
@@ -76,3 +76,34 @@ def _rig(axis: Axes, place: str) -> None:
         style = {"arrowstyle": "->", "color": colour(_MARK), "lw": 1.2, "connectionstyle": "arc3,rad=-0.35"}
         axis.annotate("", (0.47, _TOP[1] + 0.05), (0.19, _BASE[1] + 0.07), arrowprops=style)
     axis.text(0.5, 0.93, place.replace("_", " "), ha="center", fontsize=8, color=colour(_MARK))
+
+
+def _tube(axis: Axes, place: str) -> None:
+    """Draw loudspeaker, microphones, sample and wall of an impedance tube from the side."""
+    from matplotlib.patches import Polygon, Rectangle
+
+    axis.set_xlim(0, 1)
+    axis.set_ylim(0, 1)
+    axis.set_axis_off()
+    low, high = 0.35, 0.65
+    for height in (low, high):
+        axis.plot([0.1, 0.97], [height, height], color="0.3", lw=1.0)
+    cone = [(0.04, 0.45), (0.04, 0.55), (0.1, high), (0.1, low)]
+    axis.add_patch(Polygon(cone, facecolor="0.9", edgecolor="0.3", lw=0.7))
+
+    def box(left: float, right: float, bottom: float, top: float, *, marked: bool, filled: str = "0.85") -> None:
+        shade = colour(_MARK) if marked else filled
+        axis.add_patch(Rectangle((left, bottom), right - left, top - bottom, facecolor=shade, edgecolor="0.3", lw=0.7))
+
+    narrow = 0.05 if place == "beside" else 0.0
+    box(0.66, 0.88, low, high - narrow, marked=place == "one_measurement", filled="0.95")
+    if place == "beside":
+        box(0.66, 0.88, high - narrow, high, marked=True)
+    if place == "in_front":
+        box(0.63, 0.66, low, high, marked=True)
+    if place == "behind":
+        box(0.88, 0.95, low, high, marked=True)
+    box(0.95, 0.99, 0.3, 0.7, marked=False, filled="0.6")
+    for at in (0.35, 0.5):
+        box(at - 0.015, at + 0.015, high, high + 0.08, marked=place == "reading", filled="0.6")
+    axis.text(0.5, 0.9, place.replace("_", " "), ha="center", fontsize=8, color=colour(_MARK))

@@ -32,12 +32,12 @@ _LAW = (2e5, 0.25, 3e-4, 0.6)  # relaxed modulus, that over the unrelaxed one, r
 def bench(effect: BaseEffect) -> Hypothesis:
     """Return the nominal hypothesis of the kind that an effect is of; all its unknowns may be 0."""
     if isinstance(effect, TubeEffect):
-        return _tube()
+        return tube_bench()
     return joint_bench()
 
 
 @cache
-def _tube() -> StackProblem:
+def tube_bench() -> StackProblem:
     """Return a foam of two thicknesses on the wall of a tube; nothing is unknown."""
     stacks = {name: Stack.model_validate(_foam(thickness)) for name, thickness in (("thin", 0.025), ("thick", 0.05))}
     f, n = np.array(_FREQUENCIES), len(_FREQUENCIES)

@@ -8,27 +8,29 @@ from dataclasses import replace
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.places import Place
+from multilayer.diagnosis.places import BasePlace, TubePlace
+from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import DrawnLaw
 from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.testing.benches import joint_bench, soft_sample
+from multilayer.testing.benches import joint_bench, soft_sample, tube_bench
 from multilayer.testing.broken import broken_laws
 
 _SMALL, _USUAL = 1e-5, 0.1  # laws, in units of the place's scale
 _SAME, _ANALYTIC, _SEEN = 1e-6, 1e-3, 1e-3
 
 
-def check_place(place: Place | type[Place]) -> None:
-    """Check that a place of the two-plate rig keeps the laws of a diagnosis.
+def check_place(place: BasePlace | type[BasePlace]) -> None:
+    """Check that a place of the two-plate rig or of a tube keeps the laws of a diagnosis.
 
     The laws: it states its name, title and quantity; a law of 0 changes nothing; one of a tenth of its scale changes
-    ln(top/base) visibly and stays finite; what it does is analytic in the law, so that a law drawn as amount and phase
-    is one complex function.
+    ln(top/base), or the reflection coefficient, visibly and stays finite; what it does is analytic in the law, so that
+    a law drawn as amount and phase is one complex function.
 
     Parameters
     ----------
-    place : Place or its class
-        Of a class the places that it has in a campaign of two samples under two plates.
+    place : BasePlace or its class
+        Of a class the places that it has in a campaign of two samples under two plates, or in a tube with a foam of
+        two thicknesses.
 
     Raises
     ------
@@ -40,34 +42,34 @@ def check_place(place: Place | type[Place]) -> None:
     >>> from multilayer.diagnosis.places.plate import TopPlate
     >>> check_place(TopPlate)
     """
-    places = place.instances(joint_bench().settings) if isinstance(place, type) else [place]
+    places = place.instances(_bench(place).settings) if isinstance(place, type) else [place]
     broken = [text for each in places for text in broken_laws(_LAWS, each)]
     if not places:
         broken = ["has places: there is none in a campaign of several configurations"]
     assert not broken, "\n".join(broken)
 
 
-def _says_what_it_is(place: Place) -> Iterator[str]:
+def _says_what_it_is(place: BasePlace) -> Iterator[str]:
     for field in ("name", "title", "quantity"):
         if not str(getattr(place, field, "")).strip():
             yield f"the class needs a '{field}'"
 
 
-def _nothing_without_a_law(place: Place) -> Iterator[str]:
+def _nothing_without_a_law(place: BasePlace) -> Iterator[str]:
     change = np.max(np.abs(_change(place, 0.0)))
     if not change < _SAME:
-        yield f"a law of 0 changes ln(top/base) by {change:.2g}"
+        yield f"a law of 0 changes the data by {change:.2g}"
 
 
-def _acts(place: Place) -> Iterator[str]:
+def _acts(place: BasePlace) -> Iterator[str]:
     change = _change(place, _USUAL)
     if not np.all(np.isfinite(change)):
         yield f"a law of {_USUAL:g} times its scale makes values that are not finite"
     elif np.max(np.abs(change)) < _SEEN:
-        yield f"a law of {_USUAL:g} times its scale changes ln(top/base) by {np.max(np.abs(change)):.2g} only"
+        yield f"a law of {_USUAL:g} times its scale changes the data by {np.max(np.abs(change)):.2g} only"
 
 
-def _is_analytic(place: Place) -> Iterator[str]:
+def _is_analytic(place: BasePlace) -> Iterator[str]:
     before = _change(place, 0.0)
     along, across = (_change(place, step) - before for step in (_SMALL, 1j * _SMALL))
     error = np.max(np.abs(across - 1j * along)) / max(float(np.max(np.abs(along))), 1e-300)
@@ -78,11 +80,16 @@ def _is_analytic(place: Place) -> Iterator[str]:
 _LAWS = (_says_what_it_is, _nothing_without_a_law, _acts, _is_analytic)
 
 
-def _change(place: Place, law: complex) -> ComplexArray:
-    """Return the change of ln(top/base) of all configurations by a law, in units of the place's scale."""
-    bench: CampaignProblem = joint_bench()
-    z, frequency = soft_sample(bench), np.concatenate([data.frequency for data in bench.data])
-    modulus = float(np.median(np.abs(bench.modulus(z, frequency))))
+def _bench(place: BasePlace | type[BasePlace]) -> Hypothesis:
+    return tube_bench() if place.kind == TubePlace.kind else joint_bench()
+
+
+def _change(place: BasePlace, law: complex) -> ComplexArray:
+    """Return the change of the data of all configurations by a law, in units of the place's scale."""
+    bench = _bench(place)
+    z = soft_sample(bench) if isinstance(bench, CampaignProblem) else np.zeros(len(bench.parameters))
+    frequency = np.concatenate([data.frequency for data in bench.data])
+    modulus = bench.modulus_scale(z, float(np.median(frequency)))
     drawn = replace(DrawnLaw.at(place, frequency, place.scale(bench.settings, modulus)), offset=law)
     shifted = bench.with_effects(drawn).differences(np.concatenate([z, np.zeros(len(drawn.parameters))]))
     return np.concatenate([a - b for a, b in zip(shifted, bench.differences(z), strict=True)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.places import PLACES, Place
+from multilayer.diagnosis.places import PLACES, TUBE_PLACES, Place
 from multilayer.testing import check_place
 
 
@@ -14,9 +14,20 @@ def test_a_place_keeps_the_laws(name):
     assert PLACES[name].name == name
 
 
+@pytest.mark.parametrize("name", TUBE_PLACES.names())
+def test_a_place_of_a_tube_keeps_the_laws(name):
+    check_place(TUBE_PLACES[name])
+    assert TUBE_PLACES[name].name == name
+
+
+@pytest.mark.parametrize(("kind", "known"), [("two-plate rig", PLACES), ("tube", TUBE_PLACES)])
+def test_effects_name_a_place_of_their_kind(kind, known):
+    named = {EFFECTS[name].place for name in EFFECTS.names() if EFFECTS[name].kind == kind}
+    assert named - {""} <= set(known.names())
+
+
 def test_effects_of_the_rig_name_a_place():
     places = {name: EFFECTS[name].place for name in EFFECTS.names() if hasattr(EFFECTS[name], "place")}
-    assert {place for place in places.values() if place} <= set(PLACES.names())
     assert places["sensor_mass"] == "top_plate"
     assert places["skin"] == "faces"
 

@@ -29,7 +29,7 @@ def test_causal_laws_are_taken_for_causal(name):
     assert p_value(LAWS[name]) > 0.001
 
 
-@pytest.mark.parametrize("name", ["relaxation", "power", "resonance"])
+@pytest.mark.parametrize("name", ["relaxation", "resonance"])
 def test_laws_that_run_backwards_are_not(name):
     assert p_value(LAWS[name].conj()) < 0.001
 
@@ -38,6 +38,8 @@ def test_laws_that_run_backwards_are_not(name):
 def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     fit = SimpleNamespace(
         place=SimpleNamespace(passive_sign=sign),
+        drawn=SimpleNamespace(nodes=np.arange(9)),
+        law=lambda: np.ones(3) + 0j,
         band=lambda deviations: (1 + 1j * (imag - 0.01 * deviations), 1 + 1j * (imag + 0.01 * deviations)),
     )
     assert is_passive(fit) is told
@@ -45,6 +47,22 @@ def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
 
 def test_a_law_within_its_uncertainty_of_passive_is_passive():
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=1), band=lambda d: (-0.02j - 0.01j * d, -0.02j + 0.01j * d)
+        place=SimpleNamespace(passive_sign=1),
+        drawn=SimpleNamespace(nodes=np.arange(9)),
+        law=lambda: np.array([1 - 0.02j]),
+        band=lambda d: (1 - 0.02j - 0.01j * d, 1 - 0.02j + 0.01j * d),
     )
     assert is_passive(fit)
+
+
+def test_nobody_asks_what_is_missing_for_power():
+    fit = SimpleNamespace(place=SimpleNamespace(passive_sign=1), law=lambda: np.array([-1.0 - 1j]))
+    assert is_passive(fit) is None
+
+
+@pytest.mark.parametrize("error", [0.1, 0.03, 0.01])
+def test_a_causal_resonance_is_hardly_ever_called_acausal(error):
+    rng, law = np.random.default_rng(3), 1 / (1 - (F / 500) ** 2 + 0.3j * F / 500)
+    covariance = error**2 * np.eye(2 * F.size)
+    draws = error * (rng.standard_normal((40, F.size)) + 1j * rng.standard_normal((40, F.size)))
+    assert np.mean([causal_p_value(F, law + draw, covariance) < 0.001 for draw in draws]) <= 0.05

@@ -9,8 +9,8 @@ from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.place_fits import fit_places, is_explained, simple_form, with_resonances
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
-from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.fits.joint.search import law_space

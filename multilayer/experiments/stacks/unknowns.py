@@ -160,7 +160,7 @@ class UnknownFields:
     @cached_property
     def nominal_start(self) -> RealArray:
         """Coordinates near the nominal values."""
-        return np.concatenate([unknown.start for unknown in self.unknowns])
+        return np.concatenate([np.empty(0), *(unknown.start for unknown in self.unknowns)])
 
     def parts(self, z: RealArray) -> Iterator[tuple[Unknown, RealArray]]:
         """Yield every unknown with its coordinates, shape (..., n)."""

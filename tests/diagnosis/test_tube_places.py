@@ -1,0 +1,107 @@
+"""Places of an impedance tube: laws drawn there, and simple forms of them."""
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis.diagnose import chosen_effects
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.place_fits import fit_places, simple_form
+from multilayer.diagnosis.places import TUBE_PLACES
+from multilayer.experiments.places import SimpleLaw, Term
+from multilayer.experiments.stacks.effects import with_layers
+from multilayer.experiments.stacks.observations import Observation, Scale
+from multilayer.experiments.stacks.places import before_backing
+from multilayer.experiments.stacks.problem import StackProblem
+from multilayer.experiments.stacks.responses import WaveResponse
+from multilayer.inference.least_squares import minimise
+from multilayer.inference.whitening import CorrelatedError, ValueNoise
+from multilayer.layers.fluid import Fluid
+from multilayer.simulation.settings import PlaneIncidence
+from multilayer.stack import Stack
+from multilayer.testing.benches import tube_bench
+
+F = np.geomspace(200.0, 1600.0, 24)
+FOAM = {
+    "type": "equivalent_fluid", "name": "foam", "porosity": 0.97, "flow_resistivity": 1e4, "tortuosity": 1.3,
+    "viscous_length": 1e-4, "thermal_length": 2e-4,
+}  # fmt: skip
+NOISE = 0.003
+
+
+@pytest.mark.parametrize("depth", [0.003, 0.03, 0.2])
+def test_a_stack_before_a_backing_is_one_before_air(depth):
+    setting = tube_bench().settings[0]
+    plain = setting.reflection(setting.stack)[None]
+    exact = setting.reflection(with_layers(setting.stack, (*setting.stack.layers, Fluid(thickness=depth))))
+    seen = before_backing(setting, setting.stack, plain, np.exp(-2j * setting.wavenumber * depth)[None])
+    assert np.abs(seen - exact).max() < 1e-13
+
+
+def test_a_backing_that_reflects_nothing_is_open_air():
+    setting = tube_bench().settings[0]
+    plain = setting.reflection(setting.stack)[None]
+    into_air = setting.stack.model_copy(update={"termination": "ambient"})
+    seen = before_backing(setting, setting.stack, plain, np.zeros_like(plain))
+    assert np.abs(seen - setting.reflection(into_air)).max() < 1e-12
+
+
+def measured(place, term, values):
+    """Return a foam of two thicknesses in a tube, with a simple law at a place, and noise."""
+    rng, n = np.random.default_rng(1), len(F)
+    stacks = {
+        name: Stack.model_validate({"version": 1, "layers": [{**FOAM, "thickness": thickness}]})
+        for name, thickness in (("thin", 0.03), ("thick", 0.06))
+    }
+
+    def problem(shown):
+        data = tuple(
+            Observation(
+                name, "reflection", name, "", F, shown[name],
+                WaveResponse("reflection", F, PlaneIncidence(angle=0.0)), False, Scale(),
+                ValueNoise(np.full(n, NOISE), np.full(n, NOISE)), np.ones(n, dtype=complex), CorrelatedError(0.003),
+                n, np.arange(n), F,
+            )
+            for name in stacks
+        )  # fmt: skip
+        return StackProblem(stacks, (), data)
+
+    blank = problem({name: np.zeros(n, dtype=complex) for name in stacks})
+    law = SimpleLaw.at(place, (term,), F, place.scale(blank.settings, 1.0))
+    z = np.array([p.prior.coordinate(v) for p, v in zip(law.parameters, values, strict=True)])
+    shown = blank.with_effects(law).predict(z)
+    noise = NOISE * (rng.standard_normal((2, n)) + 1j * rng.standard_normal((2, n)))
+    nominal = problem({name: s + e for name, s, e in zip(stacks, shown, noise, strict=True)})
+    return Fitted(nominal, minimise(nominal, nominal.start))
+
+
+@pytest.mark.parametrize(
+    ("name", "term", "values"),
+    [
+        ("behind", Term("power", 1), [-0.4]),
+        ("in_front", Term("power", 0), [80.0]),
+        ("beside", Term("power", 0), [0.1]),
+    ],
+)
+def test_the_place_and_the_simple_form_of_its_law(name, term, values):
+    place = TUBE_PLACES[name]()
+    nominal = measured(place, term, values)
+    first, second = [*fit_places(nominal).values()][:2]
+    assert first.place.name == name
+    assert first.log_evidence - second.log_evidence > 5
+    form = simple_form(nominal, first)
+    assert form.form.terms == (term,)
+    deviation = np.sqrt(form.fitted.minimum.covariance[-1, -1])
+    true = form.form.parameters[0].prior.coordinate(values[0])
+    assert abs(form.fitted.minimum.z[-1] - true) < 4 * deviation
+
+
+def test_without_a_gap_no_place_is_better_than_none():
+    nominal = measured(TUBE_PLACES["in_front"](), Term("power", 0), [0.0])
+    best = next(iter(fit_places(nominal).values()))
+    assert best.log_evidence < nominal.log_evidence + 3
+
+
+def test_effects_of_tubes_name_places():
+    named = {name: effect.place for name, effect in chosen_effects().items() if effect.kind == "tube"}
+    assert named["rear_air_gap"] == "behind"
+    assert named["facing"] == "in_front"
