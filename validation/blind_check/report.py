@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
+FINALS = "1001 to 1004 by earlier rules, and 1005"
 _OTHERS = ("no_gap", "unknown", "failed")
 
 
@@ -58,9 +59,12 @@ def blind_page(outcomes: Sequence[Outcome], seed: int) -> str:
         f"{kind}: `multilayer blind-check --campaigns {len(outcomes)} --seed {seed}`. The virtual rig draws campaigns "
         f"({mix}), finite elements make their signals, with the effects' laws perturbed by up to 30 %; every campaign "
         "is diagnosed without its label, and only then unsealed. Half of them have one configuration and 8 bursts, "
-        "half two heights under two top plates. Scores of gaps are those of campaigns whose nominal misfit lies more "
-        "than 10 standard deviations above chance; of two effects, each one's own would. "
+        "half two heights under two top plates, and every other of these a slimmer sample besides. Effects that are in "
+        "no library are mostly laws drawn anew at any place of the rig. Intervals are central 90 % ones. Scores of "
+        "gaps are those of campaigns whose nominal misfit lies more than 10 standard deviations above chance; of two effects, each one's own would. "
         f"Processor time: {made:.0f} s to make, {diagnosed:.0f} s to diagnose.",
+        "",
+        f"Final seeds drawn so far: {FINALS}.",
         "",
     ]
     for name, found in score_table(outcomes):
@@ -92,13 +96,14 @@ _KINDS = {
 
 def _score_lines(found: Sequence[Score]) -> list[str]:
     lines = [
-        '| score | value | cases | target | met | always "no gap" | a random name |',
-        "|---|---|---|---|---|---|---|",
+        '| score | value | interval | cases | target | met | always "no gap" | a random name |',
+        "|---|---|---|---|---|---|---|---|",
     ]
     for score in found:
         met = {True: "yes", False: "**no**", None: "-"}[score.met]
         dummies = (number(score.no_gap), number(score.random))
-        cells = (score.name, number(score.value), str(score.n), target(score), met, *dummies)
+        between = "-" if np.isnan(score.interval[0]) else "{:.2f} to {:.2f}".format(*score.interval)
+        cells = (score.name, number(score.value), between, str(score.n), target(score), met, *dummies)
         lines.append(f"| {' | '.join(cells)} |")
     return lines
 
