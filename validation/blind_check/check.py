@@ -190,7 +190,7 @@ class Outcome:
 
     @property
     def held(self) -> float:
-        """Share of frequencies at which the band of the drawn law holds the true one; NaN where that is not known."""
+        """Share of real and imaginary parts at all frequencies that their bands hold; NaN where that is not known."""
         law = self.answer.law
         if not law or not self.is_placed:
             return float("nan")

@@ -51,7 +51,7 @@ _LAWS: dict[str, tuple[str, ...]] = {
     "faces": ("relaxation", "power", "resonance"),
     "beside": ("relaxation", "power"),
     "reading": ("resonance", "echo"),
-    "added_reading": ("power", "resonance"),
+    "added_reading": ("power", "echo"),  # a resonance is what rocking adds
     "sample_load": ("relaxation", "power"),
     "sample_order": ("relaxation", "power"),
     "sample_radius": ("relaxation", "power"),
@@ -249,4 +249,5 @@ def _foreign_law(rng: np.random.Generator, log_uniform: Any, configurations: int
         "frequency": log_uniform(150.0, 1200.0),
         "exponent": float(rng.uniform(0.2, 1.0)),
         "loss_factor": log_uniform(0.02, 0.5),
+        "number": int(rng.integers(configurations)),
     }

@@ -61,7 +61,8 @@ def blind_page(outcomes: Sequence[Outcome], seed: int) -> str:
         "is diagnosed without its label, and only then unsealed. Half of them have one configuration and 8 bursts, "
         "half two heights under two top plates, and every other of these a slimmer sample besides. Effects that are in "
         "no library are mostly laws drawn anew at any place of the rig. Intervals are central 90 % ones. Scores of "
-        "gaps are those of campaigns whose nominal misfit lies more than 10 standard deviations above chance; of two effects, each one's own would. "
+        "gaps are those of campaigns whose nominal misfit lies more than 10 standard deviations above chance; of two "
+        "effects, each one's own would. "
         f"Processor time: {made:.0f} s to make, {diagnosed:.0f} s to diagnose.",
         "",
         f"Final seeds drawn so far: {FINALS}.",

@@ -46,8 +46,8 @@ class ForeignLaw(Effect):
 
     Constant: a. Relaxation: a/(1 + s^n) of a dynamic mass or a compliance, a s^n/(1 + s^n) of a stiffness or a
     modulus. Power: a s^-n and a s^n. Resonance: a/(1 - (f/f0)^2/(1 + i eta)), of a reading
-    a (f/f0)^2/(1 - (f/f0)^2 + i eta f/f0). Echo: ln(1 + a exp(-i f/f0)). In one configuration only: its top plate is
-    heavier than stated by the share a. Perturbed: f0 (1 + p).
+    a (f/f0)^2/(1 - (f/f0)^2 + i eta f/f0). Echo: ln(1 + a exp(-i f/f0)). In one configuration only, that of a number
+    from 0: its top plate is heavier than stated by the share a. Perturbed: f0 (1 + p).
     """
 
     effect: Literal["foreign_law"] = "foreign_law"
@@ -57,7 +57,7 @@ class ForeignLaw(Effect):
     frequency: Annotated[float, Field(gt=0, le=50e3), Unit("Hz")] = 500.0
     exponent: Annotated[float, Field(ge=0, le=1), Unit(DIMENSIONLESS)] = 0.5
     loss_factor: Annotated[float, Field(gt=0, le=2), Unit(DIMENSIONLESS)] = 0.05
-    configuration: str = ""
+    number: Annotated[int, Field(ge=0), Unit(DIMENSIONLESS)] = 0
 
     known = False
     drawn = Size("size", 0.02, 1.0)
@@ -91,7 +91,7 @@ class ForeignLaw(Effect):
         if self.at == "faces":
             film = {"thickness": _FILM, "modulus": LawValues(self, of_film=True), "density": _LIGHT, "poisson_ratio": 0}
             return {**geometry, **{f"adhesive_{name}": value for name, value in film.items()}}
-        if self.at == "one_configuration" and self.configuration in ("", mounting.name):
+        if self.at == "one_configuration" and self.number == mounting.index:
             heavier = 1 + self.size * LARGE[self.at]
             return {**geometry, "plate_density": geometry["plate_density"] * heavier}
         return geometry
