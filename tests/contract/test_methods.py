@@ -118,7 +118,7 @@ def test_what_is_no_method_is_refused(name, item, words):
 
 
 def test_options_are_fields_and_settings():
-    assert METHODS["joint"].options() == ("model", "law", "elements", "posterior")
+    assert METHODS["joint"].options() == ("model", "law", "elements", "posterior", "given")
     assert METHODS["transfer-function"].options() == ("lateral",)
     assert METHODS["joint"].with_options({"law": "zener", "lateral": "held", "elements": None}).law == "zener"
     assert Method.options() == ()

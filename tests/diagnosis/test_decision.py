@@ -89,7 +89,7 @@ def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
 
 
-@pytest.mark.parametrize(("behind", "verdict"), [(20.0, "effect"), (1.0, "unknown")])
+@pytest.mark.parametrize(("behind", "verdict"), [(20.0, "effect"), (0.0, "unknown")])
 def test_what_is_less_probable_than_something_else_is_not_named(behind, verdict):
     """The evidence of an effect must be ahead by more than the share of such verdicts that was wrong."""
     names = ("channel_gain",)
