@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.assessment import N_STEPS
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.tube.data import roughness
-from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
+from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.problem import GaussianPrior
