@@ -180,7 +180,9 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {law['form']['text']}.",)
     if law:
         remarks = (*remarks, *_physical(law))
-    return (Section("Where on the rig it acts", pictures, (listing,), remarks=remarks),)
+    of_tube = "campaign" not in record.get("inputs", {"campaign": ""})
+    title = "Where in the tube it acts" if of_tube else "Where on the rig it acts"
+    return (Section(title, pictures, (listing,), remarks=remarks),)
 
 
 def _physical(law: Record) -> tuple[str, ...]:

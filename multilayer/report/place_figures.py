@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.number_text import readable_unit
-from multilayer.report.style import WIDTH, blank, colour
+from multilayer.report.style import WIDTH, blank, colour, octave_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
         axis.axhline(0.0, color="0.6", linewidth=0.6)
         if "form" in law and f"{part}" in law["form"]:
             axis.plot(f, np.asarray(law["form"][part]) / factor, "--", color=colour(_MARK), label="simple form")
-        axis.set_xscale("log")
+        octave_ticks(axis, float(f[0]), float(f[-1]))
         axis.set_xlabel("frequency / Hz")
         axis.set_title(label, fontsize=8)
     axes[0, 1].set_ylabel(f"{law['quantity']}{f' / {unit}' if unit else ''}", fontsize=7)

@@ -50,7 +50,7 @@ class Behind(TubePlace):
 
     name = "behind"
     title = "behind the sample"
-    quantity = "ln of the reflection coefficient of the backing"
+    quantity = "ln of the backing's reflection"
     terms: ClassVar = {0: ("factor of reflection", ""), 1: ("lead of the reflected wave", "s")}
 
     @classmethod
