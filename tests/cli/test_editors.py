@@ -15,6 +15,7 @@ from multilayer.simulation.quantities import QUANTITIES
 from tests.cli.campaigns import FILE, RATE, write_calibration
 from tests.cli.command import run
 from tests.cli.test_import import IN_V, IN_VOLTS, VOLTS
+from tests.cli.test_with import SAVED
 from tests.examples.test_examples import EXAMPLES
 from tests.recorders import write_csv
 
@@ -44,6 +45,7 @@ class TestCheck:
         tube = shutil.copytree(EXAMPLES / "foam_tube", tmp_path / "tube")
         (tube / "why.yaml").write_text(TUBE)
         (tmp_path / "library.yaml").write_text(LIBRARY)
+        (tmp_path / "known.yaml").write_text(json.dumps(SAVED))
         (tmp_path / "fit.yaml").write_text(f"version: 1\ncampaign: {campaign.name}\n")
         return {
             "stack": STACK,
@@ -56,6 +58,7 @@ class TestCheck:
             "rig": EXAMPLES / "virtual_rig.yaml",
             "tube": EXAMPLES / "raw_tube",
             "library": tmp_path / "library.yaml",
+            "rig-law": tmp_path / "known.yaml",
         }
 
     def test_every_kind_is_told(self, files):
