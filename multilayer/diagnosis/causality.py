@@ -1,7 +1,8 @@
 """Whether a drawn law can be that of a passive thing, and of a causal one.
 
 Convention exp(+i w t). A passive thing takes power: of a dynamic mass m = F/a the mean of F v is
-``-|a|^2 Im(m)/(2 w)``, so Im(m) <= 0; of a stiffness Im(k) >= 0, of a compliance Im(c) <= 0.
+``-|a|^2 Im(m)/(2 w)``, so Im(m) <= 0; of a stiffness Im(k) >= 0, of a compliance Im(c) <= 0. Of an acoustic impedance or
+admittance the real part is at least 0, of ln of a reflection coefficient at most 0.
 
 Causal: real and imaginary part of a response that begins with its cause belong together (H. M. Nussenzveig, Causality
 and Dispersion Relations, Academic Press 1972, ch. 1). In a band alone they may be off by what lies beyond it; so the
@@ -28,15 +29,17 @@ _DAMPING = 0.4  # loss factor of the resonances; a drawn law is hardly sharper
 def is_passive(fit: PlaceFit) -> bool | None:
     """Tell whether the law drawn at a place can be passive; None where the question makes no sense.
 
-    False only where the band of the imaginary part excludes passivity at some frequency; it is widened so that this
-    happens to a law on the edge of passivity, as a mass, in one of ten campaigns. None of a law that is negative
-    throughout: something is missing there, which need not give power for that.
+    False only where the band of the part that tells (`BasePlace.passive_part`) excludes passivity at some frequency; it
+    is widened so that this happens to a law on the edge of passivity, as a mass, in one of ten campaigns. None of a
+    mass, stiffness or compliance that is negative throughout: something is missing there, which need not give power
+    for that.
     """
-    sign = fit.place.passive_sign
-    if not sign or np.all(fit.law().real < 0):
+    sign, part = fit.place.passive_sign, fit.place.passive_part
+    if not sign or (part == "imag" and np.all(fit.law().real < 0)):
         return None
     low, high = fit.band(float(ndtri(1 - _OUTSIDE / len(fit.drawn.nodes))))
-    return bool(np.all((high.imag if sign > 0 else -low.imag) >= 0))
+    edge = getattr(high, part) if sign > 0 else -getattr(low, part)
+    return bool(np.all(edge >= 0))
 
 
 def is_causal(fit: PlaceFit) -> bool | None:

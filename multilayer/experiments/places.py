@@ -57,7 +57,9 @@ class BasePlace:
     needs_finite_elements : bool
         Whether the law stands beside a free rim in finite elements.
     passive_sign : int
-        Sign of the imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
+        Sign of the real or imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
+    passive_part : {'imag', 'real'}
+        Which part that is.
     """
 
     kind: ClassVar[str]
@@ -69,6 +71,7 @@ class BasePlace:
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
     passive_sign: ClassVar[int] = 0
+    passive_part: ClassVar[Literal["imag", "real"]] = "imag"
 
     @property
     def label(self) -> str:

@@ -99,6 +99,8 @@ def _tube(axis: Axes, place: str) -> None:
     box(0.66, 0.88, low, high - narrow, marked=place == "one_measurement", filled="0.95")
     if place == "beside":
         box(0.66, 0.88, high - narrow, high, marked=True)
+    if place.startswith("layer"):
+        box(0.72, 0.82, low, high, marked=True)
     if place == "in_front":
         box(0.63, 0.66, low, high, marked=True)
     if place == "behind":

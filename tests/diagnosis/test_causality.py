@@ -37,7 +37,7 @@ def test_laws_that_run_backwards_are_not(name):
 @pytest.mark.parametrize(("sign", "imag", "told"), [(1, 0.1, True), (1, -0.1, False), (-1, -0.1, True), (0, 0.1, None)])
 def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=sign),
+        place=SimpleNamespace(passive_sign=sign, passive_part="imag"),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         law=lambda: np.ones(3) + 0j,
         band=lambda deviations: (1 + 1j * (imag - 0.01 * deviations), 1 + 1j * (imag + 0.01 * deviations)),
@@ -45,9 +45,20 @@ def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     assert is_passive(fit) is told
 
 
+@pytest.mark.parametrize(("sign", "real", "told"), [(1, 0.1, True), (1, -0.1, False), (-1, -0.1, True), (-1, 0.1, False)])
+def test_passivity_of_an_impedance_is_the_sign_of_the_real_part(sign, real, told):
+    fit = SimpleNamespace(
+        place=SimpleNamespace(passive_sign=sign, passive_part="real"),
+        drawn=SimpleNamespace(nodes=np.arange(9)),
+        law=lambda: np.full(3, real) + 1j,
+        band=lambda deviations: (real - 0.01 * deviations + 1j, real + 0.01 * deviations + 1j),
+    )
+    assert is_passive(fit) is told
+
+
 def test_a_law_within_its_uncertainty_of_passive_is_passive():
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=1),
+        place=SimpleNamespace(passive_sign=1, passive_part="imag"),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         law=lambda: np.array([1 - 0.02j]),
         band=lambda d: (1 - 0.02j - 0.01j * d, 1 - 0.02j + 0.01j * d),
@@ -56,7 +67,8 @@ def test_a_law_within_its_uncertainty_of_passive_is_passive():
 
 
 def test_nobody_asks_what_is_missing_for_power():
-    fit = SimpleNamespace(place=SimpleNamespace(passive_sign=1), law=lambda: np.array([-1.0 - 1j]))
+    place = SimpleNamespace(passive_sign=1, passive_part="imag")
+    fit = SimpleNamespace(place=place, law=lambda: np.array([-1.0 - 1j]))
     assert is_passive(fit) is None
 
 

@@ -80,10 +80,12 @@ def measured(place, term, values):
         ("behind", Term("power", 1), [-0.4]),
         ("in_front", Term("power", 0), [80.0]),
         ("beside", Term("power", 0), [0.1]),
+        ("layer_density", Term("power", 0), [-0.3]),
+        ("layer_bulk_modulus", Term("power", 0), [0.2]),
     ],
 )
 def test_the_place_and_the_simple_form_of_its_law(name, term, values):
-    place = TUBE_PLACES[name]()
+    place = TUBE_PLACES[name]("foam") if name.startswith("layer") else TUBE_PLACES[name]()
     nominal = measured(place, term, values)
     first, second = [*fit_places(nominal).values()][:2]
     assert first.place.name == name

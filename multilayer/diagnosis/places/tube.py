@@ -6,13 +6,13 @@ Surface impedances: J.-F. Allard & N. Atalla, Propagation of Sound in Porous Med
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.places.base import TubePlace, TubeSetting
-from multilayer.experiments.stacks.places import before_backing
+from multilayer.experiments.stacks.places import before_backing, pore_layers, with_other_pores
 from multilayer.stack import Stack
 
 
@@ -23,6 +23,7 @@ class InFront(TubePlace):
     title = "in front of the sample"
     quantity = "series impedance"
     unit = "Pa s/m"
+    passive_sign, passive_part = 1, "real"
     terms: ClassVar = {
         0: ("resistance", "Pa s/m"), 1: ("mass per area", "kg/m2"), -1: ("spring", "Pa/m"),
         "resonance": ("impedance with a resonance", "Pa s/m"),
@@ -51,6 +52,7 @@ class Behind(TubePlace):
     name = "behind"
     title = "behind the sample"
     quantity = "ln of the backing's reflection"
+    passive_sign, passive_part = -1, "real"
     terms: ClassVar = {0: ("factor of reflection", ""), 1: ("lead of the reflected wave", "s")}
 
     @classmethod
@@ -75,6 +77,7 @@ class BesideTheSample(TubePlace):
     name = "beside"
     title = "beside the sample"
     quantity = "admittance in parallel, over that of air"
+    passive_sign, passive_part = 1, "real"
     terms: ClassVar = {
         0: ("leak", ""), 1: ("compliance", "s"), -1: ("mass", "rad/s"), "resonance": ("resonator", ""),
     }  # fmt: skip
@@ -84,6 +87,51 @@ class BesideTheSample(TubePlace):
     ) -> ComplexArray:
         """Return the reflection with the admittance in parallel."""
         return np.asarray((2 * reflection - values * (1 + reflection)) / (2 + values * (1 + reflection)))
+
+
+@dataclass(frozen=True)
+class InLayer(TubePlace):
+    """The air in the pores of a layer, by a factor exp(law) on one of its two properties, in every stack that has it.
+
+    Attributes
+    ----------
+    configuration : str
+        The layer's name, or its position in the stack.
+    """
+
+    configuration: str = ""
+
+    @classmethod
+    def instances(cls, settings: tuple[TubeSetting, ...]) -> list[Self]:
+        """Return a place for each layer with pores."""
+        names = [name for setting in settings for _, name in pore_layers(setting.stack)]
+        return [cls(name) for name in dict.fromkeys(names)]
+
+
+class LayerDensity(InLayer):
+    """The effective density of the air in a layer's pores: its inertia and its friction at the frame."""
+
+    name = "layer_density"
+    title = "in a layer, by the density of the air in its pores"
+    quantity = "change of ln density"
+    terms: ClassVar = {0: ("factor", "")}
+
+    def stack(self, setting: TubeSetting, stack: Stack, values: ComplexArray) -> Stack:
+        """Return the stack with another density in that layer's pores."""
+        return with_other_pores(stack, self.configuration, density=np.exp(values))
+
+
+class LayerBulkModulus(InLayer):
+    """The effective bulk modulus of the air in a layer's pores: its compression and the heat that it gives the frame."""
+
+    name = "layer_bulk_modulus"
+    title = "in a layer, by the bulk modulus of the air in its pores"
+    quantity = "change of ln bulk modulus"
+    terms: ClassVar = {0: ("factor", "")}
+
+    def stack(self, setting: TubeSetting, stack: Stack, values: ComplexArray) -> Stack:
+        """Return the stack with another bulk modulus in that layer's pores."""
+        return with_other_pores(stack, self.configuration, bulk_modulus=np.exp(values))
 
 
 class TubeReading(TubePlace):

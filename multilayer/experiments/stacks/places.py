@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
 
-from multilayer.arrays import ComplexArray, RealArray
+import numpy as np
+from pydantic import PrivateAttr
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.experiments.places import BasePlace
-from multilayer.experiments.stacks.effects import TubeEffect, TubeSetting, with_layers
+from multilayer.experiments.stacks.effects import TubeEffect, TubeSetting, with_layer, with_layers
 from multilayer.layers.fluid import Fluid
+from multilayer.layers.pores import PoreLayer
+from multilayer.matrix.wave import Wave
 from multilayer.stack import Stack
 
 _LEAST = 1e-12  # difference of reflections of the stack before different walls that is rounding
@@ -67,3 +74,44 @@ def before_backing(setting: TubeSetting, stack: Stack, reflection: ComplexArray,
 def _with_air(setting: TubeSetting, stack: Stack, depth: RealArray) -> ComplexArray:
     air = Fluid(thickness=1.0).model_copy(update={"thickness": depth[None]})
     return setting.reflection(with_layers(stack, (*stack.layers, air)))
+
+
+def pore_layers(stack: Stack) -> Iterator[tuple[int, str]]:
+    """Yield position and name, or position as text, of every layer with pores."""
+    for index, layer in enumerate(stack.layers):
+        if isinstance(layer, PoreLayer):
+            yield index, layer.name or str(index)
+
+
+def with_other_pores(stack: Stack, name: str, density: Numeric = 1.0, bulk_modulus: Numeric = 1.0) -> Stack:
+    """Return the stack with other air in the pores of a layer; unchanged where it has no such layer with pores.
+
+    Parameters
+    ----------
+    stack : Stack
+    name : str
+        The layer's name, or its position as text.
+    density, bulk_modulus : complex or array, shape (m, n)
+        Factors on the effective density and bulk modulus of the air in the pores.
+    """
+    for index, label in pore_layers(stack):
+        if label == name:
+            layer = stack.layers[index]
+            other = _with_factors(type(layer)).model_construct(**dict(layer))  # type: ignore[arg-type]
+            other._factors = (density, bulk_modulus)
+            return with_layer(stack, index, other)
+    return stack
+
+
+@cache
+def _with_factors(kind: type[PoreLayer]) -> Any:
+    """Return a layer type whose pores hold air of another density and bulk modulus."""
+
+    class OtherPores(kind):  # type: ignore[valid-type, misc]
+        _factors: tuple[Any, Any] = PrivateAttr(default=(1.0, 1.0))
+
+        def pore_fluid(self, wave: Wave) -> tuple[ComplexArray, ComplexArray]:
+            density, bulk = super().pore_fluid(wave)
+            return density * self._factors[0], bulk * self._factors[1]
+
+    return OtherPores
