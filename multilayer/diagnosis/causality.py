@@ -1,8 +1,8 @@
 """Whether a drawn law can be that of a passive thing, and of a causal one.
 
 Convention exp(+i w t). A passive thing takes power: of a dynamic mass m = F/a the mean of F v is
-``-|a|^2 Im(m)/(2 w)``, so Im(m) <= 0; of a stiffness Im(k) >= 0, of a compliance Im(c) <= 0. Of an acoustic impedance or
-admittance the real part is at least 0, of ln of a reflection coefficient at most 0.
+``-|a|^2 Im(m)/(2 w)``, so Im(m) <= 0; of a stiffness Im(k) >= 0, of a compliance Im(c) <= 0. Of an acoustic impedance
+or admittance the real part is at least 0, of ln of a reflection coefficient at most 0.
 
 Causal: real and imaginary part of a response that begins with its cause belong together (H. M. Nussenzveig, Causality
 and Dispersion Relations, Academic Press 1972, ch. 1). In a band alone they may be off by what lies beyond it; so the

@@ -6,11 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
-from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text
 from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
@@ -18,9 +15,9 @@ from multilayer.diagnosis.thresholds import (
     FULL_SHRINKAGE,
     LEAST_SHRINKAGE,
     LEAST_SHRINKAGE_ONE,
-    MOST_UNDONE,
     RIGHT_GUARDED,
     RIGHT_NO_GAP,
+    SECOND_TERM,
     SEEN_HELD_OUT,
     TIED,
 )
@@ -135,8 +132,6 @@ def _objection_to_two(
     label, share = in_words(best), _visible_share(best, shrinkages)
     if not comparison.several:
         return f"only two effects at once, such as {label}, explain it, and one configuration cannot tell such apart"
-    if (times := cancellation(comparison.fitted[best])) > MOST_UNDONE:
-        return f"{label} would nearly undo each other, each by itself {times:.1f} times as large as both together"
     alone = max((shrinkage.share, names) for names, shrinkage in shrinkages.items() if len(names) == 1)
     if share is not None and alone[0] >= share:
         return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
@@ -147,22 +142,6 @@ def _visible_share(best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], S
     """Return the shrinkage on held-out data; None where these show next to no gap."""
     shrinkage = shrinkages.get(best)
     return shrinkage.share if shrinkage is not None and shrinkage.before > SEEN_HELD_OUT * shrinkage.noise else None
-
-
-def cancellation(fitted: Fitted) -> float:
-    """Return the change of residuals by the lesser of two effects, relative to the change by both together.
-
-    Two wrong laws that nearly cancel leave a difference flexible enough to fit much, whereas the changes by two effects
-    that act are nearly independent of each other. The change by an effect is that in presence of the other.
-    """
-    hypothesis, z = fitted.hypothesis, fitted.minimum.z
-    with_both = hypothesis.residual(z)
-    without = hypothesis.with_effects().residual(z[: len(z) - len(hypothesis.effect_parameters)])
-    changes = []
-    for index in range(len(hypothesis.effects)):
-        others, rest = hypothesis.without(index, z)
-        changes.append(float(np.linalg.norm(with_both - others.residual(rest))))
-    return min(changes) / max(float(np.linalg.norm(with_both - without)), 1e-12)
 
 
 def _explains_enough(comparison: ModelComparison, best: tuple[str, ...], share: float | None) -> bool:
@@ -176,11 +155,13 @@ def _explains_enough(comparison: ModelComparison, best: tuple[str, ...], share: 
 def _single_where_enough(
     comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
 ) -> tuple[str, ...]:
-    """Return a single effect in place of two where it explains the gap by itself.
+    """Return a single effect in place of two where it explains the gap by itself and the second adds little.
 
     For instance, a plate bends under an accelerometer: this is no second cause.
     """
+    least = comparison.score(best) - SECOND_TERM
     parts = [names for names in shrinkages if len(names) < len(best) and set(names) <= set(best)]
+    parts = [names for names in parts if comparison.score(names) > least]
     shares = {names: _visible_share(names, shrinkages) for names in parts}
     parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
     enough = [names for names in parts if not lack_of_fit(comparison.fitted[names])]

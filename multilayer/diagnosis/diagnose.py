@@ -18,10 +18,10 @@ from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.free_rim import COARSE, free_rim
+from multilayer.diagnosis.goodness_of_fit import is_misfit_likely, lack_of_fit
 from multilayer.diagnosis.place_fits import (
     PlaceFit,
     fit_places,
-    is_explained,
     may_explain,
     with_free_rim,
     with_resonances,
@@ -114,7 +114,8 @@ def diagnose_campaign(
     places = fit_places(nominal, executor)
     tell("places with free laws")
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
-    if not is_explained([nominal, *singles.values(), *(place.fitted for place in places.values())]):
+    laws = [place.explanation for place in places.values()]
+    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not any(map(is_misfit_likely, laws)):
         places = with_resonances(nominal, places, executor)
         nominal, places = _with_rim_place(nominal, minima, usable, places)
     tell("effects one by one")

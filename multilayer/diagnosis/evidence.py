@@ -239,7 +239,8 @@ def compare(
     is_unfit = bool(best) and bool(lack_of_fit(singles[best[0]]))
     # from a single configuration pairs are never named, and matter only where no single effect fits
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or is_unfit):
-        pairs = _promising(singles, best, effects, several=several, is_unfit=is_unfit)
+        near = [names for names in best if evidence[best[0]] - evidence[names] < NEAR]
+        pairs = _promising(singles, best if is_unfit else near, effects, several=several, is_unfit=is_unfit)
         tasks = [(singles[names], effects[second]) for names, second in pairs]
         started = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
         coarse = finish_all(started, executor, behind=_PAIR_BEHIND)
@@ -261,15 +262,16 @@ def _promising(
     several: bool,
     is_unfit: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
-    """Return pairs to be fitted, no pair twice: the best effect with those of the largest expected gain besides.
+    """Return pairs to be fitted, no pair twice: the best effects with those of the largest expected gain besides.
 
-    Where the best effect alone does not fit, the next best ones are combined as well; where it explains nothing of
-    several configurations, with every other effect: far from a minimum, gains cannot be estimated.
+    The best ones are those near the first in evidence or, where that does not fit alone, the next best ones as well;
+    where it explains nothing of several configurations, it is combined with every other effect: far from a minimum,
+    gains cannot be estimated.
     """
     pairs: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
     least = min(fit.minimum.cost for fit in singles.values())
     competitive = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
-    for names in competitive[: N_FIRST if is_unfit else 1]:
+    for names in competitive[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
         is_lost = several and is_unfit and names == best[0] and singles[names].minimum.cost_per_datum > UNEXPLAINED
         for second in others if is_lost else _likely(singles[names], others):

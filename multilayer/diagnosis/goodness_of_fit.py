@@ -41,6 +41,11 @@ def misfit_p_value(fitted: Fitted, tolerance: float) -> float:
     return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
 
 
+def is_misfit_likely(fitted: Fitted) -> bool:
+    """Tell whether a misfit as large as a fit's is no wonder."""
+    return misfit_p_value(fitted, TOLERANCE) >= FIT_P
+
+
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability, by their priors, of effects' parameters as far out as these, all taken together."""
     count = len(fitted.hypothesis.effect_parameters)

@@ -185,7 +185,7 @@ def with_resonances(
 ) -> dict[str, PlaceFit]:
     """Return the places with laws that vary faster, and the first few with a resonance, where that has more evidence.
 
-    For data that neither a known effect nor a smooth law explains: ten nodes cannot hold a sharp resonance.
+    For data that neither a known effect nor a smooth law fits: ten nodes cannot hold a sharp resonance.
 
     Parameters
     ----------

@@ -45,7 +45,9 @@ def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     assert is_passive(fit) is told
 
 
-@pytest.mark.parametrize(("sign", "real", "told"), [(1, 0.1, True), (1, -0.1, False), (-1, -0.1, True), (-1, 0.1, False)])
+@pytest.mark.parametrize(
+    ("sign", "real", "told"), [(1, 0.1, True), (1, -0.1, False), (-1, -0.1, True), (-1, 0.1, False)]
+)
 def test_passivity_of_an_impedance_is_the_sign_of_the_real_part(sign, real, told):
     fit = SimpleNamespace(
         place=SimpleNamespace(passive_sign=sign, passive_part="real"),

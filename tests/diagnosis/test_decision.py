@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
-from multilayer.diagnosis.decision import cancellation, decide
+from multilayer.diagnosis.decision import decide
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
@@ -15,32 +15,6 @@ from multilayer.diagnosis.fitting import fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
-
-
-class OtherGain(EFFECTS["channel_gain"]):
-    """The same law under another name."""
-
-    name = "other_gain"
-
-
-def fitted(effects, sizes):
-    joint = joint_bench()
-    hypothesis = joint.with_effects(*effects)
-    coordinates = [float(p.prior.coordinate(size)) for p, size in zip(hypothesis.effect_parameters, sizes, strict=True)]
-    z = np.concatenate([np.zeros(len(joint.parameters)), coordinates])
-    return SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=z))
-
-
-@pytest.mark.parametrize("size", [0.04, 0.01, -0.02, -0.038])
-def test_the_cancellation_of_two_effects(size):
-    ratio = cancellation(fitted([EFFECTS["channel_gain"](), OtherGain()], [0.04, size]))
-    first, second = np.log1p(0.04), np.log1p(size)
-    assert ratio == pytest.approx(min(first, abs(second)) / abs(first + second), rel=0.02)
-
-
-def test_independent_effects_do_not_cancel():
-    # level and phase
-    assert cancellation(fitted([EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()], [0.04, 1e-5])) < 1
 
 
 def test_a_skin_is_never_softer_and_glue_never_heavier_than_glue():
@@ -99,3 +73,18 @@ def test_what_is_less_probable_than_something_else_is_not_named(behind, verdict)
     decision = decide(ModelComparison(nominal, fitted, evidence, 1), {names: Shrinkage(100.0, 1.0, "all")})
     assert decision.verdict == verdict, decision.reason
     assert decision.best == names
+
+
+@pytest.mark.parametrize(("lead", "named"), [(100.0, 2), (20.0, 1)])
+def test_two_effects_are_named_where_the_second_adds_much(lead, named):
+    gain, delay = EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    single = fit_effects(nominal, {gain.name: gain})[gain.name,]
+    pair = fit(nominal.hypothesis.with_effects(gain, delay), single.minimum.z)
+    one, two = (gain.name,), (gain.name, delay.name)
+    evidence = {(): -1000.0, one: -10.0 - lead, two: -10.0, UNKNOWN: -500.0}
+    comparison = ModelComparison(nominal, {one: single, two: pair}, evidence, 1)
+    shrinkages = {one: Shrinkage(100.0, 3.0, "all"), two: Shrinkage(100.0, 1.0, "all")}
+    decision = decide(comparison, shrinkages)
+    assert decision.verdict == "effect", decision.reason
+    assert len(decision.best) == named

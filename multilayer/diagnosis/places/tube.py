@@ -122,7 +122,7 @@ class LayerDensity(InLayer):
 
 
 class LayerBulkModulus(InLayer):
-    """The effective bulk modulus of the air in a layer's pores: its compression and the heat that it gives the frame."""
+    """The effective bulk modulus of the air in a layer's pores: compression, and heat that it gives the frame."""
 
     name = "layer_bulk_modulus"
     title = "in a layer, by the bulk modulus of the air in its pores"

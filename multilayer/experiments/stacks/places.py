@@ -97,7 +97,7 @@ def with_other_pores(stack: Stack, name: str, density: Numeric = 1.0, bulk_modul
     for index, label in pore_layers(stack):
         if label == name:
             layer = stack.layers[index]
-            other = _with_factors(type(layer)).model_construct(**dict(layer))  # type: ignore[arg-type]
+            other = _with_factors(type(layer)).model_construct(**dict(layer))
             other._factors = (density, bulk_modulus)
             return with_layer(stack, index, other)
     return stack
