@@ -71,11 +71,14 @@ def diagnose(
         int | None, typer.Option(metavar="N", help="Processes to compute with; one per core, at most 4, by default.")
     ] = None,
     figures: Figures = True,
+    exit_code: Annotated[
+        bool, typer.Option("--exit-code", help="End with status 1 where there is a gap, as diff does; for scripts.")
+    ] = False,
 ) -> None:
     """Say where model and measurement disagree, which effect causes it, how far it shrinks.
 
-    Writes diagnosis.json, figures and report.html. Exit status: 0 no gap, 1 a gap (whether its cause is known or not),
-    2 the input cannot be used (nothing is written).
+    Writes diagnosis.json, moduli.csv (nominal and corrected, with intervals), figures and report.html. Exit status: 0
+    done, whatever was found (with --exit-code 1 for a gap), 2 the input cannot be used (nothing is written).
 
     Example: multilayer diagnose examples/foam_b --out results/why
 
@@ -103,7 +106,10 @@ def diagnose(
             _save(result, save_law)
         for text in result.record.get("warnings", ()):
             typer.echo(f"warning: {text}", err=True)
-        finish(diagnosis_report(result), folder, as_json=as_json, figures=figures, executor=executor)
+        report = diagnosis_report(result, source, folder)
+        finish(report, folder, as_json=as_json, figures=figures, executor=executor)
+    if exit_code and result.verdict != "no_gap":
+        raise typer.Exit(1)
 
 
 def _save(result: Diagnosis, file: Path) -> None:

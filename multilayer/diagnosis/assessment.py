@@ -15,9 +15,10 @@ from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison, compare
 from multilayer.diagnosis.experiment_design import Rivals
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, is_explained, simple_form
+from multilayer.diagnosis.place_fits import PlaceFit, simple_form
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.thresholds import NEAR
@@ -74,21 +75,26 @@ class Assessment:
 
     @cached_property
     def probabilities(self) -> dict[tuple[str, ...], float]:
-        """Probabilities of the causes."""
-        return self.comparison.probabilities()
+        """Probabilities of the causes, as they agree with the verdict's."""
+        return self.decision.probabilities(self.comparison)
 
     @property
     def rivals(self) -> Rivals:
-        """The hypotheses that an experiment should discriminate: those of the group, or the best two.
+        """The hypotheses that an experiment should discriminate: those of the group, or the best and its rival.
 
-        The second best is left out where it is far behind: which one is second there depends on next to nothing.
+        The rival is the second best where that is near, else "none of the known": a free law at the best place.
         """
         ranked = [names for names in self.comparison.ranked if names in self.comparison.fitted]
+        ranked = [names for names in ranked if not set(self.decision.best) < set(names)]
         tied = [names for names in ranked if names in self.decision.group]
         score = self.comparison.score
         near = [names for names in ranked[:2] if score(ranked[0]) - score(names) < NEAR]
         chosen = tied if len(tied) > 1 else near
-        return [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
+        rivals = [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
+        free = next(iter(self.comparison.places.values()), None)
+        if len(rivals) == 1 and free is not None:
+            rivals.append((free.explanation, max(self.probabilities[UNKNOWN], 1e-6)))
+        return rivals
 
     def entries(self, next_experiment: Callable[[Rivals], list[dict[str, Any]]], seed: int) -> dict[str, Any]:
         """Return the entries of ``diagnosis.json`` that are common to rigs and tubes.
@@ -111,7 +117,8 @@ class Assessment:
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
-            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision.group)
+            group = decision.group if decision.verdict == "effect" else []
+            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, group)
             plans = next_experiment(self.rivals)
         return {
             "version": 2,
@@ -190,7 +197,7 @@ def _drawn(
     if decision.verdict == "unknown":
         label = next(iter(comparison.places), "")
     at, nominal = comparison.places.get(label), comparison.nominal
-    if at is None or (decision.verdict == "effect" and not is_explained([at.explanation])):
+    if at is None or (decision.verdict == "effect" and not is_misfit_likely(at.explanation)):
         return None
     before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
     (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)

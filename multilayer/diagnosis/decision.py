@@ -61,6 +61,22 @@ class Decision:
             return max(probabilities[UNKNOWN], RIGHT_GUARDED if self.guarded else 0.0)
         return comparison.probability_with([self.best])
 
+    def probabilities(self, comparison: ModelComparison) -> dict[tuple[str, ...], float]:
+        """Return the probabilities of all hypotheses as they agree with the verdict's; they add up to 1.
+
+        Two effects of which the verdict names one, as that explains the gap by itself, count with that one.
+        """
+        shares, stated = comparison.probabilities(), self.probability(comparison)
+        if self.verdict == "effect":
+            return {
+                names: stated if names == self.best else 0.0 if set(self.best) < set(names) else share
+                for names, share in shares.items()
+            }
+        chosen = () if self.verdict == "no_gap" else UNKNOWN
+        others = sum(share for names, share in shares.items() if names != chosen)
+        scale = (1 - stated) / others if others > 0 else 0.0
+        return {names: stated if names == chosen else scale * share for names, share in shares.items()}
+
 
 def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> Decision:
     """Return the verdict by the thresholds; the rules stand in ``docs/theory/diagnosis.md``."""

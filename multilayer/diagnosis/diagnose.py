@@ -10,6 +10,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
@@ -39,6 +40,7 @@ from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import plane_wave_problem
 from multilayer.fits.joint.search import solve_joint
 from multilayer.fits.settings import FitSettings
+from multilayer.inference.derivative import Stencil
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Campaign
@@ -46,6 +48,7 @@ from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
+_REACH = float(ndtri(0.95))  # standard deviations from a value to the end of its 90 % interval
 _DB = 20 / np.log(10)
 N_STEPS = steps.N_STEPS + 1  # the places besides
 
@@ -127,7 +130,8 @@ def diagnose_campaign(
         **({"with": [effect.name for effect in given]} if given else {}),
     }
     best = assessment.best_fit
-    return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, _moduli(nominal, best))
+    record["moduli"] = moduli = _moduli(nominal, best)
+    return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, moduli)
 
 
 def fit_nominal(
@@ -247,11 +251,21 @@ def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
 def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
     f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
     at = np.geomspace(f.min(), f.max(), 60)
-    moduli: dict[str, Any] = {"frequency_hz": at.tolist()}
-    for name, fitted in (("nominal", nominal), ("corrected", best)):
-        e = _modulus(fitted, at)
-        moduli[name] = {"E1": e.real.tolist(), "E2": e.imag.tolist()}
-    return moduli
+    pairs = (("nominal", nominal), ("corrected", best))
+    return {"frequency_hz": at.tolist(), **{name: _with_band(fitted, at) for name, fitted in pairs}}
+
+
+def _with_band(fitted: Fitted, frequency: RealArray) -> dict[str, list[float]]:
+    """Return E1 and E2, Pa, with the ends of their 90 % intervals, from the posterior of ln E1 and ln E2."""
+    stencil = Stencil.central(fitted.minimum.z)
+    e = fitted.hypothesis_as(CampaignProblem).modulus(stencil.points, frequency)
+    found: dict[str, list[float]] = {}
+    for name, part in (("E1", e.real), ("E2", e.imag)):
+        value, slopes = stencil.linearised(np.log(part))
+        spread = np.sqrt(np.einsum("fi,ij,fj->f", slopes, fitted.minimum.covariance, slopes))
+        ends = {"": 0.0, "_low": -_REACH, "_high": _REACH}
+        found |= {f"{name}{end}": np.exp(value + reach * spread).tolist() for end, reach in ends.items()}
+    return found
 
 
 def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:

@@ -22,14 +22,16 @@ def cause_entries(
     probabilities: Mapping[tuple[str, ...], float],
     group: Sequence[tuple[str, ...]],
 ) -> list[dict[str, Any]]:
-    """Return the entries of ``causes``, the most probable first; the nominal model is among them.
+    """Return the entries of ``causes``, the most probable first.
 
-    So is the group of the verdict, however many pairs with a second effect are more probable.
+    The nominal model and the unknown cause are among them, and so is the group of the verdict, however many pairs with
+    a second effect have more evidence: of these `counted_with` names what their probability counts with. `shrinkage`
+    is that on held-out data, null of causes that were not checked on these.
     """
     shares = dict(zip(similarity.names, similarity.kept, strict=True))
     entries = []
     listed = dict.fromkeys([*comparison.ranked[:_MOST_CAUSES], *group, UNKNOWN, ()])
-    for names in sorted(listed, key=lambda names: -comparison.score(names)):
+    for names in sorted(listed, key=lambda names: (-probabilities[names], -comparison.score(names))):
         entry: dict[str, Any] = {
             "effects": list(names),
             "probability": round(probabilities[names], 4),
@@ -43,11 +45,10 @@ def cause_entries(
             after = gap_in_fit(fitted)
             entry["parameters"] = _parameters(fitted)
             entry["gap_after"] = after
-            if names in shrinkages:
-                entry["shrinkage"] = round(shrinkages[names].share, 4)
-            else:
-                entry["shrinkage"] = _share(entry["gap_before"], after)
+            entry["shrinkage"] = round(shrinkages[names].share, 4) if names in shrinkages else None
             entry["absorbed"] = any(shares[name] < ABSORBED for name in names)
+            if with_it := next((best for best in group if set(best) < set(names)), None):
+                entry["counted_with"] = list(with_it)
         entries.append(entry)
     return entries
 
@@ -104,7 +105,3 @@ def _parameters(fitted: Fitted) -> dict[str, Any]:
         value, low, high = fitted.interval(parameter.name)
         entries[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
     return entries
-
-
-def _share(before: float, after: float) -> float:
-    return round(1 - max(after - 1, 0.0) / max(before - 1, 1e-9), 4) if before > 1 else 0.0

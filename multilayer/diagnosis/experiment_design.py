@@ -16,11 +16,13 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray, half_turn
+from multilayer.diagnosis.evidence import UNKNOWN
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.executors import run_all
+from multilayer.experiments.places import LawAtPlace
 
 Rivals: TypeAlias = Sequence[tuple[Fitted, float]]  # hypotheses with their probabilities
-_MOST = 1e4  # nats
+_ENOUGH = 100.0  # nats: a design that is sure to tell; of such the cheapest comes first
 
 
 @dataclass(frozen=True)
@@ -92,18 +94,24 @@ def rank_designs(
         gains, weights = 0.0, 0.0
         for (i, a), (j, b) in combinations(enumerate(rivals), 2):
             weight = a[1] * b[1]
-            gain = min(_half_squared_distance(predictions[i], predictions[j], a[0], has_phase=has_phase), _MOST)
+            gain = _half_squared_distance(predictions[i], predictions[j], a[0], has_phase=has_phase)
             gains, weights = gains + weight * gain, weights + weight
             best = max(best, (weight * gain, i, j))
         entries.append(
             {
                 "change": design.change,
-                "separates": [list(rivals[i][0].names) for i in best[1:]],
+                "separates": [_names(rivals[i][0]) for i in best[1:]],
                 "expected_gain": round(gains / max(weights, 1e-12), 2),
                 "cost_hours": design.cost,
             }
         )
-    return sorted(entries, key=lambda entry: -entry["expected_gain"] / entry["cost_hours"])
+    return sorted(entries, key=lambda entry: -min(entry["expected_gain"], _ENOUGH) / entry["cost_hours"])
+
+
+def _names(fitted: Fitted) -> list[str]:
+    """Return the names of a hypothesis' effects; that of the unknown cause where a law is drawn."""
+    is_drawn = any(isinstance(effect, LawAtPlace) for effect in fitted.hypothesis.effects)
+    return list(UNKNOWN if is_drawn else fitted.names)
 
 
 def _predictions(predict: Callable[[Fitted, D], Prediction], rivals: Sequence[Fitted], design: D) -> list[Prediction]:

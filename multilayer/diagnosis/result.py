@@ -74,7 +74,8 @@ class Diagnosis:
     curves : tuple of Curves
     similarity : Similarity
     moduli : dict
-        ``frequency_hz``, and ``nominal`` and ``corrected`` with ``E1`` and ``E2``, Pa.
+        ``frequency_hz``, and ``nominal`` and ``corrected`` with ``E1``, ``E1_low``, ``E1_high`` and the same of ``E2``,
+        Pa: 90 % intervals. Corrected is with the cause, or with the law drawn at its place; empty of a tube.
     """
 
     campaign: str

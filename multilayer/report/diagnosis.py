@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
+from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from multilayer.diagnosis.effects.base import EFFECTS
@@ -23,10 +25,19 @@ from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 Record = Mapping[str, Any]
 _ABSURD = 1e9  # in SI units: an effect that must be that large cannot be seen at all
 _MOST_ROWS, _MOST_EXPERIMENTS = 6, 5
+_PLUGIN = "multilayer plugins new NAME --kind effect"
+_SURE = 100.0  # nats: odds that nobody doubts
 
 
-def diagnosis_report(diagnosis: Diagnosis) -> Report:
-    """Return the report of a diagnosis."""
+def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: Path | None = None) -> Report:
+    """Return the report of a diagnosis.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    source, folder : Path, optional
+        What was diagnosed, and where the files of the report go: for the commands to type next.
+    """
     record, verdict = diagnosis.record, diagnosis.verdict
     several = len(record["group"]) > 1
     label = {"effect": "Cause found", "unknown": "Cause unknown", "no_gap": "No gap"}[verdict]
@@ -34,7 +45,10 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     held_out = record["gap"].get("held_out") if verdict != "no_gap" else ""
     numbers = "; ".join(f"{name} {value}" for name, value in gap)
     noise = f"noise alone: {significant(number_or_nan(record['gap'].get('noise', 1.0)))}"
-    meaning = "The gap is the mean square of measured minus modelled over its variance, stated quantities included"
+    meaning = (
+        "The gap is the mean square of measured minus modelled over its variance, stated quantities included; the "
+        "misfit is that of the data that were fitted; shrinkage is of what a gap has beyond noise"
+    )
     drawn = _drawings(diagnosis)
     tried = [("hypotheses compared", str(record["hypotheses_tried"]))] if "hypotheses_tried" in record else []
     unused = f" Before and after are taken on data that were not used in the fit ({held_out})." if held_out else ""
@@ -46,7 +60,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
         sentence=record["sentence"],
         facts=(*gap, *tried),
         note=f"{meaning}; {noise}.{unused}",
-        sections=_sections(diagnosis, drawn),
+        sections=(*_sections(diagnosis, drawn), *_commands(diagnosis, source, folder)),
         inputs=record.get("inputs", {}),
         opening=(
             f"{diagnosis.campaign}: {record['sentence']}",
@@ -54,10 +68,39 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
         ),
         record=record,
         record_file="diagnosis.json",
+        tables={"moduli.csv": _moduli_csv(diagnosis.moduli)} if diagnosis.moduli else {},
         page="report.html",
         figures={f"{name}.png": draw for name, draw in drawn.items()},
-        accepted=verdict == "no_gap",
     )
+
+
+def _moduli_csv(moduli: Mapping[str, Any]) -> str:
+    """Return the moduli over frequency with their 90 % intervals, Pa."""
+    kinds = [(f"{name}_{key}_pa", values) for name in ("nominal", "corrected") for key, values in moduli[name].items()]
+    columns = [("frequency_hz", moduli["frequency_hz"]), *kinds]
+    rows = zip(*(values for _, values in columns), strict=True)
+    lines = [",".join(name for name, _ in columns), *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) -> tuple[Section, ...]:
+    """Return the commands to type next."""
+    record = diagnosis.record
+    if source is None or folder is None or not diagnosis.moduli:
+        return ()
+    campaign, found = quote(str(source)), quote(str(folder / "diagnosis.json"))
+    if record["verdict"] == "no_gap":
+        lines = [f"multilayer fit {campaign} --joint   # one modulus law for all bursts: the model explains them"]
+    elif record["verdict"] == "effect" or record.get("law"):
+        acts = "the cause" if record["verdict"] == "effect" else "the law drawn at its place"
+        lines = [
+            f"multilayer fit {campaign} --with {found}   # the modulus with {acts} in the model",
+            f"multilayer diagnose {campaign} --with {found}   # what is left beyond it",
+            f"multilayer diagnose {campaign} --save-law rig.yaml   # to apply it to later campaigns of this rig",
+        ]
+    else:
+        lines = [f"multilayer effects   # what is known to act; a plugin may add what acts here: {_PLUGIN}"]
+    return (Section("What to type next", remarks=tuple(lines)),)
 
 
 def _drawings(diagnosis: Diagnosis) -> dict[str, Draw]:
@@ -170,7 +213,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         "that is": lambda place: place["title"],
         ">probability": lambda place: percent(number_or_nan(place["probability"])),
         ">nats behind": lambda place: significant(number_or_nan(place["behind"])),
-        ">gap in fit": lambda place: significant(number_or_nan(place["gap_after"])),
+        ">misfit": lambda place: significant(number_or_nan(place["gap_after"])),
         ">shrinkage": lambda place: percent(number_or_nan(place["shrinkage"])),
     }
     listing = Listing.of(record["places"][:_MOST_ROWS], columns, marked=1)
@@ -204,23 +247,39 @@ def _law_caption(record: Record) -> str:
 
 
 def _causes(record: Record) -> Listing:
-    """Return the causes, most probable first, with the sizes of their parameters (90 % intervals)."""
+    """Return the causes, most probable first, with the sizes of their parameters (90 % intervals).
+
+    What none of the known effects causes is always among them, and so is what the others come to: the probabilities add
+    up to 1. That of an unknown cause is no matter of evidence alone, so that it is behind nothing.
+    """
     best = figures.best_score(record)
 
     def behind(cause: Record) -> str:
+        if "counted_with" in cause or cause["effects"] == ["unknown"]:
+            return "–"
         nats = best - cause["score"]
         return f"{nats:.{1 if nats < 100 else 0}f}"
 
+    def probability(cause: Record) -> str:
+        return "–" if "counted_with" in cause else percent(number_or_nan(cause.get("probability")))
+
     columns: dict[str, Callable[[Record], str]] = {
         "cause": lambda cause: in_words(cause["effects"]),
-        ">probability": lambda cause: percent(number_or_nan(cause.get("probability"))),
+        ">probability": probability,
         ">nats behind": behind,
-        ">gap in fit": lambda cause: significant(number_or_nan(cause.get("gap_after"))),
+        ">misfit": lambda cause: significant(number_or_nan(cause.get("gap_after"))),
         ">shrinkage": lambda cause: percent(number_or_nan(cause.get("shrinkage"))),
         "size (90 % interval)": lambda cause: _sizes(cause.get("parameters", {}), several=len(cause["effects"]) > 1),
         "remark": lambda cause: _remark(record, cause),
     }
-    return Listing.of(record["causes"][:_MOST_ROWS], columns, marked=len(record["group"]))
+    causes = record["causes"]
+    shown = [c for i, c in enumerate(causes) if i < _MOST_ROWS or c["effects"] == ["unknown"]]
+    listing = Listing.of(shown, columns, marked=len(record["group"]))
+    if not causes:
+        return listing
+    rest = 1 - sum(number_or_nan(cause["probability"]) for cause in shown)
+    others = ("all others", percent(max(rest, 0.0)), *[""] * (len(columns) - 2))
+    return replace(listing, rows=(*listing.rows, others))
 
 
 def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str:
@@ -235,7 +294,8 @@ def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str
 
 def _remark(record: Record, cause: Record) -> str:
     tied = len(record["group"]) > 1 and cause["effects"] in record["group"]
-    texts = ("not told apart" if tied else "", "absorbed by the unknowns" if cause.get("absorbed") else "")
+    counted = f"counts with {in_words(cause['counted_with'])}" if "counted_with" in cause else ""
+    texts = ("not told apart" if tied else "", counted, "absorbed by the unknowns" if cause.get("absorbed") else "")
     return "; ".join(filter(None, texts))
 
 
@@ -310,13 +370,19 @@ def _next(record: Record, picture: tuple[Picture, ...]) -> Section:
     columns: dict[str, Callable[[Record], str]] = {
         "change": lambda entry: entry["change"].replace("_", " "),
         "separates": lambda entry: " from ".join(in_words(names) for names in entry["separates"]),
-        ">expected gain": lambda entry: f"{entry['expected_gain']:.1f} nats",
+        ">expected gain": _gain,
         ">cost": lambda entry: f"{entry['cost_hours']:g} h" if "cost_hours" in entry else "–",
     }
     listing = Listing.of(entries, columns)
     if separates := listing.common(1):
         listing = replace(listing.without(1), caption=f"{title}, to separate {separates}")
     return Section(title, picture, beside=Section("", listings=(listing,)))
+
+
+def _gain(entry: Record) -> str:
+    """Return the expected gain; beyond what is sure to tell, the number means nothing."""
+    gain = number_or_nan(entry["expected_gain"])
+    return f"{gain:.1f} nats" if gain < _SURE else f"above {_SURE:g} nats"
 
 
 def _detectable(record: Record, similarity: Similarity) -> Pairs:

@@ -42,8 +42,11 @@ def number_or_nan(value: Any) -> float:
 
 
 def best_score(record: Mapping[str, Any]) -> float:
-    """Return the largest score of all causes: evidence, how common the cause is, and held-out data."""
-    return max((float(cause["score"]) for cause in record["causes"]), default=math.nan)
+    """Return the largest score of all causes: evidence, how common the cause is, and held-out data.
+
+    Of those that count by themselves.
+    """
+    return max((float(cause["score"]) for cause in record["causes"] if "counted_with" not in cause), default=math.nan)
 
 
 def places_in_bands(record: Mapping[str, Any]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
@@ -108,7 +111,8 @@ def _bars(axis: Axes, labels: Sequence[str], values: Sequence[float], tints: Seq
 
 def _shown_causes(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the most probable causes; what is none of the effects is always among them."""
-    ranked = sorted(record["causes"], key=lambda cause: -cause["score"])
+    alone = [cause for cause in record["causes"] if "counted_with" not in cause]
+    ranked = sorted(alone, key=lambda cause: -cause["score"])
     return [c for i, c in enumerate(ranked) if i < _MOST_CAUSES or c["effects"] in ([], ["unknown"])]
 
 
@@ -272,7 +276,7 @@ def _scale(axis: Axes, tints: Colormap) -> None:
 
 
 def draw_moduli(moduli: Mapping[str, Any]) -> Figure:
-    """Draw storage and loss modulus over frequency, of the nominal model and of the best hypothesis."""
+    """Draw storage and loss modulus over frequency, of nominal model and best hypothesis, with 90 % intervals."""
     f = np.asarray(moduli["frequency_hz"], dtype=float)
     figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
     kinds = (("nominal", "--"), ("corrected", "-"))[: 1 if moduli["corrected"] == moduli["nominal"] else 2]
@@ -280,6 +284,8 @@ def draw_moduli(moduli: Mapping[str, Any]) -> Figure:
         unit, factor = pressure_unit(max(max(moduli[name][part]) for name, _ in kinds))
         for i, (name, style) in enumerate(kinds):
             axis.plot(f, np.asarray(moduli[name][part]) / factor, style, color=colour(1 - i), label=name)
+            ends = [np.asarray(moduli[name][f"{part}_{end}"]) / factor for end in ("low", "high")]
+            axis.fill_between(f, *ends, color=colour(1 - i), alpha=0.2, linewidth=0)
         axis.set_ylabel(f"{part} / {unit}")
     axes[1, 0].set_xlabel("frequency / Hz")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=7)

@@ -170,7 +170,9 @@ def diagnosis(verdict="effect", n=6, campaign="foam_b", sentence=None, configura
     e = 1.1e5 * (1j * f / 300) ** 0.12
     moduli = {"frequency_hz": f.tolist()}
     for name, factor in (("nominal", 1.0), ("corrected", shift)):
-        moduli[name] = {"E1": (factor * e.real).tolist(), "E2": (factor * e.imag).tolist()}
+        ends = {"": 1.0, "_low": 0.98, "_high": 1.02}
+        parts = {"E1": factor * e.real, "E2": factor * e.imag}
+        moduli[name] = {f"{p}{end}": (at * v).tolist() for p, v in parts.items() for end, at in ends.items()}
     alike = [("preload", "sensor_mass"), ("channel_gain", "crosstalk")] if effects is EFFECTS else []
     return Diagnosis(
         campaign,

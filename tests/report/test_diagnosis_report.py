@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -244,3 +245,45 @@ def test_page_prints_on_two_sheets(name, pages, tmp_path):
     subprocess.run([*command, (tmp_path / "report.html").as_uri()], check=True, capture_output=True, timeout=120)
     sheets = re.findall(rb"/Type\s*/Page\b(?!s)", (tmp_path / "r.pdf").read_bytes())
     assert 1 <= len(sheets) <= 2
+
+
+@pytest.mark.parametrize("verdict", ["effect", "unknown"])
+def test_the_probabilities_of_the_causes_add_up(verdict):
+    listings = [t for section in diagnosis_report(diagnosis(verdict)).sections for t in section.listings]
+    (causes,) = [table for table in listings if table.headings[0] == "cause"]
+    at = causes.headings.index("probability")
+    shares = [float(row[at].removesuffix("%")) for row in causes.rows if row[at] not in ("–", "")]
+    assert abs(sum(shares) - 100) < 0.6 * len(shares)
+    named = [row[0] for row in causes.rows]
+    assert "none of the known" in named
+    assert named[-1] == "all others"
+
+
+def test_two_effects_that_count_with_one_are_told_so():
+    made = diagnosis()
+    causes = [{**cause} for cause in made.record["causes"]]
+    causes[2] |= {"effects": ["sensor_mass", "rocking"], "counted_with": ["sensor_mass"], "score": 1e4}
+    report = diagnosis_report(replace(made, record={**made.record, "causes": causes}))
+    (table,) = [t for section in report.sections for t in section.listings if t.headings[0] == "cause"]
+    row = next(row for row in table.rows if "rocking" in row[0])
+    assert row[1:3] == ("–", "–")
+    assert "counts with sensor mass" in row[-1]
+    assert table.rows[0][2] == "0.0"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "command"),
+    [("effect", "multilayer fit my/foam --with out/diagnosis.json "), ("no_gap", "multilayer fit my/foam --joint ")],
+)
+def test_it_ends_with_the_commands_to_type_next(verdict, command):
+    report = diagnosis_report(diagnosis(verdict), Path("my/foam"), Path("out"))
+    assert report.sections[-1].title == "What to type next"
+    assert report.sections[-1].remarks[0].startswith(command)
+
+
+def test_a_gain_beyond_doubt_is_no_number():
+    made = diagnosis()
+    plans = [{**plan, "expected_gain": 54321.0} for plan in made.record["next_experiment"]]
+    page = diagnosis_report(replace(made, record={**made.record, "next_experiment": plans}))
+    tables = [t for s in page.sections for part in s.parts() for t in part.listings]
+    assert any("above 100 nats" in row for table in tables for row in table.rows)
