@@ -9,9 +9,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from multilayer.diagnosis.diagnose import diagnose_campaign
+    from multilayer.diagnosis.result import Diagnosis
     from multilayer.errors import InputError, MultilayerError
-    from multilayer.fits.burst.fit import fit_campaign
     from multilayer.fits.result import FitResult
+    from multilayer.fits.run import fit_campaign
     from multilayer.fits.settings import FitSettings
     from multilayer.layers import LAYERS, Layer
     from multilayer.measurements import load_campaign, load_recordings
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "LAYERS": "multilayer.layers",
+    "Diagnosis": "multilayer.diagnosis.result",
     "FitResult": "multilayer.fits.result",
     "FitSettings": "multilayer.fits.settings",
     "InputError": "multilayer.errors",
@@ -30,9 +33,10 @@ _HOMES = {
     "SimulationResult": "multilayer.simulation",
     "Stack": "multilayer.stack",
     "base_motion": "multilayer.response",
+    "diagnose_campaign": "multilayer.diagnosis.diagnose",
     "diffuse_field": "multilayer.response",
     "fields": "multilayer.response",
-    "fit_campaign": "multilayer.fits.burst.fit",
+    "fit_campaign": "multilayer.fits.run",
     "load_campaign": "multilayer.measurements",
     "load_recordings": "multilayer.measurements",
     "load_simulation": "multilayer.simulation",
@@ -44,6 +48,7 @@ _HOMES = {
 
 __all__ = [
     "LAYERS",
+    "Diagnosis",
     "FitResult",
     "FitSettings",
     "InputError",
@@ -53,6 +58,7 @@ __all__ = [
     "SimulationResult",
     "Stack",
     "base_motion",
+    "diagnose_campaign",
     "diffuse_field",
     "fields",
     "fit_campaign",
@@ -67,6 +73,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("multilayer")
     if name not in _HOMES:
         raise AttributeError(f"module 'multilayer' has no attribute '{name}'")
     return getattr(import_module(_HOMES[name]), name)

@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.errors import InputError
+from multilayer.errors import InputError, suggest
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.axes import Axes
 
 Array: TypeAlias = NDArray[Any]
 Column: TypeAlias = tuple[tuple[str, ...], Array]  # the axes, and values over them
 _MOST_ROWS = 12  # shown in a notebook
+_UNITS_IN_NAMES = ("hz", "pa", "s", "db")
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,38 @@ class Tabular:
         )
         return _package("xarray").Dataset(values, coordinates, dict(frame.facts))
 
+    def plot(self, name: str = "", axes: Axes | None = None, **style: Any) -> Axes:
+        """Draw a quantity over frequency, a line for every case, configuration or angle; with its deviations, if any.
+
+        Parameters
+        ----------
+        name : str
+            Of the quantity, as `to_pandas` names its column; the first when left out. Of complex ones the amount.
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; new ones when left out.
+        **style
+            Of the lines, as matplotlib's `plot` takes them.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            When there is no such quantity.
+        """
+        frame = self.frame
+        drawable = [key for key, (_, array) in frame.values.items() if array.dtype.kind in "fic"]
+        chosen = name or drawable[0]
+        if chosen not in drawable:
+            raise InputError(f"there is no quantity '{chosen}'; {suggest(chosen, drawable)}")
+        if axes is None:
+            from matplotlib import pyplot
+
+            _, axes = pyplot.subplots()
+        return _drawn(frame, chosen, axes, style)
+
     def __repr__(self) -> str:
         frame = self.frame
         facts = [f"{name} {_cell(value)}" for name, value in frame.facts.items()]
@@ -161,6 +195,33 @@ def html_table(headings: Sequence[str], rows: Sequence[Sequence[str]], caption: 
     body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _drawn(frame: Frame, name: str, axes: Axes, style: Mapping[str, Any]) -> Axes:
+    """Draw a quantity over frequency on axes."""
+    flat = frame.flat()
+    along = next(key for key in frame.coordinates if key.startswith("frequency"))
+    others = [key for key in frame.coordinates if key != along]
+    values = np.abs(flat[name]) if np.iscomplexobj(flat[name]) else flat[name]
+    spread = flat.get(_deviation(name))
+    labels = [", ".join(_cell(flat[key][i]) for key in others) for i in range(len(values))]
+    for label in dict.fromkeys(labels):
+        rows = np.array([i for i, text in enumerate(labels) if text == label])
+        rows = rows[np.argsort(flat[along][rows], kind="stable")]
+        bars = None if spread is None else spread[rows]
+        shown = {"label": label, **style} if label else dict(style)
+        axes.errorbar(flat[along][rows], values[rows], bars, **shown)
+    unit = frame.units.get(name, "")
+    axes.set(xlabel="frequency / Hz", ylabel=f"{name} / {unit}" if unit else name)
+    if any(labels):
+        axes.legend()
+    return axes
+
+
+def _deviation(name: str) -> str:
+    """Return the name of the column that holds a quantity's standard deviation: its unit, if named, stays last."""
+    stem, _, unit = name.rpartition("_")
+    return f"{stem}_std_{unit}" if stem and unit in _UNITS_IN_NAMES else f"{name}_std"
 
 
 def _package(name: str) -> Any:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Literal, Self, get_origin
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from multilayer.errors import show, suggest
+from multilayer.errors import InputError, Problem, show, suggest
 from multilayer.units import field_unit
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 
 class Model(BaseModel):
@@ -33,8 +38,31 @@ class Model(BaseModel):
         """Give the fields that are set and not constant, as text; quantities with their units."""
         for name, info in type(self).model_fields.items():
             value = getattr(self, name, None)
-            if value is not None and get_origin(info.annotation) is not Literal:
+            is_constant = get_origin(info.annotation) is Literal and len(get_args(info.annotation)) == 1
+            if value is not None and not is_constant:
                 yield name, _Shown(shown_value(value, field_unit(info)))
+
+
+class InWords(ModelMetaclass):
+    """Metaclass of models that people make in Python: a mistake in ``Stack(...)`` is an `InputError`.
+
+    Where pydantic makes such a model inside another, the mistakes stay pydantic's, with their places.
+    """
+
+    def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805
+        """Return the model.
+
+        Raises
+        ------
+        InputError
+            With every mistake found, each with its path.
+        """
+        try:
+            return super().__call__(*args, **fields)
+        except ValidationError as error:
+            found = error.errors(include_url=False)
+            problems = [Problem(details["msg"], ".".join(map(str, details["loc"]))) for details in found]
+        raise InputError(problems)
 
 
 class _Shown(str):

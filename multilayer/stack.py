@@ -33,7 +33,7 @@ from multilayer.materials.written import with_materials_written
 from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
-from multilayer.models import Model, refuse
+from multilayer.models import InWords, Model, refuse
 from multilayer.paths import locate, with_values
 from multilayer.units import DIMENSIONLESS, Density, PositiveRatio, Pressure, Speed, Temperature, Unit, Viscosity
 
@@ -95,7 +95,7 @@ Termination = Annotated[
 ]
 
 
-class Stack(Model):
+class Stack(Model, metaclass=InWords):
     """Layers from the excitation to the termination; immutable.
 
     Read one with `load_stack`, change one with `replaced`.

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.result import FitResult
 from multilayer.fits.sources import read_fit
 from validation.scoring import Score, score
@@ -54,7 +54,7 @@ def main() -> None:
         print(folder.name, file=sys.stderr)  # noqa: T201
         for model in MODELS:
             job = read_fit(folder, model=model)
-            result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration)
+            result = fit_bursts(job.campaign, job.recordings, job.settings, job.calibration)
             lines.append(row(folder.name, result, score(result, folder)))
             remarks += [
                 f"- `{folder.name}`, {model}, {b.configuration}, {b.frequency:g} Hz: {b.remark}"

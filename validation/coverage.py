@@ -22,7 +22,7 @@ from scipy.stats import chi2
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.experiments.two_plate.ratios import configuration_data
-from multilayer.fits.burst.fit import burst_problems, fit_campaign
+from multilayer.fits.burst.fit import burst_problems, fit_bursts
 from multilayer.fits.joint.laws import LawMixture, with_deviations
 from multilayer.fits.joint.posterior import law_quantities
 from multilayer.fits.joint.search import first_guess, law_space, solve_joint
@@ -62,7 +62,7 @@ Campaigns whose misfit chance does not explain, though nothing acts that the mod
 BURSTS = """
 ## Burst by burst
 
-`fit_campaign` of every second campaign: errors of the mean over its standard deviation. A normal law has 68 % within
+`fit_bursts` of every second campaign: errors of the mean over its standard deviation. A normal law has 68 % within
 one and 95 % within two.
 
 | model error | quantity | bursts | within 1 s | within 2 s |
@@ -130,7 +130,7 @@ def _within(low: Sequence, high: Sequence, true: Sequence) -> np.ndarray:
 
 def score_bursts(made: Simulated) -> Found:
     """Return whether one and two standard deviations of the burst-by-burst fit hold the truth."""
-    result = fit_campaign(made.campaign, made.recordings)
+    result = fit_bursts(made.campaign, made.recordings)
     true = made.law(np.array([b.frequency for b in result.bursts]))
     found = np.array([[b.storage_modulus, b.loss_modulus] for b in result.bursts])
     spread = np.array([[b.storage_modulus_std, b.loss_modulus_std] for b in result.bursts])

@@ -14,7 +14,7 @@ from multilayer_campaigns.modulus_points import points_of
 from multilayer_campaigns.preload import fit_preload
 
 from multilayer.experiments.two_plate.pores import Pores
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import FitJob, read_fit
@@ -107,7 +107,7 @@ def pores() -> None:
     say(AIR_HEADING)
     for name, porosity in (("none", None), ("stated", POROSITY)):
         tell(f"bursts, pores: {name}")
-        result = fit_campaign(job.campaign, job.recordings, with_pores(porosity, 1.0))
+        result = fit_bursts(job.campaign, job.recordings, with_pores(porosity, 1.0))
         found = score(result, AIR)
         errors, held = np.abs(found.relative), (np.abs(found.in_sigmas) <= 2).mean(axis=0)
         cells = [f"{100 * v:.1f} %" for v in (*np.median(errors, axis=0), *np.quantile(errors, 0.9, axis=0))]
@@ -176,7 +176,7 @@ def settings_of(folder: Path) -> list[FitSettings]:
 def shared_row(folder: Path, settings: FitSettings) -> str:
     """Return one line of the table of the shared campaigns."""
     job = read_fit(folder)
-    fitted = fit_campaign(job.campaign, job.recordings, settings)
+    fitted = fit_bursts(job.campaign, job.recordings, settings)
     found = fit_preload([folder.name], points_of(0, job.campaign, fitted))
     known = [name for name in ("pores", "sensor_mass") if getattr(settings, name)]
     model = ", ".join([settings.model, *known])

@@ -12,7 +12,7 @@ from multilayer_campaigns.multi_campaign import SAME_RIG
 from multilayer_campaigns.preload import fit_preload
 from multilayer_campaigns.preload_result import PreloadResult
 
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.rig.draws import draw_errors
@@ -52,7 +52,7 @@ def preload_once(stiffening: float, seed: int) -> PreloadResult:
     effects = [{"effect": "preload", "stiffening": stiffening}] if stiffening else []
     plates = {"thicknesses": [0.025], "top_plates": list(PLATES)}
     made = make_campaign(rig_file(configurations=plates, effects=effects), seed)
-    fitted = fit_campaign(made.campaign, made.recordings)
+    fitted = fit_bursts(made.campaign, made.recordings)
     return fit_preload(["series"], points_of(0, made.campaign, fitted))
 
 
@@ -69,7 +69,7 @@ def cube_once(axes: Sequence[Axis], seed: int, settings: FitSettings | None = No
     points = []
     for index, axis in enumerate(axes):
         campaign, recordings = _along(axis, index, seed)
-        points += points_of(index, campaign, fit_campaign(campaign, recordings, settings))
+        points += points_of(index, campaign, fit_bursts(campaign, recordings, settings))
     return compare_axes(["x", "y", "z"], points, common=ONE_PIECE)
 
 

@@ -25,7 +25,7 @@ from scipy.optimize import minimize
 from multilayer.experiments.two_plate.burst import BurstProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.fits.burst.branches import find_candidates, refine
-from multilayer.fits.burst.fit import burst_problems, fit_campaign, search_bounds
+from multilayer.fits.burst.fit import burst_problems, fit_bursts, search_bounds
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.joint.posterior import with_posterior
 from multilayer.fits.joint.result import JointFit
@@ -122,7 +122,7 @@ def beside(found: JointFit, repeats: int) -> list[str]:
 
 def bursts(job: FitJob, repeats: int) -> list[str]:
     """Return the section on a campaign fitted burst by burst."""
-    whole = timed(lambda: fit_campaign(job.campaign, job.recordings, job.settings, job.calibration), repeats)
+    whole = timed(lambda: fit_bursts(job.campaign, job.recordings, job.settings, job.calibration), repeats)
     problems = burst_problems(job.campaign, job.recordings, job.settings, job.calibration)
     low, high = search_bounds(job.settings)
     searched = timed(lambda: [find_candidates(problem, low, high) for problem in problems], repeats)

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,9 +41,11 @@ from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import plane_wave_problem
 from multilayer.fits.joint.search import solve_joint
 from multilayer.fits.settings import FitSettings
+from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
+from multilayer.measurements.campaign import load_recordings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
@@ -71,8 +74,8 @@ def chosen_effects(wanted: Sequence[str] | None = None, without: Sequence[str] =
 
 
 def diagnose_campaign(
-    campaign: Campaign,
-    recordings: Mapping[tuple[str, float], Recording],
+    campaign: Campaign | Path | str,
+    recordings: Mapping[tuple[str, float], Recording] | None = None,
     effects: Mapping[str, BaseEffect] | None = None,
     *,
     law: str = "fractional_zener",
@@ -86,9 +89,10 @@ def diagnose_campaign(
 
     Parameters
     ----------
-    campaign : Campaign
-    recordings : mapping
-        Signals by (configuration name, frequency).
+    campaign : Campaign, path or str
+        Or the path of its folder or file, with a fit file's calibration if that names one.
+    recordings : mapping, optional
+        Signals by (configuration name, frequency); read from the campaign's files when left out.
     effects : mapping, optional
         By name; all registered ones when left out.
     law : str
@@ -108,6 +112,11 @@ def diagnose_campaign(
         For a campaign that cannot be fitted.
     """
     tell = progress or (lambda text: None)
+    if not isinstance(campaign, Campaign):
+        job = read_fit(Path(campaign))
+        campaign, recordings = job.campaign, recordings or job.recordings
+        calibration = calibration or job.calibration
+    recordings = load_recordings(campaign) if recordings is None else recordings
     every = dict(effects) if effects is not None else chosen_effects()
     nominal, minima = fit_nominal(
         campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor

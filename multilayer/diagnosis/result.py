@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.errors import InputError
 from multilayer.json_text import json_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,42 @@ class Diagnosis:
     curves: tuple[Curves, ...]
     similarity: Similarity
     moduli: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} of {self.campaign}: {self.record['sentence']}"
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> Sequence[Axes]:
+        """Draw E1 and E2 over frequency, of the nominal model and as corrected, with their 90 % intervals.
+
+        Parameters
+        ----------
+        axes : two matplotlib.axes.Axes, optional
+            Where to draw; new ones when left out.
+
+        Returns
+        -------
+        sequence of matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            Of a tube, whose unknowns are no modulus.
+        """
+        if not self.moduli:
+            raise InputError("the diagnosis of a tube has no modulus to draw")
+        if axes is None:
+            from matplotlib import pyplot
+
+            axes = pyplot.subplots(2, 1, sharex=True)[1]
+        for axis, part in zip(axes, ("E1", "E2"), strict=True):
+            for name in ("nominal", "corrected"):
+                values = self.moduli[name]
+                (line,) = axis.plot(self.moduli["frequency_hz"], values[part], label=name)
+                ends = (values[f"{part}_low"], values[f"{part}_high"])
+                axis.fill_between(self.moduli["frequency_hz"], *ends, color=line.get_color(), alpha=0.2)
+            axis.set(xlabel="frequency / Hz", ylabel=f"{part} / Pa")
+            axis.legend()
+        return axes
 
     @property
     def verdict(self) -> str:

@@ -18,8 +18,12 @@ from multilayer.experiments.places import LawAtPlace
 from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.fits.methods import BURST_BY_BURST, JOINT, METHODS, STACKS, Method, Progress
 from multilayer.fits.result import FitResult
-from multilayer.fits.settings import DEFAULT_LAW
-from multilayer.fits.sources import FitJob, Source, StackJob, open_source
+from multilayer.fits.settings import DEFAULT_LAW, FitSettings
+from multilayer.fits.sources import FitJob, Source, StackJob, open_source, read_fit
+from multilayer.measurements.campaign import load_recordings
+from multilayer.measurements.description import Campaign
+from multilayer.signals.calibration import Calibration
+from multilayer.signals.recording import Recording
 
 SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
 
@@ -174,6 +178,44 @@ class FitRun:
         if job.calibration is not None:
             digest.update(json.dumps(job.calibration.to_dict()).encode())
         return digest.hexdigest()
+
+
+def fit_campaign(
+    source: Path | str | Campaign,
+    recordings: Mapping[tuple[str, float], Recording] | None = None,
+    settings: FitSettings | None = None,
+    calibration: Calibration | None = None,
+    progress: Progress | None = None,
+) -> FitResult:
+    """Find the complex modulus of a sample, as `multilayer fit` does.
+
+    Parameters
+    ----------
+    source : path, str or Campaign
+        A campaign folder, its ``campaign.yaml`` or a fit file; or a campaign that was read.
+    recordings : mapping, optional
+        Signals by (configuration name, frequency); read from the campaign's files when left out.
+    settings : FitSettings, optional
+        In place of those of a fit file.
+    calibration : Calibration, optional
+        Removed from the top channel; that of a fit file when left out.
+    progress : callable, optional
+        Called with a short text after every step.
+
+    Raises
+    ------
+    InputError
+        With every mistake found.
+    """
+    if not isinstance(source, Campaign):
+        job = read_fit(Path(source))
+        source, recordings = job.campaign, recordings or job.recordings
+        settings, calibration = settings or job.settings, calibration or job.calibration
+    elif recordings is None:
+        recordings = load_recordings(source)
+    settings = settings or FitSettings()
+    job = FitJob(source, recordings, settings, calibration)
+    return METHODS[settings.method].with_options({}).run(job, progress or (lambda text: None))
 
 
 def _told(effect: Acting) -> list[Any]:

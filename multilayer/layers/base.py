@@ -19,12 +19,12 @@ from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.laws import Modulus, complex_modulus
-from multilayer.models import Model
+from multilayer.models import InWords, Model
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio
 
 
-class Layer(Model):
+class Layer(Model, metaclass=InWords):
     """A homogeneous slab of one kind of medium.
 
     A layer type is a subclass with a `Literal` field ``type``, fields typed from `multilayer.units`, and `faces`. It

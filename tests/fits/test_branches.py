@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multilayer.fits.burst.branches import Candidates, choose_branches, find_candidates
-from multilayer.fits.burst.fit import fit_campaign, search_bounds
+from multilayer.fits.burst.fit import fit_bursts, search_bounds
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Campaign
@@ -52,7 +52,7 @@ def _fit(truths: list[Truth]):
     model = rig()
     data = {t.frequency: burst(t, model) for t in truths}
     recordings = {("one", f): Recording(d.base, d.top, FS) for f, d in data.items()}
-    return fit_campaign(campaign, recordings, FitSettings()).bursts
+    return fit_bursts(campaign, recordings, FitSettings()).bursts
 
 
 def test_a_torn_burst_alone_is_not_accepted() -> None:

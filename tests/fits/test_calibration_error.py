@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.signals.calibration import Calibration
 from tests.fits.rods import campaign_of_rods, fractional_zener
@@ -30,7 +30,7 @@ def test_burst_by_burst_and_jointly_the_truth_is_held(heights):
     true, bursts, moduli = LAW(np.array(BURSTS)), [], []
     for _ in range(8):
         calibration = calibrated(std, rng)
-        result = fit_campaign(campaign, recordings, None, calibration)
+        result = fit_bursts(campaign, recordings, None, calibration)
         bursts += [(b.storage_modulus - LAW(b.frequency).real) / b.storage_modulus_std for b in result.bursts]
         fit = fit_joint(campaign, recordings, calibration=calibration)
         found, covariance = fit.moduli(np.array(BURSTS))
@@ -44,7 +44,7 @@ def test_burst_by_burst_and_jointly_the_truth_is_held(heights):
 def test_a_calibration_that_is_known_exactly_changes_no_deviation():
     campaign, recordings = campaign_of_rods(LAW, frequencies=BURSTS[:2])
     sure = calibrated(0.0)
-    with_it, without = (fit_campaign(campaign, recordings, None, c).bursts for c in (sure, None))
+    with_it, without = (fit_bursts(campaign, recordings, None, c).bursts for c in (sure, None))
     for b, c in zip(with_it, without, strict=True):
         assert b.storage_modulus_std == pytest.approx(c.storage_modulus_std, rel=1e-6)
 

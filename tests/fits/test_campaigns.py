@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.result import FitResult
 from multilayer.fits.sources import read_fit
 from validation.scoring import score
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.reference
 
 def _fit(folder: Path) -> FitResult:
     job = read_fit(folder)
-    return fit_campaign(job.campaign, job.recordings, job.settings, job.calibration)
+    return fit_bursts(job.campaign, job.recordings, job.settings, job.calibration)
 
 
 def test_a_campaign_that_the_model_describes(shared: Path) -> None:

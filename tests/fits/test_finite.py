@@ -8,7 +8,7 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, ModulusRange, finite_rigs, two_plate_rig
 from multilayer.experiments.two_plate.motion import Neighbourhood
-from multilayer.fits.burst.fit import fit_campaign, number_of_steps
+from multilayer.fits.burst.fit import fit_bursts, number_of_steps
 from multilayer.fits.sources import read_fit
 from multilayer.measurements.description import Campaign
 from tests.fits.synthetic import campaign_dict
@@ -69,7 +69,7 @@ def test_the_bias_of_the_free_rim_is_gone(shared: Path, name: str) -> None:
     folder = shared / "campaigns" / name
     job = read_fit(folder, model="finite")
     told: list[str] = []
-    result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, told.append)
+    result = fit_bursts(job.campaign, job.recordings, job.settings, job.calibration, told.append)
     found = score(result, folder)
     assert np.median(np.abs(found.relative[:, 0])) < 0.02
     assert np.all((np.abs(found.in_sigmas) <= 2).mean(axis=0) >= 0.85)

@@ -12,7 +12,7 @@ from multilayer.experiments.two_plate.finite_elements import two_plate_rig
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.experiments.two_plate.pores import Pores
 from multilayer.fits.burst.branches import find_candidates
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.fits.burst.free_rim import search_bounds
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.settings import FitSettings
@@ -45,7 +45,7 @@ def truth(made):
 
 def errors(made, options):
     """Return the relative errors of E1 and E2, shape (n_bursts, 2)."""
-    bursts, there = fit_campaign(made.campaign, made.recordings, options).bursts, truth(made)
+    bursts, there = fit_bursts(made.campaign, made.recordings, options).bursts, truth(made)
     assert all(burst.accepted for burst in bursts)
     pairs = [(burst.optimum, there[burst.frequency]) for burst in bursts]
     return np.array([[b.storage_modulus / e.real - 1, b.loss_modulus / e.imag - 1] for b, e in pairs])

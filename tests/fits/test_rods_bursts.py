@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.experiments.two_plate.burst import BurstData
-from multilayer.fits.burst.fit import burst_problems, fit_campaign
+from multilayer.fits.burst.fit import burst_problems, fit_bursts
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.signals.exchange import SWAPPED, leading_channel
@@ -47,7 +47,7 @@ REGIMES = {
 def test_a_right_solution_is_accepted_whatever_lies_beside_the_band(name):
     law, options, outside = REGIMES[name]
     campaign, recordings = campaign_of_rods(law, **options)
-    result = fit_campaign(campaign, recordings)
+    result = fit_bursts(campaign, recordings)
     relative, deviation = errors(result, law)
     assert np.all(np.abs(relative[0]) < 0.025)
     assert np.all(np.abs(relative) < 3 * deviation)
@@ -64,7 +64,7 @@ def test_a_wrong_level_in_the_band_is_refused():
     law = foam(1.2e5)
     campaign, recordings = campaign_of_rods(law, frequencies=(1500.0,), channel_gain=8.0)
     bounds = {"storage_modulus": (1.5e5, 4e5), "loss_factor": (0.3, 0.6)}
-    (burst,) = fit_campaign(campaign, recordings, FitSettings(bounds=bounds)).bursts
+    (burst,) = fit_bursts(campaign, recordings, FitSettings(bounds=bounds)).bursts
     assert not burst.accepted
 
 
@@ -75,7 +75,7 @@ def test_bursts_of_any_length(cycles):
     campaign, recordings = campaign_of_rods(law, cycles=cycles, frequencies=frequencies)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        result = fit_campaign(campaign, recordings)
+        result = fit_bursts(campaign, recordings)
         joint = fit_joint(campaign, recordings)
         moments = [p.data.stretch_moments for p in burst_problems(campaign, recordings, FitSettings(), None)]
     assert all(np.all(np.isfinite(each)) for each in moments)
@@ -113,7 +113,7 @@ def test_deviations_of_three_cycles_are_honest():
     for k, (relaxed, ratio, time) in enumerate([(1e5, 3, 2e-5), (1e5, 3, 1e-3), (1e6, 3, 1e-3), (1e6, 20, 1e-3)]):
         law = havriliak_negami(relaxed, ratio * relaxed, time, 0.5, 1.0)
         campaign, recordings = campaign_of_rods(law, cycles=3, seed=k)
-        result = fit_campaign(campaign, recordings)
+        result = fit_bursts(campaign, recordings)
         relative, deviation = errors(result, law)
         assert result.all_accepted
         scores.append(np.abs(relative) / deviation)
@@ -157,7 +157,7 @@ def by_nelder_mead(start):
     slow = complex(law(5.0))
     quasi_static = {"storage_modulus": slow.real, "loss_modulus": slow.imag}
     settings = FitSettings(method="nelder-mead", start=start, quasi_static=quasi_static)
-    result = fit_campaign(*campaign_of_rods(law, frequencies=(300.0, 600.0, 800.0)), settings)
+    result = fit_bursts(*campaign_of_rods(law, frequencies=(300.0, 600.0, 800.0)), settings)
     return result, *errors(result, law)
 
 

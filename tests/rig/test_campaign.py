@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.measurements.campaign import load_campaign, load_recordings
 from multilayer.measurements.writing import signal_bytes
 from multilayer.rig.bench import Bench
@@ -203,7 +203,7 @@ def test_a_fit_recovers_the_law(tmp_path):
     found = made(frequencies=frequencies, uncertainty=STATED, repeats=3, seed=11)
     write_campaign(found, tmp_path / "foam")
     campaign = load_campaign(tmp_path / "foam")
-    result = fit_campaign(campaign, load_recordings(campaign))
+    result = fit_bursts(campaign, load_recordings(campaign))
     assert result.all_accepted
     for burst, true in zip(result.bursts, found.truth["moduli"], strict=True):
         assert burst.frequency == true["frequency_hz"]

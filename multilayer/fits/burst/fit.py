@@ -40,7 +40,7 @@ _BETTER = 0.5  # misfits: a minimum as much lower fits better beyond doubt
 _FAR = 3.0  # standard deviations
 
 
-def fit_campaign(
+def fit_bursts(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
     settings: FitSettings | None = None,
@@ -103,7 +103,7 @@ def fit_campaign(
 
 
 def number_of_steps(campaign: Campaign, settings: FitSettings) -> int:
-    """Return how often `fit_campaign` reports progress."""
+    """Return how often `fit_bursts` reports progress."""
     n_bursts = sum(len(configuration.bursts) for configuration in campaign.configurations)
     return 2 * n_bursts if settings.model == "plane_wave" else 3 * n_bursts + len(campaign.configurations)
 
@@ -314,7 +314,7 @@ class LeastSquares(CampaignMethod):
     def run(self, job: FitJob, tell: Progress) -> FitResult:
         """Return the modulus at every burst."""
         settings = job.settings if job.settings.method == self.name else job.settings.changed(method=self.name)
-        return fit_campaign(job.campaign, job.recordings, settings, job.calibration, tell)
+        return fit_bursts(job.campaign, job.recordings, settings, job.calibration, tell)
 
     def compared(self, job: FitJob) -> Mapping[str, Compared]:
         """Return the fits with both models, and that with the region of eq. (10)."""

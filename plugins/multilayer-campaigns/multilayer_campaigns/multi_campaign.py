@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from multilayer.errors import InputError
-from multilayer.fits.burst.fit import fit_campaign, number_of_steps
+from multilayer.fits.burst.fit import fit_bursts, number_of_steps
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import FitJob, read_fit
 from multilayer.measurements.description import Uncertainty
@@ -122,7 +122,7 @@ def fit_several(jobs: Sequence[FitJob], progress: Callable[[str], None] | None =
     names = [job.campaign.folder.resolve().name for job in jobs]
     points, remarks = [], []
     for index, (name, job) in enumerate(zip(names, jobs, strict=True)):
-        result = fit_campaign(job.campaign, job.recordings, job.settings, job.calibration, progress)
+        result = fit_bursts(job.campaign, job.recordings, job.settings, job.calibration, progress)
         points += points_of(index, job.campaign, result, job.settings.sensor_mass)
         if left := sum(not burst.accepted for burst in result.bursts):
             remarks.append(f"{name}: {left} of {len(result.bursts)} bursts have no accepted solution and are left out")

@@ -12,7 +12,7 @@ from multilayer_campaigns.multi_campaign import SAME_RIG
 from test_campaigns_preload import UNCERTAINTY
 
 from multilayer.errors import InputError
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.rig.draws import draw_errors
 from multilayer.rig.statement import campaign_of
 from multilayer.rig.synthesis import Task, measure
@@ -106,7 +106,7 @@ def measured(*factors):
     points = []
     for axis, factor in enumerate(factors):
         campaign, recordings = along(axis, factor)
-        points += points_of(axis, campaign, fit_campaign(campaign, recordings))
+        points += points_of(axis, campaign, fit_bursts(campaign, recordings))
     return compare_axes(NAMES, points, common=SAME_RIG | {"density"})
 
 

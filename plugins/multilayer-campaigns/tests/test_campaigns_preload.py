@@ -7,7 +7,7 @@ from multilayer_campaigns.modulus_points import points_of, static_stress
 from multilayer_campaigns.preload import fit_preload, refuse_one_stress
 
 from multilayer.errors import InputError
-from multilayer.fits.burst.fit import fit_campaign
+from multilayer.fits.burst.fit import fit_bursts
 from multilayer.rig.effect_base import GRAVITY
 from multilayer.rig.synthesis import make_campaign
 from tests.rig.virtual import rig_file
@@ -89,7 +89,7 @@ class TestRig:
         plates = {"thicknesses": [0.025], "top_plates": [0.001, 0.002, 0.004]}
         file = rig_file(*effects, configurations=plates, uncertainty=UNCERTAINTY, frequencies=[200.0, 450.0])
         made = make_campaign(file, seed)
-        fitted = fit_campaign(made.campaign, made.recordings)
+        fitted = fit_bursts(made.campaign, made.recordings)
         return made, fit_preload(["foam"], points_of(0, made.campaign, fitted))
 
     def test_stiffening_is_found(self):
