@@ -18,6 +18,10 @@ class ValidityWarning(UserWarning):
     """A formula is used outside the range it was made for; the result may be wrong, the computation goes on."""
 
 
+class PlausibilityWarning(UserWarning):
+    """A value is allowed, and hardly ever meant: what a file says goes on as it is written."""
+
+
 class PluginWarning(UserWarning):
     """A plugin is broken and was left out; everything else goes on."""
 

@@ -6,6 +6,7 @@ import logging
 import os
 import pickle
 import re
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 from typing import Any, TypeVar
 from warnings import warn
 
@@ -24,6 +25,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 CONNECT_SECONDS = 10
+_NO_LEAKS_TOLD = "ignore:resource_tracker:UserWarning"
 _RETRIES = 3
 _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
 
@@ -195,18 +197,55 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
 
             context = get_context("forkserver")
             context.set_forkserver_preload([*modules, "multilayer.frozen"])
-            forkserver.ensure_running()
-            with ProcessPoolExecutor(jobs, context, _end_with_parent) as pool:
+            if _NO_LEAKS_TOLD not in sys.warnoptions:  # of semaphores, which are cleaned up after Ctrl-C
+                sys.warnoptions.append(_NO_LEAKS_TOLD)
+            with _without_ctrl_c():
+                forkserver.ensure_running()
+            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, context, _end_with_parent)) as pool:
                 yield pool
         else:
-            with ProcessPoolExecutor(jobs, get_context("spawn"), _end_with_parent) as pool:
+            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, get_context("spawn"), _end_with_parent)) as pool:
                 for _ in range(jobs):
                     pool.submit(_import_all, modules)
                 yield pool
 
 
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """Make processes that start inside ignore Ctrl-C, also while they import; not possible outside the main thread."""
+    if current_thread() is not main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _ended_by_ctrl_c(pool: ProcessPoolExecutor) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool; Ctrl-C ends its processes at once, in silence, and waits for nothing."""
+    try:
+        yield pool
+    except KeyboardInterrupt:
+        processes = list((pool._processes or {}).values())  # there is no public way to end them
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.kill()
+        raise
+    except BaseException:
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
 def _end_with_parent() -> None:
-    """End this process when its parent ends, even by a signal: a pool's worker would wait for ever."""
+    """End this process when its parent ends, even by a signal: a pool's worker would wait for ever.
+
+    Ctrl-C is the parent's to answer: a terminal sends it to every process.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:
         Thread(target=_end_after, args=(parent,), daemon=True).start()

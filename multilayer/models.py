@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
@@ -31,6 +32,8 @@ class Model(BaseModel):
             return handler(data)
         except ValidationError as error:
             errors = [details for details in error.errors(include_url=False) if not _is_long_enough(details)]
+            meant = {_meant(details, cls) for details in errors}
+            errors = [details for details in errors if not (details["type"] == "missing" and details["loc"] in meant)]
             problems = [_reworded(details, cls) for details in errors]
             raise ValidationError.from_exception_data(cls.__name__, problems) from None
 
@@ -117,6 +120,14 @@ def _is_long_enough(error: ErrorDetails) -> bool:
         and isinstance(written, list | tuple)
         and len(written) >= error["ctx"]["min_length"]
     )
+
+
+def _meant(error: ErrorDetails, model: type[Model]) -> tuple[int | str, ...] | None:
+    """Return the path of the field that an unknown one is meant to be; it is missing, but that is no second mistake."""
+    if error["type"] != "extra_forbidden" or len(error["loc"]) != 1:
+        return None
+    near = get_close_matches(str(error["loc"][0]), model.model_fields, n=1)
+    return tuple(near) or None
 
 
 def _reworded(error: ErrorDetails, model: type[Model]) -> InitErrorDetails:

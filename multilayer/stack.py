@@ -146,6 +146,12 @@ class Stack(Model, metaclass=InWords):
             except InputError as error:
                 yield ("contacts", i, "between"), str(error), contact.between
 
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        for i, layer in enumerate(self.layers):
+            for field, text in layer.implausible():
+                yield ("layers", i, field), text
+
     def __repr__(self) -> str:
         layers = [f"  {i}: {layer!r}" for i, layer in enumerate(self.layers)]
         return "\n".join([self._headline, *layers, f"  behind: {self.termination}"])

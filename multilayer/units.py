@@ -43,6 +43,12 @@ _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻.·⋅", "0123456789-*
 _POWER = re.compile(r"(?<=[^\W\d_])(-?[1-9])(?!\w)")  # kg/m3, N s m-4
 _UNIT = re.compile(r"(?:[^\W\d]\w*+(?:\s*(?:\*\*|\^)\s*-?[1-9])?|1(?=\s*/)|[*/()\s])+")
 _LONGEST_UNIT = 60
+_COMMA = re.compile(r",([0-9]+)")
+_RAYL = re.compile(r"\brayls?\b", re.IGNORECASE)
+_RAYLS = {  # what takes its place
+    "N*s/m^3": "Pa s/m",
+    "N*s/m^4": "N s/m^4: 1 rayl/cm is 100 of them (MKS) or 1000 (CGS)",
+}
 
 
 def parse_quantity(value: object, unit: str) -> float:
@@ -66,6 +72,9 @@ def parse_quantity(value: object, unit: str) -> float:
     if match is None:
         raise ValueError(f"{show(value)} is no number{_in(unit)}; write {_example(unit)}")
     number, written = float(match[0]), match.string[match.end() :].strip()
+    if comma := _COMMA.match(written):
+        remedy = f"'{match[0]}.{comma[1]}{written[comma.end() :]}'"
+        raise ValueError(f"{show(value)} has a comma: decimals follow a point, {remedy}")
     return _convert(number, written, unit, match.string) if written else number
 
 
@@ -96,6 +105,8 @@ def _convert(number: float, written: str, unit: str, text: str) -> float:
         result = _in_si(number, spelled, unit) if known else None
     except Exception:  # pint raises many kinds for text that is no unit
         known, result = None, None
+    if not known and _RAYL.search(spelled):
+        raise ValueError(f"{show(text)}: a rayl is 1 Pa s/m (MKS) or 10 Pa s/m (CGS); write {_RAYLS.get(unit, unit)}")
     if not known:
         raise ValueError(f"{show(written)} in {show(text)} is no unit known here; write {_example(unit)}")
     if result is None:

@@ -9,6 +9,8 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -21,7 +23,7 @@ from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
 from multilayer.cli.methods import methods
-from multilayer.cli.plugin_commands import Commands
+from multilayer.cli.plugin_commands import STOPPED, Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
 from multilayer.cli.rig import rig
@@ -79,36 +81,42 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a pipe may lack the Greek letters of a table
     try:
-        with _plugin_warnings_as_lines():
+        with _warnings_as_lines():
             app(prog_name="multilayer")
+    except SystemExit as end:
+        if end.code == STOPPED:
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+            os._exit(STOPPED)  # a pool's thread may wait for processes that were killed, and Python for the thread
+        raise
     except MultilayerError as error:
         typer.echo(str(error), err=True)
         sys.exit(2)
     except Exception as error:
         if os.environ.get("MULTILAYER_DEBUG"):
             raise
-        name = type(error).__name__
-        typer.echo(
-            f"multilayer failed on something it should have foreseen ({name}: {error}). This is a bug: please "
-            "report it, with what MULTILAYER_DEBUG=1 in the environment makes this command print.",
-            err=True,
-        )
-        sys.exit(70)
+        from multilayer.cli.failures import failure
+
+        named = tuple(Path(file) for before, file in pairwise(sys.argv) if before == "--plugin")
+        text, status = failure(error, named)
+        typer.echo(text, err=True)
+        sys.exit(status)
     finally:
         gc.freeze()  # nothing is looked through when the process ends: that takes as long as many a command
 
 
 @contextmanager
-def _plugin_warnings_as_lines() -> Iterator[None]:
-    """Tell each broken plugin once, in a line on standard error; other warnings stay as they are."""
-    from multilayer.errors import PluginWarning
+def _warnings_as_lines() -> Iterator[None]:
+    """Tell each broken plugin, and each value that is hardly meant, once, in a line on standard error."""
+    from multilayer.errors import PlausibilityWarning, PluginWarning
 
     with warnings.catch_warnings():
-        warnings.simplefilter("default", PluginWarning)
+        for category in (PluginWarning, PlausibilityWarning):
+            warnings.simplefilter("always", category)
         show, told = warnings.showwarning, set[str]()
 
         def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
-            if not issubclass(category, PluginWarning):
+            if not issubclass(category, PluginWarning | PlausibilityWarning):
                 show(message, category, *place, **options)
             # whatever changes filters in between makes Python forget what it has shown
             elif (line := f"warning: {' '.join(str(message).split())}") not in told:

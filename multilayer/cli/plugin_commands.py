@@ -7,10 +7,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import typer
 from typer.core import TyperGroup
 
 from multilayer.cli.plugin_option import takes_plugins
 
+STOPPED = 130  # exit status after Ctrl-C
 OF_THIS_PROJECT = {
     "preload": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
     "anisotropy": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
@@ -82,4 +84,8 @@ class Commands(TyperGroup):
             from multilayer.plugins.files import plugin_files
 
             ctx.with_resource(plugin_files([Path(file) for file in files]))  # old versions of typer have texts here
-        return super().invoke(ctx)
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            typer.echo("stopped by Ctrl-C: nothing was written", err=True)
+            raise typer.Exit(STOPPED) from None

@@ -65,6 +65,6 @@ def new(
     folder = out / name
     written = write_folder(folder, skeleton.files())
     typer.echo(f"written to {folder}: {', '.join(written)}")
-    typer.echo(f"test it: python -m pytest {folder}")
+    typer.echo(f"test it: python -m pip install pytest, then python -m pytest {folder}")
     typer.echo(f"try it:  multilayer --plugin {folder / skeleton.module}.py plugins")
     typer.echo(f"install: python -m pip install --editable {folder}")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any, TypeVar
+from warnings import warn
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from multilayer.config.kinds import without_kind
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
-from multilayer.errors import InputError, Problem, show
+from multilayer.errors import InputError, PlausibilityWarning, Problem, show
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -55,6 +56,11 @@ def validate(document: Document, model: type[M], kind: str = "", *, context: dic
     ------
     InputError
         With every mistake the model finds, in the order of the file.
+
+    Warns
+    -----
+    PlausibilityWarning
+        Of every value that is hardly meant, where the model's method ``implausible`` gives path and text of such.
     """
     if not isinstance(document.data, dict):
         raise InputError([*document.problems, _not_a_mapping(document)])
@@ -69,6 +75,10 @@ def validate(document: Document, model: type[M], kind: str = "", *, context: dic
         problems += [problem for problem in placed if (problem.line, problem.column) not in reported]
     else:
         if not problems:
+            for path, text in getattr(valid, "implausible", tuple)():
+                place = document.position(path)
+                problem = Problem(text, ".".join(map(str, path)), document.file, *place)
+                warn(str(problem), PlausibilityWarning, stacklevel=2)
             return valid
     problems.sort(key=lambda problem: (problem.line or 0, problem.column or 0))
     raise InputError(dict.fromkeys(problems))

@@ -99,7 +99,10 @@ class Source:
             With every mistake found.
         """
         if self.kind in ("stack", "simulation"):
-            text = f"this is a {TITLES[self.kind]}; a fit needs a campaign folder or a fit file"
+            text = (
+                f"this is a {TITLES[self.kind]}; a fit needs a campaign folder or a fit file, a diagnosis one of these "
+            )
+            text += "or stacks with their measurements, as examples/foam_tube; `multilayer simulate` takes this one"
             raise InputError(f"{self.document.file}: {text}")
         if self.of_stacks:
             text = "this is a stack-fit file; fit it by itself, without campaigns beside it"

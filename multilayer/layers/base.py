@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -22,6 +22,8 @@ from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.models import InWords, Model
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio
+
+_THICKEST = 5.0  # m: no construction has such a layer
 
 
 class Layer(Model, metaclass=InWords):
@@ -62,6 +64,15 @@ class Layer(Model, metaclass=InWords):
         """
         del data
         return frozenset(cls.model_fields)
+
+    def implausible(self) -> Iterator[tuple[str, str]]:
+        """Give field and text of values that are allowed, and hardly ever meant."""
+        thickness = getattr(self, "thickness", None)
+        if isinstance(thickness, float) and thickness > _THICKEST:
+            yield (
+                "thickness",
+                f"a layer of {thickness:g} m; numbers without a unit are in m: is '{thickness:g} mm' meant?",
+            )
 
     @abstractmethod
     def faces(self, wave: Wave) -> Faces:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
@@ -23,6 +23,7 @@ from multilayer.units import (
     Unit,
 )
 
+_ROUNDING = 1.001  # of two lengths that are meant to be the same
 StaticTortuosity = Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)]
 
 
@@ -68,6 +69,16 @@ class PoreLayer(FieldSets):
         if static is not None and dynamic is not None and static <= dynamic:
             raise ValueError("static_viscous_tortuosity must be above tortuosity, its limit at high frequencies")
         return self
+
+    def implausible(self) -> Iterator[tuple[str, str]]:
+        """Give field and text of values that are allowed, and hardly ever meant."""
+        yield from super().implausible()
+        viscous, thermal = self.viscous_length, self.thermal_length
+        if isinstance(viscous, float) and isinstance(thermal, float) and viscous > _ROUNDING * thermal:
+            text = (
+                f"{1e6 * viscous:g} um is above thermal_length, {1e6 * thermal:g} um, which no pores have: exchanged?"
+            )
+            yield "viscous_length", text
 
     def pore_fluid(self, wave: Wave) -> tuple[ComplexArray, ComplexArray]:
         """Return effective density, kg/m3, and bulk modulus, Pa, of the ambient gas in the pores of a rigid frame.

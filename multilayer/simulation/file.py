@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -94,6 +94,12 @@ class SimulationFile(Stack):
     tolerances: dict[str, Any] = Field(default_factory=dict)
     samples: Annotated[int, Field(ge=2, le=1_000_000)] = 200
     seed: Annotated[int, Field(ge=0)] = 0
+
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        yield from super().implausible()
+        if "termination" not in self.model_fields_set:
+            yield (), "no termination is stated: a rigid wall is assumed, without transmission; say rigid or ambient"
 
     _cases: tuple[Case, ...] = PrivateAttr(default=())
     _scatter: dict[str, Tolerance] = PrivateAttr(default_factory=dict)

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, PlausibilityWarning, suggest
 from multilayer.measurements.columns import (
     FREQUENCY,
     Column,
@@ -38,6 +39,7 @@ _OTHER_NAMES = {
     "stl": "transmission_loss",
     "il": "insertion_loss",
 }
+_MOST_ABSORBED = 2.0  # a reverberation room measures a little more than 1
 _OFF_CENTRE = 0.03  # nominal centres differ from the exact ones by less
 
 
@@ -110,6 +112,10 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
         raise table.error("holds several cases of a simulation; keep the rows of one", table.line)
     values = column_values(table, places)
     whole = {name: complex_values(values, name) if QUANTITIES[name].is_complex else values[name] for name in names}
+    largest = np.max(whole["absorption"], initial=0.0) if "absorption" in whole else 0.0
+    if largest > _MOST_ABSORBED:
+        text = f"{table.file}: an absorption of {largest:g}; it is a share of 1: are these per cent?"
+        warn(text, PlausibilityWarning, stacklevel=2)
     return Measured(table.file.stem, values["frequency"], whole)
 
 

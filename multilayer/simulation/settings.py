@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -93,7 +94,16 @@ def _kind_of_grid(value: Any) -> str:
     return "range" if isinstance(value, FrequencyRange | Mapping) else "list"
 
 
-FrequencyList = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=MOST_POINTS)]
+def _listed(value: Any) -> Any:
+    """Return a list of frequencies; what is none, such as ``100-5000``, is asked back with all that may be written."""
+    if isinstance(value, str | int | float):
+        text = f"must be a list, not {show(value)}: [100, 200, 500]; or {{from: 100 Hz, to: 5 kHz}}, or "
+        text += "{third_octaves: [100 Hz, 5 kHz]}"
+        raise PydanticCustomError("input", "{reason}", {"reason": text})
+    return value
+
+
+FrequencyList = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=MOST_POINTS), BeforeValidator(_listed)]
 FrequencyGrid = Annotated[
     Annotated[FrequencyRange, Tag("range")] | Annotated[Bands, Tag("bands")] | Annotated[FrequencyList, Tag("list")],
     Discriminator(_kind_of_grid),

@@ -229,7 +229,8 @@ class StackFitResult(FitResult):
         if self.misfit_per_datum > POOR:
             told.append(
                 f"chi-square is {self.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
-                f"intervals are {self.scale:.3g} times wider for it, and need not hold what a better model would give"
+                f"intervals are {self.scale:.3g} times wider for it, and need not hold what a better model would give; "
+                "look at the stated noise, too: a bare number is a share of each value, {absolute: 0.01} is in its unit"
             )
         names = [quantity.name.removeprefix("layers.") for quantity in self.quantities]
         open_ones = [name for name, quantity in zip(names, self.quantities, strict=True) if not quantity.determined]

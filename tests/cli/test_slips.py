@@ -1,0 +1,120 @@
+"""Slips that a file allows: asked back in a line, once; and failures that are nobody's input."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from multilayer.cli.failures import failure
+from tests.cli.command import run
+from tests.examples.test_examples import EXAMPLES
+
+FOAM = "{type: equivalent_fluid, name: foam, model: jca, porosity: 0.9, flow_resistivity: 10000, tortuosity: 1.1"
+
+
+def written(tmp_path, layer, rest="termination: rigid\n"):
+    file = tmp_path / "stack.yaml"
+    file.write_text(f"version: 1\nlayers:\n  - {layer}\n{rest}")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("layer", "rest", "told"),
+    [
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50}}", "termination: rigid\n",
+         ["layers.0.thickness: a layer of 50 m; numbers without a unit are in m: is '50 mm' meant?"]),
+        (f"{FOAM}, viscous_length: 3e-4, thermal_length: 1e-4, thickness: 50 mm}}", "termination: rigid\n",
+         ["layers.0.viscous_length: 300 um is above thermal_length, 100 um, which no pores have: exchanged?"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}", "frequency: [100, 200]\n",
+         ["no termination is stated: a rigid wall is assumed, without transmission; say rigid or ambient"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 1e-4, thickness: 50 mm}}", "termination: rigid\n", []),
+    ],
+)  # fmt: skip
+def test_what_is_hardly_meant_is_asked_back_once(tmp_path, layer, rest, told):
+    file = written(tmp_path, layer, rest)
+    done = run("simulate", file, "--no-figures", "--out", tmp_path / "out")
+    assert done.status == 0, done.err
+    lines = [line for line in done.err.splitlines() if line.startswith(f"warning: {file}")]
+    assert len(lines) == len(told)
+    assert all(text in line for text, line in zip(told, lines, strict=True))
+
+
+def test_a_measured_absorption_in_per_cent(tmp_path):
+    table = tmp_path / "room.csv"
+    table.write_text("frequency_hz,absorption\n200,12\n400,40\n800,81\n")
+    done = run("compare", EXAMPLES / "foam_absorption.yaml", table, "--no-figures", "--out", tmp_path / "out")
+    assert done.status == 0
+    assert f"warning: {table}: an absorption of 81; it is a share of 1: are these per cent?" in done.err
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "version: 1\nlayer:\n  - {type: fluid, thickness: 1 mm}\n",
+            "2:1: layer: there is no such field; did you mean",
+        ),
+        ("version: 1\nlayers: [{type: fluid, thickness: '0,05 m'}]\n", "decimals follow a point, '0.05 m'"),
+        ("version: 1\nlayers: [{type: screen, flow_resistance: 10 rayl}]\n", "a rayl is 1 Pa s/m (MKS) or 10 Pa s/m"),
+        ("version: 1\nfrequency: 100-5000\nlayers: [{type: fluid, thickness: 1}]\n", "or {from: 100 Hz, to: 5 kHz}"),
+    ],
+)
+def test_slips_of_writing_get_one_message(tmp_path, text, told):
+    (tmp_path / "slip.yaml").write_text(text)
+    done = run("simulate", tmp_path / "slip.yaml")
+    (line,) = [line for line in done.err.splitlines() if "slip.yaml" in line]
+    assert (done.status, told in line) == (2, True), done.err
+
+
+PLUGIN = """\
+from typing import Literal
+
+from multilayer.layers import Layer
+
+
+class Broken(Layer):
+    type: Literal["broken"] = "broken"
+    thickness: float
+    summary = "fails"
+
+    def faces(self, wave):
+        return 1 / 0
+"""
+
+
+def test_a_plugin_that_fails_is_named(tmp_path):
+    (tmp_path / "plug.py").write_text(PLUGIN)
+    file = written(tmp_path, "{type: broken, thickness: 0.01}")
+    done = run("simulate", file, "--plugin", tmp_path / "plug.py", "--out", tmp_path / "out")
+    assert done.status == 2
+    assert f"{tmp_path / 'plug.py'}:12: the plugin failed here, in faces: ZeroDivisionError" in done.err
+    assert "bug" not in done.err
+
+
+def test_a_failure_of_a_pool_is_traced_to_the_plugin(tmp_path):
+    error = KeyError("thickness")
+    error.__cause__ = RuntimeError(f'  File "{tmp_path / "plug.py"}", line 3, in faces\n')
+    assert failure(error, (tmp_path / "plug.py",))[0].startswith(f"{tmp_path / 'plug.py'}:3: the plugin failed here")
+    text, status = failure(KeyError("thickness"))
+    assert (status, "please report it" in text) == (70, True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes get no Ctrl-C there")
+@pytest.mark.parametrize("seconds", [2.0, 5.0])
+def test_ctrl_c_is_one_line(tmp_path, seconds):
+    command = [sys.executable, "-m", "multilayer", "diagnose", EXAMPLES / "foam_b", "--jobs", "2", "--seed", "3"]
+    started = subprocess.Popen(
+        [*command, "--out", tmp_path / "out"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    os.killpg(started.pid, signal.SIGINT)
+    _, told = started.communicate(timeout=30)
+    if started.returncode == 0:
+        pytest.skip("it was done before")
+    assert (started.returncode, told.splitlines()[-1]) == (130, "stopped by Ctrl-C: nothing was written")
+    assert "Traceback" not in told
+    assert not (tmp_path / "out").exists()
