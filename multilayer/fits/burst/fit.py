@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 _DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
 _WEAK = 0.03
+_MOVES_ALIKE, _UNBOUNDED = 0.1, 0.35  # top over base - 1; std of E1 over E1, beyond which it has no upper end
+_ONE_SIDED = 1.645  # standard deviations to the end of a one-sided 95 % interval
 _POOR = 0.05
 _HEAD_START = 0.05
 _BETTER = 0.5  # misfits: a minimum as much lower fits better beyond doubt
@@ -183,6 +185,8 @@ class _Finish:
         mean, std = self._region(best.z, errors).moments(_moduli)
         reasons = self._reason(best, delta_tof, delta_level), self._missed(best, mean, std)
         reason = ", ".join(text for text in reasons if text)
+        if bound := self._bound(mean, std):
+            mean, std, reason = np.full(3, np.nan), np.full(3, np.nan), bound
         f = np.array([data.frequency])
         return best.z, BurstFit(
             configuration=data.configuration,
@@ -256,6 +260,20 @@ class _Finish:
         beyond = np.abs(_moduli(lowest.z) - mean)[:2] > _FAR * std[:2]
         e1 = np.exp(lowest.z[0])
         return f"E1 = {e1:.4g} Pa fits better: Nelder-Mead ended in another minimum" if beyond.any() else ""
+
+    def _bound(self, mean: RealArray, std: RealArray) -> str:
+        """Return what is known of a sample so stiff that the top plate moves as the base does; empty of others.
+
+        That motion differs from the base's in proportion to the sample's compliance 1/E, whose error is normal and may
+        exceed it: then there is no largest E.
+        """
+        apart = abs(self.problem.data.transmissibility - 1)
+        if apart > _MOVES_ALIKE or std[0] < _UNBOUNDED * mean[0]:
+            return ""
+        least = mean[0] / (1 + _ONE_SIDED * std[0] / mean[0])
+        return (
+            f"E1 is at least {least:.2g} Pa (95 %), no more is known: top and base differ by {100 * apart:.2g} % only"
+        )
 
     def _notes(self, best: Minimum, mean: RealArray, std: RealArray) -> list[str]:
         notes = []
