@@ -415,7 +415,12 @@ STACKS = {
         "25 mn",
         "layers.1.thickness: 'mn' in '25 mn' is no unit known here; write 0.05",
     ),
-    "decimal comma": ("25 mm", "'2,5 cm'", "'2,5 cm'", "layers.1.thickness: ',5 cm' in '2,5 cm' is no unit known here"),
+    "decimal comma": (
+        "25 mm",
+        "'2,5 cm'",
+        "'2,5 cm'",
+        "layers.1.thickness: '2,5 cm' has a comma: decimals follow a point, '2.5 cm'",
+    ),
     "no number": (
         "25 mm",
         "about 1 inch",

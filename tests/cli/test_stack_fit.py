@@ -117,7 +117,7 @@ def test_remarks(tmp_path):
 def test_what_simulate_writes(tmp_path):
     (tmp_path / "stack.yaml").write_text(
         "layers: [{type: equivalent_fluid, model: miki, name: wool, thickness: 4 cm, flow_resistivity: 1e4}]\n"
-        "sweep: {layers.wool.thickness: [2 cm, 4 cm]}\nfrequency: [300, 600, 1200]\n"
+        "sweep: {layers.wool.thickness: [2 cm, 4 cm]}\nfrequency: [300, 600, 1200]\ntermination: rigid\n"
     )
     (tmp_path / "sim.csv").write_text(simulate(tmp_path / "stack.yaml").to_csv())
     (tmp_path / "fit.yaml").write_text(

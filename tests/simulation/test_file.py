@@ -147,7 +147,7 @@ class TestReading:
 
 class TestSweptPaths:
     def test_materials(self, written):
-        text = "layers: [{material: AA2009/T11.3/foam, name: foam, thickness: 20 mm}]\n"
+        text = "layers: [{material: AA2009/T11.3/foam, name: foam, thickness: 20 mm}]\ntermination: rigid\n"
         sweep = "sweep: {layers.foam.material: [AA2009/T11.3/foam, AA2009/T6.1/glass_wool]}\n"
         cases = load_simulation(written(text + sweep)).cases
         assert [case.simulation.layers[0].flow_resistivity for case in cases] == [5000, 40000]
