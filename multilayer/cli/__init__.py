@@ -22,6 +22,7 @@ from multilayer.cli.effects import effects
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
+from multilayer.cli.materials import materials
 from multilayer.cli.methods import methods
 from multilayer.cli.plugin_commands import STOPPED, Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
@@ -66,6 +67,7 @@ app.command()(takes_plugins(rig))
 app.command("import")(takes_plugins(import_campaign))
 app.command()(takes_plugins(tube))
 app.command()(takes_plugins(layers))
+app.command()(takes_plugins(materials))
 app.command()(takes_plugins(check))
 app.command()(takes_plugins(schema))
 app.add_typer(plugins)

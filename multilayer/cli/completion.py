@@ -27,6 +27,13 @@ def fitted_laws(incomplete: str) -> list[str]:
     return [*among("auto")(incomplete), *laws(incomplete)]
 
 
+def materials(incomplete: str) -> list[str]:
+    """Return materials of the built-in library."""
+    from multilayer.materials import load_library
+
+    return [name for name in load_library() if name.startswith(incomplete)]
+
+
 def kinds(incomplete: str) -> list[str]:
     """Complete the kinds of files."""
     from multilayer.kinds import KINDS
