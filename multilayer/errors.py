@@ -72,6 +72,10 @@ class InputError(MultilayerError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
+class FieldError(InputError, ValueError):
+    """Fields of a model made in Python that cannot be used: a ValueError as well, as such mistakes are elsewhere."""
+
+
 def suggest(name: str, allowed: Iterable[str]) -> str:
     """Return ``did you mean 'x'?``, or the list of what is allowed when nothing is near.
 

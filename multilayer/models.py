@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from multilayer.errors import InputError, Problem, show, suggest
+from multilayer.errors import FieldError, Problem, show, suggest
 from multilayer.units import field_unit
 
 if TYPE_CHECKING:
@@ -57,15 +57,16 @@ class InWords(ModelMetaclass):
 
         Raises
         ------
-        InputError
-            With every mistake found, each with its path.
+        FieldError
+            An `InputError` with every mistake found, each with its path.
         """
         try:
             return super().__call__(*args, **fields)
         except ValidationError as error:
             found = error.errors(include_url=False)
-            problems = [Problem(details["msg"], ".".join(map(str, details["loc"]))) for details in found]
-        raise InputError(problems)
+        texts = [details["msg"].removeprefix("Value error, ") for details in found]  # of validators of whole models
+        places = [".".join(map(str, details["loc"])) for details in found]
+        raise FieldError([Problem(text, place) for text, place in zip(texts, places, strict=True)])
 
 
 class _Shown(str):

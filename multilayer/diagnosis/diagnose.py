@@ -118,6 +118,8 @@ def diagnose_campaign(
         calibration = calibration or job.calibration
     recordings = load_recordings(campaign) if recordings is None else recordings
     every = dict(effects) if effects is not None else chosen_effects()
+    if any(effect.needs_finite_elements for effect in given):  # the model has what they change
+        every = {name: effect for name, effect in every.items() if not effect.needs_finite_elements}
     nominal, minima = fit_nominal(
         campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor
     )
@@ -155,9 +157,14 @@ def fit_nominal(
 ) -> tuple[Fitted, list[Minimum]]:
     """Return the nominal model's fit, and the minima it started from; parameters as those of `diagnose_campaign`."""
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
-    joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR, given=tuple(given))
+    others = tuple(effect for effect in given if not effect.needs_finite_elements)
+    joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR, given=others)
     minima = solve_joint(joint, seed=seed, tolerance=COARSE, executor=executor)
-    return fit(joint, minima[0].z), minima
+    if len(others) == len(given):
+        return fit(joint, minima[0].z), minima
+    rigs, start = free_rim(joint, minima)  # what a given free rim changes, no effect need change again
+    nominal = fit(replace(joint, rigs=rigs, finite=rigs), start)
+    return nominal, [nominal.minimum]
 
 
 def fits_one_by_one(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any, TypeAlias
@@ -27,6 +28,7 @@ _LISTED = ("absorption", "transmission_loss", "insertion_loss")  # the last that
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
 _MOST_PICTURES = 4
+_RATED = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
 
 
@@ -42,16 +44,16 @@ def simulation_report(result: SimulationResult) -> Report:
     notes = tuple(f"{case.label}: {text}" if case.label else text for case, text in zip(rated, ratings, strict=True))
     listings = [_values(result, quantity, only="console") for quantity in others]
     means = [_mean(case, main) for case in cases]
-    single = dict(cases[0].ratings) if len(result.cases) == 1 else {}
+    ranked = _ranked(cases)
     return Report(
         name=result.name,
         kind="simulation",
         label="Simulation",
-        sentence=_sentence(result, main, cases, means),
+        sentence=_rating_sentence(cases, ranked) or _sentence(result, main, cases, means),
         facts=(
             (result.bands or "frequencies", str(len(result.frequency))),
             ("cases", str(len(result.cases))),
-            *(single.items() or [(f"largest mean {main.title}", _shown(max(means), main))]),
+            *(_tiles(ranked) or [(f"largest mean {main.title}", _shown(max(means), main))]),
         ),
         note=_note(result),
         sections=(
@@ -128,6 +130,46 @@ def _shown(value: float, quantity: Quantity) -> str:
 
 def _size(value: float, misfit: Misfit) -> str:
     return f"{value:.3g} {QUANTITIES[misfit.quantity].unit}".strip()
+
+
+def _ranked(cases: Sequence[CaseResult]) -> list[CaseResult]:
+    """Return the cases by what people rank by, their first single-number rating, the best first; none without it.
+
+    ISO 717-1 and ISO 11654; a mean over frequency may rank them otherwise.
+    """
+    if not cases or not all(case.ratings for case in cases):
+        return []
+    return sorted(cases, key=lambda case: -_number(next(iter(case.ratings.values()))))
+
+
+def _number(rating: str) -> float:
+    """Return the number with which a rating begins, as 47 of ``47 (-1; -5) dB``."""
+    found = _RATED.match(rating)
+    return float(found[0]) if found else float("-inf")
+
+
+def _tiles(ranked: Sequence[CaseResult]) -> list[tuple[str, str]]:
+    """Return the ratings of the best case, and the first of the worst where there are several."""
+    if not ranked:
+        return []
+    best, worst = ranked[0], ranked[-1]
+    if len(ranked) == 1:
+        return list(best.ratings.items())
+    first, *others = best.ratings.items()
+    tiles = [(f"best {first[0]}, {best.label}", first[1]), *others]
+    return [*tiles, (f"worst, {worst.label}", next(iter(worst.ratings.values())))]
+
+
+def _rating_sentence(cases: Sequence[CaseResult], ranked: Sequence[CaseResult]) -> str:
+    """Return the headline by the first rating; empty where there is none."""
+    if not ranked:
+        return ""
+    told = [", ".join(f"{name} {value}" for name, value in case.ratings.items()) for case in ranked]
+    if len(ranked) == 1:
+        return f"{told[0]}."
+    return (
+        f"Of {len(cases)} cases the best is {ranked[0].label}: {told[0]}; the worst is {ranked[-1].label}: {told[-1]}."
+    )
 
 
 def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResult], means: Sequence[float]) -> str:

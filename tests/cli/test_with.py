@@ -167,3 +167,14 @@ def test_what_is_no_effect_and_no_file_is_told(tmp_path):
 def test_a_diagnosis_without_a_law_cannot_be_saved():
     with pytest.raises(InputError, match="no law to save"):
         saved_law({"verdict": "unknown", "law": None}, "c")
+
+
+def test_a_free_rim_is_the_finite_model(tmp_path):
+    folder = write_campaign(tmp_path / "foam")
+    done = run("fit", folder, "--with", "finite_size", "--no-figures", "--out", tmp_path / "out")
+    assert done.status in (0, 1), done.err
+    record = json.loads((tmp_path / "out" / "joint.json").read_text())
+    assert (record["settings"]["model"], record["settings"]["joint"]) == ("finite", True)
+    done = run("diagnose", folder, "--with", "finite_size", "--no-figures", "--jobs", "1", "--out", tmp_path / "why")
+    assert done.status == 0, done.err
+    assert json.loads((tmp_path / "why" / "diagnosis.json").read_text())["with"] == ["finite_size"]

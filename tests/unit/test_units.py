@@ -89,7 +89,7 @@ def test_text_with_a_unit_becomes_an_si_number(kind, text, value):
     [
         (Length, "50 Pa", "'50 Pa' has the wrong unit: this is a quantity in m, as 0.05 or '50 mm'"),
         (Length, "50 mmm", "'mmm' in '50 mmm' is no unit known here; write 0.05 or '50 mm'"),
-        (Length, "1,5 mm", "is no unit known here"),
+        (Length, "1,5 mm", "decimals follow a point"),
         (Length, "50 + 3 mm", "is no unit known here"),
         (Length, "1 2 mm", "is no unit known here"),
         (Length, "thick", "'thick' is no number in m; write 0.05 or '50 mm'"),
