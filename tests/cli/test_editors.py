@@ -170,6 +170,7 @@ class TestJson:
             "rig": ("rig", file, *out),
             "effects": ("effects",),
             "layers": ("layers",),
+            "materials": ("materials",),
             "plugins": ("plugins",),
             "check": ("check", STACK),
             "shape-factor": ("shape-factor", "--poisson-ratio", "0.3", "--shape", "1"),

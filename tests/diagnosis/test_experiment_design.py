@@ -8,6 +8,7 @@ import pytest
 
 from multilayer.diagnosis.assessment import Assessment
 from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.evidence import UNKNOWN
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.rig_designs import RIG_DESIGNS, rank_rig_designs
 from multilayer.diagnosis.tube.designs import TUBE_DESIGNS
@@ -39,11 +40,16 @@ def test_swapped_channels_discriminate_a_gain_from_glue_wherever_it_is_computed(
 
 
 @pytest.mark.parametrize(("behind", "group", "count"), [(20.0, 1, 2), (50.0, 1, 1), (3.0, 2, 2), (3.0, 3, 3)])
-def test_a_hypothesis_far_behind_is_no_rival(behind, group, count):
+@pytest.mark.parametrize("has_places", [False, True])
+def test_a_hypothesis_far_behind_is_no_rival(behind, group, count, has_places):
     names = [("skin",), ("adhesive",), ("preload",)]
     comparison = SimpleNamespace(
         ranked=names, fitted=dict.fromkeys(names, "fit"), score=lambda cause: -behind * names.index(cause),
-        probabilities=lambda: dict.fromkeys(names, 0.3),
+        places={"faces": SimpleNamespace(explanation="free")} if has_places else {},
     )  # fmt: skip
-    assessment = Assessment(comparison, SimpleNamespace(group=names[:group]), {}, None, {})
-    assert len(assessment.rivals) == count
+    shares = {**dict.fromkeys(names, 0.3), UNKNOWN: 0.1}
+    decision = SimpleNamespace(group=names[:group], best=names[0], probabilities=lambda _: shares)
+    rivals = Assessment(comparison, decision, {}, None, {}).rivals
+    # without a near one, a cause that is none of the known is the rival: a free law at the best place
+    free = [("free", 0.1)] if has_places and count == 1 else []
+    assert rivals == [("fit", 0.3)] * count + free
