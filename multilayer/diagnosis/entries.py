@@ -47,7 +47,7 @@ def cause_entries(
             entry["gap_after"] = after
             entry["shrinkage"] = round(shrinkages[names].share, 4) if names in shrinkages else None
             entry["absorbed"] = any(shares[name] < ABSORBED for name in names)
-            if with_it := next((best for best in group if set(best) < set(names)), None):
+            if with_it := next((best for best in group[:1] if set(best) < set(names)), None):
                 entry["counted_with"] = list(with_it)
         entries.append(entry)
     return entries

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
-FINALS = "1001 to 1004 by earlier rules, and 1005"
+FINALS = "1001 to 1004 by earlier rules, 1005 (73 campaigns, development data since), and 1006"
 _OTHERS = ("no_gap", "unknown", "failed")
 
 
