@@ -184,9 +184,9 @@ class ModelComparison:
         scaled = np.array([self.places[label].log_evidence for label in labels]) / TEMPERATURE
         free = np.exp(scaled - logsumexp(scaled)) if labels else scaled
         total = {label: float(shares[UNKNOWN] * p) for label, p in zip(labels, free, strict=True)}
-        for names in self.fitted:
-            for effect in self.fitted[names].hypothesis.effects:
-                if (place := str(getattr(effect, "place", ""))) in total:
+        for names, fit in self.fitted.items():
+            for place in {str(getattr(effect, "place", "")) for effect in fit.hypothesis.effects}:
+                if place in total:
                     total[place] += shares[names]
         return dict(sorted(total.items(), key=lambda item: -item[1]))
 

@@ -138,8 +138,9 @@ def posterior_without(fitted: Fitted, removed: Callable[[Any], bool]) -> tuple[l
     effects = [effect for effect in hypothesis.effects if not removed(effect)]
     names = {parameter.name for parameter in hypothesis.with_effects(*effects).parameters}
     index = [i for i, parameter in enumerate(hypothesis.parameters) if parameter.name in names]
-    covariance = fitted.minimum.covariance[np.ix_(index, index)]
-    return effects, fitted.minimum.z[index], np.asarray(np.linalg.cholesky(covariance))
+    # of directions that the data know to rounding only, the variance may come out below 0
+    variances, axes = np.linalg.eigh(fitted.minimum.covariance[np.ix_(index, index)])
+    return effects, fitted.minimum.z[index], np.asarray(axes * np.sqrt(np.maximum(variances, 0.0)))
 
 
 def _half_squared_distance(a: Prediction, b: Prediction, fitted: Fitted, *, has_phase: bool) -> float:

@@ -88,3 +88,14 @@ def test_two_effects_are_named_where_the_second_adds_much(lead, named):
     decision = decide(comparison, shrinkages)
     assert decision.verdict == "effect", decision.reason
     assert len(decision.best) == named
+
+
+def test_two_effects_at_one_place_count_once_there():
+    both = ("skin", "delamination")
+    fitted = SimpleNamespace(hypothesis=SimpleNamespace(effects=[EFFECTS[name]() for name in both]))
+    evidence = {(): -500.0, both: 0.0, UNKNOWN: -500.0}
+    places = {"faces": SimpleNamespace(log_evidence=-490.0)}
+    comparison = ModelComparison(
+        SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2])), {both: fitted}, evidence, 2, places
+    )
+    assert comparison.place_probabilities()["faces"] == pytest.approx(1.0)

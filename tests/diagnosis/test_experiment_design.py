@@ -9,6 +9,7 @@ import pytest
 from multilayer.diagnosis.assessment import Assessment
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.evidence import UNKNOWN
+from multilayer.diagnosis.experiment_design import posterior_without
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.rig_designs import RIG_DESIGNS, rank_rig_designs
 from multilayer.diagnosis.tube.designs import TUBE_DESIGNS
@@ -53,3 +54,14 @@ def test_a_hypothesis_far_behind_is_no_rival(behind, group, count, has_places):
     # without a near one, a cause that is none of the known is the rival: a free law at the best place
     free = [("free", 0.1)] if has_places and count == 1 else []
     assert rivals == [("fit", 0.3)] * count + free
+
+
+def test_a_variance_that_rounding_makes_negative_is_none():
+    fitted = _large("channel_gain")
+    covariance = fitted.minimum.covariance.copy()
+    covariance[0, 0] = -1e-18
+    covariance[0, 1:] = covariance[1:, 0] = 0.0
+    minimum = SimpleNamespace(z=fitted.minimum.z, covariance=covariance)
+    _, z, root = posterior_without(SimpleNamespace(hypothesis=fitted.hypothesis, minimum=minimum), lambda effect: False)
+    assert np.allclose(root @ root.T, covariance, rtol=1e-9, atol=1e-15)
+    assert len(z) == len(root)
