@@ -30,10 +30,10 @@ FINALS = "1001 to 1004 by earlier rules, 1005 (73 campaigns, development data si
 REASONS = {
     1006: """Of the 400 campaigns that were planned the first 200 are done. What was missed, and why:
 
-- Known effects that were called unknown, several configurations: two softenings (263 and 48 per unit of strain), whose
-  law is solved with a memory of the burst's strain, and not in time: 1.4 and 14 per datum are left (160,
-  10); thick glue whose law is perturbed by 30 %, where a free law at the same place is as probable (18); a free rim where
-  skin and delamination together fit better and foretell nothing (190).
+- Known effects that were called unknown, several configurations: two softenings (263 and 48 per unit of strain),
+  whose law is solved with a memory of the burst's strain, and not in time: 1.4 and 14 per datum are left (160, 10);
+  thick glue whose law is perturbed by 30 %, where a free law at the same place is as probable (18); a free rim
+  where skin and delamination together fit better and foretell nothing (190).
 - Effects of no library that an innocent was blamed for, several configurations: a stiffness that is graded over the
   height (adhesive), a change of the modulus by the squared radius (skin), one by the load (preload: the place is
   right). With one configuration: a deleted delay (crosstalk), sensor mount and delamination (adhesive), accelerometer
