@@ -58,7 +58,9 @@ class TwoPlateRig:
         Pa; required with a thickness above 0.
     adhesive_density, adhesive_poisson_ratio : float
     bonded_fraction : float
-        Share of each face's area, about the axis, that is bonded.
+        Share of a face's area, about the axis, that is bonded.
+    open_faces : {'both', 'top'}
+        Which faces are bonded in part.
     skin_thickness, skin_ratio : float
         Layers at both faces whose modulus is `skin_ratio` times that of the core, m.
     modulus_profile : callable or sequence, optional
@@ -112,6 +114,7 @@ class TwoPlateRig:
     adhesive_density: float = 1000.0
     adhesive_poisson_ratio: float = 0.4
     bonded_fraction: float = 1.0
+    open_faces: Literal["both", "top"] = "both"
     skin_thickness: float = 0.0
     skin_ratio: float = 1.0
     modulus_profile: Callable[[RealArray], RealArray] | Sequence[float] | None = None
@@ -238,7 +241,7 @@ class TwoPlateRig:
             return []
         # without glue or an elastic base the sample's lower face is the boundary: it is held where it is bonded
         on_boundary = not self.adhesive_thickness and not self.base_thickness
-        heights = [self.thickness] if on_boundary else [0.0, self.thickness]
+        heights = [self.thickness] if on_boundary or self.open_faces == "top" else [0.0, self.thickness]
         return [Slit(height, self.bonded_radius) for height in heights]
 
     def transmissibility(self, frequency: ArrayLike, modulus: ModulusLike) -> ComplexArray:

@@ -58,6 +58,11 @@ class Setting:
         return float(np.pi * self.configuration.specimen_radius**2)
 
     @cached_property
+    def shape(self) -> float:
+        """S = radius / (2 thickness) of the sample, to six digits: as many discs are solved as there are shapes."""
+        return round(self.configuration.specimen_radius / (2 * self.configuration.specimen_thickness), 6)
+
+    @cached_property
     def plate_mass(self) -> float:
         """Mass of the top plate, kg."""
         return self.campaign.top_plate.density * self.configuration.top_plate_thickness * self.area
@@ -122,6 +127,9 @@ class Chain:
         Stiffness of a path parallel to the sample, N/m.
     resistivity : array or None
         Flow resistivity of the sample's pores, N s/m4.
+    open_rim : tuple of array or None
+        Width of the rim that is not bonded at the upper face, as a share of the radius, and what of it is open at the
+        lower face as well, 0 or 1, or a value between.
     """
 
     modulus: ComplexArray
@@ -133,6 +141,7 @@ class Chain:
     skin: tuple[Numeric, Numeric] | None = None
     spring: Numeric | None = None
     resistivity: Numeric | None = None
+    open_rim: tuple[RealArray, RealArray] | None = None
 
     def with_(self, **changes: object) -> Chain:
         """Return a chain with other values."""

@@ -18,6 +18,7 @@ from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
+from multilayer.rig.partly_bonded import partly_bonded_disc
 from multilayer.rig.shape_factor import static_shape_factor
 
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
@@ -113,20 +114,21 @@ def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, c
     chain : Chain
         What stands on the base, effects included.
     """
-    ratio = setting.campaign.specimen.poisson_ratio
+    ratio, sensor = setting.campaign.specimen.poisson_ratio, near.rig.sensor_mass
     if near.rig.is_chain:
         held = constrained_modulus_ratio(ratio)
-        moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
-        return moved * _air_factor(setting, frequency, chain, ratio, held)
+        moved = _chain_motion(setting, frequency, chain, held, sensor)
+        rim = _open_rim_factor(setting, frequency, chain, sensor, (0.0, held))
+        return moved * rim * _air_factor(setting, frequency, chain, ratio, held)
     if setting.is_described:
-        return np.asarray(np.exp(_perturbed(near, setting, frequency, chain))) * _air_factor(
-            setting, frequency, chain, ratio, 1.0
-        )
+        moved = np.exp(_perturbed(near, setting, frequency, chain))
+        rim = _open_rim_factor(setting, frequency, chain, sensor, (ratio, 1.0))
+        return np.asarray(moved * rim * _air_factor(setting, frequency, chain, ratio, 1.0))
     # another geometry, for a planned experiment: a rod of the static stiffness of the disc
-    shape = setting.configuration.specimen_radius / (2 * setting.configuration.specimen_thickness)
-    held = static_shape_factor(max(ratio, 0.0), round(shape, 6), resolution=_RESOLUTION)
-    moved = _chain_motion(setting, frequency, chain, held, near.rig.sensor_mass)
-    return moved * _air_factor(setting, frequency, chain, ratio, 1.0)
+    held = static_shape_factor(max(ratio, 0.0), setting.shape, resolution=_RESOLUTION)
+    moved = _chain_motion(setting, frequency, chain, held, sensor)
+    rim = _open_rim_factor(setting, frequency, chain, sensor, (0.0, held))
+    return moved * rim * _air_factor(setting, frequency, chain, ratio, 1.0)
 
 
 def _chain_motion(
@@ -193,6 +195,46 @@ def _air_factor(setting: Setting, frequency: RealArray, chain: Chain, poisson_ra
         poisson_ratio=poisson_ratio,
         held=held,
     )
+
+
+def _open_rim_factor(
+    setting: Setting, frequency: RealArray, chain: Chain, sensor_mass: float, solid: tuple[float, float]
+) -> Numeric:
+    """Return the factor on the motion of a rigid plate by rims of the faces that are not bonded; 1 without.
+
+    Parameters
+    ----------
+    solid : tuple of float
+        Poisson's ratio of a disc with a free rim, and its modulus over E: those that move as the rig does.
+
+    Notes
+    -----
+    From finite elements (`rig.partly_bonded`) with and without open rims, glue and springs beside the sample included.
+    """
+    if chain.open_rim is None:
+        return 1.0
+    disc = partly_bonded_disc(solid[0], setting.shape)
+    omega2 = (2 * np.pi * frequency) ** 2
+    modulus = solid[1] * chain.modulus
+    unit = modulus * setting.area / chain.thickness
+    mass = chain.plate_mass + sensor_mass + chain.glue_mass * setting.area
+    x = chain.density * omega2 * chain.thickness**2 / modulus
+    motions = []
+    for forces in (disc.stiffness(x, *chain.open_rim), disc.bonded(x)):
+        on_top, on_base = (unit * force for force in forces)
+        spring = 0.0 if chain.spring is None else chain.spring
+        if chain.glue is not None:
+            glue = chain.glue * setting.area
+            on_top, on_base = _between_glue(on_top, on_base, glue)
+        motions.append((spring - on_base) / (on_top + spring - omega2 * mass))
+    return np.asarray(motions[0] / motions[1])
+
+
+def _between_glue(on_top: ComplexArray, on_base: ComplexArray, glue: Numeric) -> tuple[ComplexArray, ComplexArray]:
+    """Return the forces on the plates of something symmetric between two layers of a stiffness `glue`, N/m."""
+    even, odd = on_top + on_base, on_top - on_base  # both faces moved alike, and against each other
+    even, odd = (force / (1 + force / glue) for force in (even, odd))
+    return 0.5 * (even + odd), 0.5 * (even - odd)
 
 
 def _parallel_spring_factor(

@@ -14,13 +14,14 @@ from multilayer.units import DIMENSIONLESS, Unit
 
 
 class Delamination(Effect):
-    """Only a share of each face, about the axis, is bonded; in the named configurations, or in all.
+    """Only a share of both faces, or of the upper one, about the axis, is bonded; in the named configurations, or all.
 
     Perturbed: the open share 1 - b is (1 + p) times as large in the first of them, (1 - p) times in the last.
     """
 
     effect: Literal["delamination"] = "delamination"
     bonded_fraction: Annotated[float, Field(gt=0.1, le=1), Unit(DIMENSIONLESS)] = 0.85
+    faces: Literal["both", "top"] = "both"
     configurations: tuple[str, ...] | None = None
 
     drawn = Size("bonded_fraction", 0.97, 0.5)
@@ -36,4 +37,4 @@ class Delamination(Effect):
             return geometry
         place = 2 * mounting.index / max(mounting.count - 1, 1) - 1
         open_share = (1 - self.bonded_fraction) * (1 - self.perturbation * place)
-        return {**geometry, "bonded_fraction": max(1 - open_share, 0.05)}
+        return {**geometry, "bonded_fraction": max(1 - open_share, 0.05), "open_faces": self.faces}

@@ -1,0 +1,314 @@
+"""A disc glued to two plates by a part of each face: its forces on them, from finite elements as a reduced model.
+
+Everything is in units of the sample: lengths of its height h, moduli of E, densities of rho. A given shape and
+Poisson's ratio then leave one variable besides the open rims, ``x = rho w^2 h^2 / E``, complex where E is, and the
+forces are partial fractions of it with real poles. Fixed-interface modes with the unknowns of both faces (R. R. Craig &
+M. C. C. Bampton, AIAA J. 6 (1968) 1313-1319), and the motions that follow from a plate's in powers of x, make a small
+matrix, from which each open rim releases its part.
+
+Accuracy: without open rims the forces are those of a rod to 3e-3 up to x = 30 (a height of 0.9 wavelengths). With them
+a plate moves as on full finite elements within 1 % of its largest motion, with a rim that is wider by 0.0015 radii, for
+the mesh is uniform where the edge of the bond concentrates the stress.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, eigh
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from multilayer.arrays import ComplexArray, RealArray
+from multilayer.errors import InputError
+from multilayer.rig.assembly import blocks, isotropic, solid_parts
+from multilayer.rig.mesh import Section, Slab, graded
+from multilayer.rig.operators import Sparse, basis_of, mass, operators
+
+WIDEST_RIM = 0.7  # share of the radius
+_ACROSS = 40  # elements to a radius where rims may open: these end at their edges
+_CORE, _ALONG = 10, 12  # elements further in, and in half the height, at least
+_HALF = 0.5  # of the height
+_MODES = 20  # with both faces held, symmetric and antisymmetric ones each
+_MOMENTS = 6  # further motions inside, that follow from a plate's
+_INNER = _MODES + _MOMENTS
+_POLES = 40  # of a disc with open rims
+_KEPT = 10  # of these, with the largest residues; the others as a power series
+_NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Forces on the two plates, over their relative motion, as partial fractions of ``x = rho w^2 h^2 / E``.
+
+    ``f(x) = static - x inertia - x^2 (r0 + r1 x + r2 x^2 + sum_i residue_i / (pole_i - x))`` for (top on top, top on
+    base); the rest r stands for all other poles.
+
+    Attributes
+    ----------
+    static, inertia : array, shape (..., 2)
+    rest : array, shape (..., 2, 3)
+    poles : array, shape (..., n)
+    residues : array, shape (..., 2, n)
+    """
+
+    static: RealArray
+    inertia: RealArray
+    rest: RealArray
+    poles: RealArray
+    residues: RealArray
+
+
+@dataclass(frozen=True)
+class PartlyBondedDisc:
+    """A disc of one shape whose rim is open at the upper face, or at both faces alike.
+
+    Attributes
+    ----------
+    rims : array, shape (n_rims,)
+        Widths of the open rim, as shares of the radius, rising from 0.
+    top_only, both : Forces
+        For each of the rims.
+    """
+
+    rims: RealArray
+    top_only: Forces
+    both: Forces
+
+    def stiffness(self, x: ComplexArray, rim: RealArray, at_base: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return the forces that hold the top plate, in units of E A / h.
+
+        Parameters
+        ----------
+        x : complex array, shape (..., n)
+            ``rho w^2 h^2 / E``.
+        rim : array, shape (..., 1)
+            Width of the open rim as a share of the radius, 0 to `WIDEST_RIM`; cut there.
+        at_base : array, shape (..., 1)
+            0 with a rim that is open at the upper face only, 1 at both; forces are linear between them.
+
+        Returns
+        -------
+        top, base : complex array, shape (..., n)
+            Force on the top plate per its own motion, and per that of the base.
+        """
+        x, rim, share = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, at_base)
+        shape = x.shape
+        x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
+        first, weights = self._between(rim)
+        forces = np.zeros((2, *x.shape), dtype=complex)
+        for part, of_part in ((self.top_only, 1 - share), (self.both, share)):
+            if np.any(of_part):
+                for k in range(_NEIGHBOURS):
+                    forces += (of_part * weights[k])[:, None] * _at(part, first + k, x)
+        return forces[0].reshape(shape), forces[1].reshape(shape)
+
+    def bonded(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return the forces of `stiffness` without open rims, for x of shape (..., n)."""
+        x = np.asarray(x, dtype=complex)
+        flat = x.reshape(-1, x.shape[-1])
+        top, base = _at(self.top_only, np.zeros(len(flat), dtype=int), flat)
+        return top.reshape(x.shape), base.reshape(x.shape)
+
+    def _between(self, rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
+        """Return the first of the neighbouring rims, shape (k,), and the weights of all, shape (4, k)."""
+        n, step = len(self.rims), self.rims[1] - self.rims[0]
+        place = np.clip(rim / step, 0, n - 1)
+        first = np.clip(np.floor(place).astype(int) - 1, 0, n - _NEIGHBOURS)
+        t, nodes = place - first, np.arange(_NEIGHBOURS)
+        weights = [np.prod([(t - j) / (i - j) for j in nodes if j != i], axis=0) for i in nodes]
+        return first, np.array(weights)
+
+
+def _at(forces: Forces, index: NDArray[np.intp], x: ComplexArray) -> ComplexArray:
+    """Return the two forces of the rims of an index, shape (2, k, n)."""
+    resonant = 1 / (forces.poles[index][..., None] - x[:, None])
+    series = (forces.residues[index].astype(complex) @ resonant).swapaxes(0, 1)
+    static, inertia, r0, r1, r2 = (
+        part[index].T[..., None] for part in (forces.static, forces.inertia, *np.moveaxis(forces.rest, -1, 0))
+    )
+    return np.asarray(static - x * (inertia + x * (r0 + x * (r1 + x * r2) + series)))
+
+
+@lru_cache(maxsize=64)
+def partly_bonded_disc(poisson_ratio: float, shape: float) -> PartlyBondedDisc:
+    """Return the reduced model of a disc.
+
+    Parameters
+    ----------
+    poisson_ratio : float
+        -1 < nu < 0.5.
+    shape : float
+        S = radius / (2 thickness).
+
+    Raises
+    ------
+    InputError
+        For values out of range.
+    """
+    if not -1 < poisson_ratio < 0.5:
+        raise InputError(f"poisson_ratio: {poisson_ratio:g} is not allowed; it must be above -1 and below 0.5")
+    if not 0 < shape < np.inf:
+        raise InputError(f"shape: {shape:g} is not allowed; it must be above 0")
+    disc = _condensed(poisson_ratio, 2 * shape)
+    rims = np.arange(round(WIDEST_RIM * _ACROSS) + 1) / _ACROSS
+    top_only = _stacked([disc.released(rim, 0.0) for rim in rims])
+    return PartlyBondedDisc(rims, top_only, _stacked([disc.released(rim, rim) for rim in rims]))
+
+
+def _stacked(parts: list[Forces]) -> Forces:
+    return Forces(*(np.array([getattr(part, field.name) for part in parts]) for field in fields(Forces)))
+
+
+@dataclass(frozen=True)
+class _Condensed:
+    """The disc on few unknowns: modes with both faces held, and the displacements of the nodes of the faces.
+
+    Attributes
+    ----------
+    stiffness, inertia : array, shape (n, n)
+    place : array, shape (n,)
+        Radius of the node of an unknown over that of the disc; NaN of a mode.
+    is_top, is_axial : array of bool, shape (n,)
+        Of the unknowns of faces.
+    area : float
+    """
+
+    stiffness: RealArray
+    inertia: RealArray
+    place: RealArray
+    is_top: NDArray[np.bool_]
+    is_axial: NDArray[np.bool_]
+    area: float
+
+    def released(self, top: float, base: float) -> Forces:
+        """Return the forces with an open rim at the upper and at the lower face, shares of the radius."""
+        face = np.isfinite(self.place)
+        rim = np.where(self.is_top, top, base)
+        held = face & (self.place <= 1 - rim + 1e-9)
+        free = np.flatnonzero(~held)
+        motions = np.stack([held & self.is_axial & self.is_top, held & self.is_axial & ~self.is_top], axis=1)
+        rigid = motions.astype(float)
+        k, m = self.stiffness, self.inertia
+        inner, inner_mass = k[np.ix_(free, free)], m[np.ix_(free, free)]
+        factor = cho_factor(inner)
+        rigid[free] = -cho_solve(factor, (k @ rigid)[free])  # moved as the held parts are, slowly
+        # modes are those of the free unknowns; only their part in the motion by the plates counts
+        values, modes = eigh(inner, inner_mass, subset_by_index=[0, _POLES - 1])
+        loads = (m @ rigid)[free]
+        shares = modes.T @ loads
+        static, inertia = rigid.T @ k @ rigid, rigid.T @ m @ rigid
+        products = shares[:, :1] * shares  # top on top, top on base
+        weight = np.max(np.abs(products), axis=1) / values
+        kept = np.sort(np.argsort(weight)[-_KEPT:])
+        once = cho_solve(factor, loads)
+        twice = cho_solve(factor, inner_mass @ once)
+        # sums of residue / pole^k over all poles, without eigenvectors; those kept are taken off
+        sums = loads[:, 0] @ once, loads[:, 0] @ twice, once[:, 0] @ inner_mass @ twice
+        rest = np.stack([sums[i] - np.sum((products / values[:, None] ** (i + 1))[kept], axis=0) for i in range(3)], -1)
+        parts = static[0], inertia[0], rest, products[kept].T
+        static_top, inertia_top, rest_top, residues = (part / self.area for part in parts)
+        return Forces(static_top, inertia_top, rest_top, values[kept], residues)
+
+
+def _condensed(poisson_ratio: float, radius: float) -> _Condensed:
+    """Return the disc on few unknowns, from its upper half in symmetric and in antisymmetric motion.
+
+    With t of the upper face and b of the lower one, mirrored, these halves have ``(t + b) / 2`` and ``(t - b) / 2``.
+    """
+    half = _half(radius)
+    parts = [half.condensed(poisson_ratio, is_symmetric=even) for even in (True, False)]
+    n = len(half.place)  # unknowns of a face
+    mirror = np.where(half.is_axial, -1.0, 1.0)
+    size = 2 * (_INNER + n)
+    matrices = np.zeros((2, size, size))
+    for number, (sign, part) in enumerate(zip((1.0, -1.0), parts, strict=True)):
+        change = np.zeros((_INNER + n, size))
+        change[:_INNER, number * _INNER : (number + 1) * _INNER] = np.eye(_INNER)
+        change[_INNER:, 2 * _INNER : 2 * _INNER + n] = 0.5 * np.eye(n)
+        change[_INNER:, 2 * _INNER + n :] = 0.5 * sign * np.diag(mirror)
+        matrices += 2 * (change.T @ part @ change)
+    modes = np.zeros(2 * _INNER, dtype=bool)
+    return _Condensed(
+        matrices[0],
+        matrices[1],
+        np.concatenate([np.full(2 * _INNER, np.nan), half.place, half.place]),
+        np.concatenate([modes, np.ones(n, dtype=bool), np.zeros(n, dtype=bool)]),
+        np.concatenate([modes, half.is_axial, half.is_axial]),
+        np.pi * radius**2,
+    )
+
+
+@dataclass(frozen=True)
+class _Half:
+    """The upper half of a disc.
+
+    Attributes
+    ----------
+    basis : skfem.Basis
+    face : array, shape (2 n_nodes, n)
+        Motions of the face, one per unknown: each node of a rim that may open, and all nodes further in as one.
+    place : array, shape (n,)
+        Radius of the node over that of the disc.
+    is_axial : array of bool, shape (n,)
+    """
+
+    basis: Any
+    face: RealArray
+    place: RealArray
+    is_axial: NDArray[np.bool_]
+
+    def condensed(self, poisson_ratio: float, *, is_symmetric: bool) -> RealArray:
+        """Return stiffness and inertia on modes with the face held and the unknowns of the face, shape (2, n, n)."""
+        r, z = self.basis.doflocs
+        middle, off_axis, below = np.isclose(z, 0), r > 1e-9 * r.max(), z < _HALF * (1 - 1e-9)
+        radial, axial = (below & off_axis, below & ~middle) if is_symmetric else (below & off_axis & ~middle, below)
+        i = np.flatnonzero(np.concatenate([radial, axial]))
+        stiff, inertia = self._matrices(poisson_ratio)
+        k, m = csc_matrix(stiff[i][:, i]), csc_matrix(inertia[i][:, i])
+        solver = splu(k, permc_spec="MMD_AT_PLUS_A")
+        inverse = LinearOperator(k.shape, matvec=solver.solve, dtype=float)
+        # a given start: the same result every time
+        _, modes = eigsh(k, k=_MODES, M=m, sigma=0.0, OPinv=inverse, v0=np.ones(len(i)))
+        motions = np.zeros((len(self.face), _INNER + self.face.shape[1]))
+        motions[:, _INNER:] = self.face
+        motions[i, _INNER:] = -solver.solve((stiff @ self.face)[i])
+        moved = [solver.solve((inertia @ motions[:, _INNER:] @ self.is_axial)[i])]
+        for _ in range(_MOMENTS - 1):
+            moved.append(solver.solve(m @ (moved[-1] / np.linalg.norm(moved[-1]))))
+        motions[i, :_INNER], _ = np.linalg.qr(np.column_stack([modes, *moved]))
+        return np.array([motions.T @ (matrix @ motions) for matrix in (stiff, inertia)])
+
+    def _matrices(self, poisson_ratio: float) -> tuple[Sparse, Sparse]:
+        radial, shear, axial = solid_parts(operators(self.basis), isotropic(poisson_ratio))
+        unit = mass(self.basis)
+        stiff = csc_matrix(blocks(2, radial) + blocks(2, shear) + blocks(2, axial))
+        return stiff, csc_matrix(blocks(2, {(0, 0): unit, (1, 1): unit}))
+
+
+def _half(radius: float) -> _Half:
+    core = 1 - WIDEST_RIM
+    size = radius / _ACROSS
+    rim = np.linspace(core, 1, round(WIDEST_RIM * _ACROSS) + 1)
+    radii = np.concatenate([np.linspace(0, core, _CORE + 1)[:-1], rim]) * radius
+    coarse = min(_HALF / _ALONG, radius / _CORE)
+    heights = graded(0.0, _HALF, coarse, coarse, min(size, coarse))
+    basis = basis_of(Section(radii, heights, (Slab("sample", 0.0, _HALF, coarse, size),)).mesh)
+    r, z = basis.doflocs
+    on_face, n = np.isclose(z, _HALF), len(r)
+    nodes = np.flatnonzero(on_face & (r > radius * (core + 1e-9)))
+    inner = np.zeros((2 * n, 1))
+    inner[n + np.flatnonzero(on_face & (r < radius * (core + 1e-9)))] = 1.0
+    unknowns = np.concatenate([nodes, n + nodes])
+    face = np.zeros((2 * n, len(unknowns)))
+    face[unknowns, np.arange(len(unknowns))] = 1.0
+    return _Half(
+        basis,
+        np.concatenate([inner, face], axis=1),
+        np.concatenate([[0.0], r[nodes], r[nodes]]) / radius,
+        np.concatenate([[True], unknowns >= n]),
+    )

@@ -1,0 +1,79 @@
+"""Discs with open rims as a reduced model, beside rods and full finite elements."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from multilayer.errors import InputError
+from multilayer.rig import TwoPlateRig
+from multilayer.rig.partly_bonded import WIDEST_RIM, partly_bonded_disc
+
+F = np.linspace(60, 1500, 30)
+NONE = np.zeros((1, 1))
+
+
+def wave(radius, thickness, loss=0.15):
+    """Return x of the frequencies F and what a plate of 2 mm adds to the force, in units of E A / h."""
+    modulus, omega = 3e5 * (1 + 1j * loss), 2 * np.pi * F
+    return 60.0 * (omega * thickness) ** 2 / modulus, omega**2 * 7850 * 2e-3 * thickness / modulus
+
+
+@pytest.mark.parametrize("shape", [0.2, 0.45, 1.125, 3.0])
+def test_without_rims_it_is_a_rod(shape):
+    x = np.geomspace(1e-6, 30, 60) * (1 - 0.1j)
+    root = np.sqrt(x)
+    disc = partly_bonded_disc(0.0, shape)
+    for top, base in (disc.bonded(x), disc.stiffness(x, NONE, NONE + 1)):
+        scale = np.abs(root / np.sin(root))
+        assert np.max(np.abs(top - root / np.tan(root)) / scale) < 3e-3
+        assert np.max(np.abs(base + root / np.sin(root)) / scale) < 3e-3
+        np.testing.assert_allclose(top.ravel()[:30], (root / np.tan(root))[:30], rtol=1e-5)
+
+
+@pytest.mark.parametrize("at_base", [0, 1])
+@pytest.mark.parametrize("rim", [0.05, 0.125, 0.3, 0.5])
+@pytest.mark.parametrize(
+    ("radius", "thickness", "ratio"),
+    [(0.0225, 0.025, 0.0), (0.0225, 0.01, 0.0), (0.012, 0.03, 0.0), (0.0225, 0.025, 0.3)],
+)
+def test_it_moves_a_plate_as_full_finite_elements_do(radius, thickness, ratio, rim, at_base):
+    """Within 1 % of the largest motion, with a rim that is wider by as much as a uniform mesh is coarse at its edge."""
+    x, load = wave(radius, thickness)
+    rig = TwoPlateRig(
+        radius, thickness, 60.0, ratio, 2e-3, plate_modulus=2.1e13,
+        bonded_fraction=(1 - rim) ** 2, open_faces="both" if at_base else "top",
+    )  # fmt: skip
+    expected = rig.transmissibility(F, 3e5 * (1 + 0.15j))
+    top, base = partly_bonded_disc(ratio, radius / (2 * thickness)).stiffness(x, NONE + rim + 0.0015, NONE + at_base)
+    bonded_top, bonded_base = partly_bonded_disc(ratio, radius / (2 * thickness)).bonded(x)
+    moved, nominal = (-b / (t - load) for t, b in ((top[0], base[0]), (bonded_top, bonded_base)))
+    largest = np.abs(expected).max()
+    assert np.abs(moved - expected).max() < 0.01 * largest
+    if rim > 0.1:
+        assert np.abs(moved - expected).max() < 0.1 * np.abs(nominal - expected).max()
+
+
+@given(st.floats(0.0, WIDEST_RIM - 0.05), st.floats(0.0, 0.05), st.floats(0.0, 1.0), st.sampled_from([0.24, 0.9, 1.8]))
+@settings(max_examples=30, deadline=None)
+def test_wider_rims_are_softer_and_take_power(rim, more, at_base, shape):
+    disc = partly_bonded_disc(0.0, shape)
+    soft, softer = (disc.stiffness(np.array([1e-9 + 0j]), NONE + w, NONE + at_base)[0].real for w in (rim, rim + more))
+    assert 0 < softer <= soft * (1 + 1e-9)
+    # E (1 + 0.2 i) at a displacement that is not moved at the base: power flows into the sample
+    top, _ = disc.stiffness(np.geomspace(1e-3, 50, 40) / (1 + 0.2j), NONE + rim, NONE + at_base)
+    assert np.all((top * (1 + 0.2j)).imag > 0)
+
+
+def test_rims_broadcast_over_samples():
+    disc, x = partly_bonded_disc(0.0, 0.9), np.geomspace(0.1, 9, 5) * (1 - 0.2j)
+    rims, shares = np.array([[0.02], [0.31], [0.6]]), np.array([[0.0], [0.5], [1.0]])
+    together = np.array(disc.stiffness(x, rims, shares))
+    alone = [np.array(disc.stiffness(x, r[None], s[None]))[:, 0] for r, s in zip(rims, shares, strict=True)]
+    np.testing.assert_allclose(together, np.stack(alone, axis=1), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("ratio", "shape", "field"), [(0.5, 1.0, "poisson_ratio"), (0.3, 0.0, "shape")])
+def test_out_of_range(ratio, shape, field):
+    with pytest.raises(InputError, match=field):
+        partly_bonded_disc(ratio, shape)
