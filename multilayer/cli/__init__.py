@@ -19,6 +19,7 @@ from multilayer.cli.check import check
 from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
 from multilayer.cli.effects import effects
+from multilayer.cli.examples import examples
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
@@ -68,6 +69,7 @@ app.command("import")(takes_plugins(import_campaign))
 app.command()(takes_plugins(tube))
 app.command()(takes_plugins(layers))
 app.command()(takes_plugins(materials))
+app.command()(takes_plugins(examples))
 app.command()(takes_plugins(check))
 app.command()(takes_plugins(schema))
 app.add_typer(plugins)

@@ -34,6 +34,13 @@ def materials(incomplete: str) -> list[str]:
     return [name for name in load_library() if name.startswith(incomplete)]
 
 
+def examples(incomplete: str) -> list[str]:
+    """Complete the names of examples."""
+    from multilayer.examples import WHAT
+
+    return among(*WHAT)(incomplete)
+
+
 def kinds(incomplete: str) -> list[str]:
     """Complete the kinds of files."""
     from multilayer.kinds import KINDS

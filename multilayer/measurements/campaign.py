@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
+from warnings import warn
 
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
-from multilayer.errors import InputError, Problem
+from multilayer.errors import InputError, PlausibilityWarning, Problem
 from multilayer.measurements.description import (
     FILE_NAME,
     FILL_IN,
@@ -23,6 +24,7 @@ from multilayer.signals.recording import Recording
 
 if TYPE_CHECKING:
     from multilayer.signals.calibration import Calibration
+    from multilayer.signals.disturbance import Disturbance
 
 __all__ = [
     "Burst",
@@ -176,14 +178,24 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
     places = _Places(campaign)
     problems: list[Problem] = []
     recordings: dict[tuple[str, float], Recording] = {}
+    seen: dict[str, tuple[Disturbance, ...]] = {}
     for index, configuration in enumerate(campaign.configurations):
         path: DataPath = ("configurations", index)
-        by_frequency, mistakes = _read_and_check(campaign, configuration.bursts, places, path)
+        by_frequency, mistakes = _read_and_check(campaign, configuration.bursts, places, path, seen)
         problems += mistakes
         recordings |= {(configuration.name, frequency): recording for frequency, recording in by_frequency.items()}
     if problems:
         raise InputError(dict.fromkeys(problems))
+    _tell(campaign, seen)
     return recordings
+
+
+def _tell(campaign: Description, seen: dict[str, tuple[Disturbance, ...]]) -> None:
+    """Warn once of each kind of disturbance that was taken off."""
+    from multilayer.signals.disturbance import in_words
+
+    for text in in_words(seen):
+        warn(f"{campaign.file}: {text}", PlausibilityWarning, stacklevel=3)
 
 
 def _read_and_check(
@@ -191,17 +203,25 @@ def _read_and_check(
     bursts: tuple[Burst, ...],
     places: _Places,
     path: DataPath,
+    seen: dict[str, tuple[Disturbance, ...]],
     *,
     together: bool = False,
 ) -> tuple[dict[float, Recording], list[Problem]]:
-    """Return recordings by frequency, Hz, and what is wrong with them; `together`: both sensors at one spot."""
+    """Return recordings by frequency, Hz, and what is wrong with them; `together`: both sensors at one spot.
+
+    Offset and hum are taken off; what they were is added to `seen`, by file.
+    """
+    from multilayer.signals.disturbance import without_disturbances
     from multilayer.signals.quality import check_configuration  # heavy: SciPy
 
     problems: list[Problem] = []
     recordings: dict[float, Recording] = {}
     for index, burst in enumerate(bursts):
         try:
-            recordings[burst.frequency] = _read(campaign, burst, places, (*path, "bursts", index))
+            raw = _read(campaign, burst, places, (*path, "bursts", index))
+            recordings[burst.frequency], seen[str(burst.file)] = without_disturbances(
+                raw, burst.frequency, campaign.burst.cycles
+            )
         except InputError as error:
             problems += error.problems
     files = {burst.frequency: campaign.folder / burst.file for burst in bursts}
@@ -230,9 +250,11 @@ def load_calibration(path: Path | str) -> Calibration:
     from multilayer.signals.calibration import calibrate  # heavy: SciPy
 
     campaign = _load(path, CalibrationCampaign)
-    recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), together=True)
+    seen: dict[str, tuple[Disturbance, ...]] = {}
+    recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), seen, together=True)
     if problems:
         raise InputError(dict.fromkeys(problems))
+    _tell(campaign, seen)
     try:
         return calibrate(recordings, cycles=campaign.burst.cycles)
     except InputError as error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
@@ -20,7 +21,8 @@ from multilayer.signals.time_of_flight import time_of_flight
 BEFORE = 0.005  # s ahead of a burst
 SHORTEST_AFTER, LONGEST_AFTER = 0.04, 3.0  # s behind it
 _QUIET = 1e-3  # of the top's crest: a ring-down is followed down to this,
-_ABOVE_NOISE = 3.0  # or to the noise
+_ABOVE_NOISE = 1.5  # or to the noise, by its mean over
+_SMOOTH = 2.0  # periods of the burst
 _TURN = 0.01  # rad of the tone: what a repeat may be off without being shifted between samples
 _SAME_FREQUENCY = 0.01  # relative distance below which the bursts of two files are repeats
 _MARGIN = 256  # samples on both sides of what is shifted, where the shift of a record's ends fades
@@ -217,11 +219,14 @@ def _aligned(group: Sequence[_Repeat], frequency: float, window: Window) -> list
 
 
 def _ringing(repeat: _Repeat, room: float, window: Window) -> float:
-    """Return how long the top rings, s: to a thousandth of its crest or to the noise, as far as there is room."""
+    """Return how long the top rings, s: to a thousandth of its crest or to the noise, as far as there is room.
+
+    By the envelope's mean over some periods: of many samples of noise, some always stand out.
+    """
     rate, most = repeat.pair.sampling_rate, min(max(room, 0.0), LONGEST_AFTER)
     start, end = max(int(repeat.burst.onset), 0), int(_end(repeat.burst, repeat.pair, window))
     top = envelope(repeat.pair.top[start : end + int(most * rate)] - np.median(repeat.pair.top))
-    tail = top[end - start :]
+    tail = uniform_filter1d(top, max(int(_SMOOTH * rate / repeat.burst.frequency), 1))[end - start :]
     if tail.size < _FEWEST:
         return most
     quiet = max(_QUIET * float(top.max()), _ABOVE_NOISE * float(np.median(tail[-tail.size // 10 :])))

@@ -108,9 +108,12 @@ def make_campaign(
 
 
 def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
+    from multilayer.signals.disturbance import without_disturbances
     from multilayer.signals.quality import check_configuration
 
-    recordings = {burst.frequency: burst.recording for burst in result.bursts}
+    recordings = {
+        burst.frequency: without_disturbances(burst.recording, burst.frequency, cycles)[0] for burst in result.bursts
+    }
     places = {
         burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts
     }
@@ -138,13 +141,17 @@ def _levels(burst: CutBurst, cycles: float) -> RealArray:
 
 
 def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
-    """Return what a user should look at: bursts whose repeats are not alike."""
+    """Return what a user should look at: bursts whose repeats are not alike, an offset, hum of the mains."""
+    from multilayer.signals.disturbance import in_words, without_disturbances
+
+    bursts = made.result.bursts
+    seen = {f"{b.frequency:g} Hz": without_disturbances(b.recording, b.frequency, cycles)[1] for b in bursts}
     levels = {burst.frequency: _levels(burst, cycles) for burst in made.result.bursts}
     return [
         f"repeats at {f:g} Hz differ in level by a factor of {level.max() / level.min():.2g}; a fit averages them"
         for f, level in levels.items()
         if level.max() > _LEVELS * level.min()
-    ]
+    ] + [text.replace("taken off", "which a fit takes off") for text in in_words(seen)]
 
 
 def refuse_occupied(folder: Path) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 BUILT_IN = frozenset({
     "simulate", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig", "import", "tube", "layers",
-    "materials", "check", "schema", "plugins",
+    "materials", "examples", "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands start without importing any plugin."""
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)

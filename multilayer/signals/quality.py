@@ -20,6 +20,7 @@ _BURST_BAND = 0.1  # of the spectrum's crest: where the burst is, without its si
 _SILENT_RATIO = 1e-5  # below the other channel by this: beyond the range of a 16-bit converter
 _SILENT_SIGNAL_TO_NOISE = 4.0  # power; noise alone gives 1
 _TAIL_RATIO = 0.1  # 20 dB below the crest
+_CHANCE = 4.0  # standard deviations of the power of noise
 _ONSET_SHARE = 0.025  # of the burst's duration, when a Hann window has reached 0.6 % of its crest
 _FREQUENCY_TOLERANCE = 0.05
 _RATE_TOLERANCE = 0.02  # what the slope of a shaker's response may do to the centroid of all bursts
@@ -223,18 +224,24 @@ def _cut_off(recording: Recording, frequency: float, cycles: float) -> list[str]
             "record longer, or correct frequency, cycles or sampling_rate"
         ]
     onset, period = max(int(_ONSET_SHARE * duration * rate), 1), max(round(rate / frequency), 2)
+    # a soft specimen's top may still move from the burst before, and ring on at the end (the inverse cuts its model at
+    # the same time): the base says when this burst began and ended
+    base, _ = recording.mean()
+    centred = base - base.mean()
+    crest, noise = float(np.max(np.abs(centred))), noise_level(recording, of_mean=True).base
     problems = []
-    for name, signal in zip(("base", "top"), recording.mean(), strict=True):
-        centred = signal - signal.mean()
-        crest = np.max(np.abs(centred))
-        # a soft specimen's top may still move from the burst before: only the base says when this one began
-        if name == "base" and np.max(np.abs(centred[:onset])) > _TAIL_RATIO * crest:
-            problems.append("the record starts within the burst; trigger earlier, or record some time ahead of it")
-        left = float(np.sqrt(2.0) * rms(centred[-period:]) / crest)
-        # the top's ring-down may go on: the inverse cuts its model at the same time
-        if name == "base" and left > _TAIL_RATIO:
-            problems.append(f"the base is still at {left:.0%} of its crest when the record ends; record longer")
+    if _amplitude(centred[:onset], noise) > _TAIL_RATIO * crest:
+        problems.append("the record starts within the burst; trigger earlier, or record some time ahead of it")
+    left = _amplitude(centred[-period:], noise) / crest
+    if left > _TAIL_RATIO:
+        problems.append(f"the base is still at {left:.0%} of its crest when the record ends; record longer")
     return problems
+
+
+def _amplitude(signal: RealArray, noise: float) -> float:
+    """Return the amplitude of a tone in some samples, less what their noise has on the average, and may have more."""
+    power = float(np.mean(signal**2)) - noise**2 * (1 + _CHANCE * (2 / signal.size) ** 0.5)
+    return float(np.sqrt(2 * max(power, 0.0)))
 
 
 def _centroid(signal: RealArray, sampling_rate: float) -> float:

@@ -171,6 +171,7 @@ class TestJson:
             "effects": ("effects",),
             "layers": ("layers",),
             "materials": ("materials",),
+            "examples": ("examples",),
             "plugins": ("plugins",),
             "check": ("check", STACK),
             "shape-factor": ("shape-factor", "--poisson-ratio", "0.3", "--shape", "1"),

@@ -127,6 +127,17 @@ class TestCut:
         assert soft.recording.n_samples / RATE == pytest.approx(0.005 + 0.01 + 0.05 * np.log(1e3), rel=0.1)
         assert stiff.recording.n_samples / RATE == pytest.approx(0.005 + 0.02 + 0.04, rel=0.01)
 
+    @pytest.mark.parametrize("seed", range(5))
+    def test_a_cut_ends_in_the_noise(self, seed):
+        """Of thousands of samples of noise some stand out: they make no ring-down."""
+        base = recording([(0.1, 500, 5)], 3.0, noise=1e-3, seed=seed)
+        time = np.arange(base.size) / RATE - 0.11
+        ring = np.where(time > 0, 10 * np.exp(-np.maximum(time, 0) / 0.05) * np.sin(2 * np.pi * 300 * time), 0.0)
+        noise = 0.05
+        top = ring + noise * np.random.default_rng(seed + 10).normal(size=base.size)
+        (burst,) = cut_bursts([pair(base, top)], Window(10)).bursts
+        assert burst.recording.n_samples / RATE == pytest.approx(0.005 + 0.01 + 0.05 * np.log(10 / noise), rel=0.25)
+
     def test_cut_off_at_the_ends_of_the_file(self):
         base = recording([(-0.02, 200, 5), (0.2, 200, 5), (0.48, 200, 5)], 0.5)
         result = cut_bursts([pair(base)], Window(10))

@@ -162,6 +162,12 @@ class TestCutOff:
         late = recording(300.0, start=-0.012)
         assert any(text.startswith("the record starts within the burst") for text in check_recording(late, 300.0))
 
+    @pytest.mark.parametrize("frequency", BURSTS)
+    @pytest.mark.parametrize("repeats", [1, 3])
+    def test_much_noise_is_not_the_burst(self, frequency, repeats):
+        noisy = recording(frequency, noise=0.3, repeats=repeats)
+        assert not [text for text in check_recording(noisy, frequency) if "record" in text]
+
 
 class TestSwapped:
     @pytest.mark.parametrize("frequency", [300.0, 400.0, 500.0, 800.0])

@@ -21,6 +21,9 @@ from multilayer.signals.time_of_flight import time_of_flight
 _BAND_THRESHOLD = 0.02  # of the burst's largest bin
 _WIDE_THRESHOLD = 0.002  # for signals that are transformed back to time
 _CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is truncated
+_MOVES = 0.01  # of the base's crest: by then its burst has begun,
+_ABOVE_NOISE = 5.0  # and above its noise
+_FEWEST = 16  # samples that say whether something moves
 _STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond it and the main lobe lie noise and harmonics
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent bins
 _LOCAL = 0.2  # of a burst's frequency: half the main lobe of ten cycles, within which a local law holds
@@ -149,9 +152,16 @@ class BurstData:
 
     @cached_property
     def head_start(self) -> float:
-        """Largest motion of the top plate in the first hundredth of the record, relative to its maximum."""
-        edge = max(self.n_samples // 100, 4)
-        return float(np.abs(self.top[:edge]).max() / np.abs(self.top).max())
+        """Amplitude of the top plate before the base moves, less noise, relative to its maximum; 0 without a lead."""
+        base = envelope(self.base)
+        share = min(max(_MOVES, _ABOVE_NOISE * self.noise.base / float(base.max())), 1.0)
+        # a Hann window has taken this long when it reaches the share
+        rise = self.cycles / self.frequency * float(np.arcsin(share**0.5)) / np.pi * self.sampling_rate
+        lead = self.top[: max(int(np.argmax(base >= share * base.max()) - rise), 0)]
+        if lead.size < _FEWEST:
+            return 0.0
+        power = float(np.mean(lead**2)) - self.noise.top**2 * (1 + _ABOVE_NOISE * (2 / lead.size) ** 0.5)
+        return float(np.sqrt(2 * max(power, 0.0)) / np.abs(self.top).max())
 
     @cached_property
     def transmissibility(self) -> complex:

@@ -1,0 +1,140 @@
+"""What a recorder adds to a burst and can be taken off again: an offset, and hum of the mains far below the burst."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from multilayer.arrays import RealArray
+from multilayer.signals.recording import Recording
+
+MAINS = (50.0, 60.0)  # Hz
+_LEAST = {"offset": 2e-3, "hum": 0.01}  # of a channel's crest: less changes a modulus by less than 0.3 %
+_APART = 3.0  # the burst's main lobe begins at this multiple of the mains' frequency: it does not pass for hum
+_PERIODS = 2.0  # of the mains
+_LEFT = 0.3  # most that hum leaves of the end of a record, over itself
+_CLEAR = 6.0  # standard deviations of what the rest of the record leaves
+_OF_MEDIAN = 1.2533 * 1.4826  # standard deviation of a median, over the median deviation and the root of the number
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """One thing that was taken off a channel.
+
+    Attributes
+    ----------
+    kind : str
+        "offset" or "hum of 50 Hz".
+    channel : {'base', 'top'}
+    size : float
+        Largest of the repeats, m/s2.
+    share : float
+        Of the channel's crest.
+    """
+
+    kind: str
+    channel: str
+    size: float
+    share: float
+
+
+def without_disturbances(
+    recording: Recording, frequency: float, cycles: float
+) -> tuple[Recording, tuple[Disturbance, ...]]:
+    """Return a recording without offset and hum, and what was taken off; unchanged where neither is seen.
+
+    The offset is the median of a channel: a burst and its ring-down are symmetric about it. Hum is a sine of the mains'
+    frequency by least squares, repeat by repeat: under a Hann window where the burst lies three times as high or more;
+    nearer to it over the end of the record, where it must be nearly all there is, first of the base, which rests then.
+    Where neither holds, nothing is taken off.
+
+    Parameters
+    ----------
+    recording : Recording
+    frequency : float
+        Of the burst, Hz.
+    cycles : float
+        Of the burst, under its Hann window: its main lobe reaches ``2 / cycles`` to either side.
+    """
+    if not (np.all(np.isfinite(recording.base)) and np.all(np.isfinite(recording.top))):
+        return recording, ()
+    seen: list[Disturbance] = []
+    lowest = frequency * (1 - 2 / cycles)
+
+    def cleaned(name: str, signal: RealArray) -> RealArray:
+        crest = float(np.max(np.abs(signal - np.median(signal, axis=-1, keepdims=True))))
+        rings = name == "top" and not any(one.kind != "offset" for one in seen)  # at the mains' frequency by itself
+        hum, mains = _hum(signal, recording.sampling_rate, lowest, crest, ends=not rings)
+        offset = np.median(signal - hum, axis=-1, keepdims=True)
+        chance = _OF_MEDIAN * float(np.median(np.abs(signal - hum - offset))) / signal.shape[-1] ** 0.5
+        for kind, part, least in (("offset", offset, _CLEAR * chance), (f"hum of {mains:g} Hz", hum, 0.0)):
+            size = float(np.max(np.abs(part)))
+            if crest > 0 and size > max(_LEAST[kind.split()[0]] * crest, least):
+                seen.append(Disturbance(kind, name, size, size / crest))
+                signal = signal - part
+        return signal
+
+    base, top = cleaned("base", recording.base), cleaned("top", recording.top)
+    return (Recording(base, top, recording.sampling_rate), tuple(seen)) if seen else (recording, ())
+
+
+def _hum(
+    signal: RealArray, sampling_rate: float, lowest: float, crest: float, *, ends: bool
+) -> tuple[RealArray, float]:
+    """Return the hum of every repeat, and its frequency; zeros where there is none that can be told.
+
+    `ends`: whether the end of the record may tell it, where the burst is near.
+    """
+    n = signal.shape[-1]
+    time = np.arange(n) / sampling_rate
+    largest, best, at = 0.0, np.zeros_like(signal), MAINS[0]
+    for mains in MAINS:
+        is_apart = lowest >= _APART * mains
+        least = int(_PERIODS * sampling_rate / mains)  # a Hann window's line is two periods wide
+        if n < (1 if is_apart else 2) * least or not (is_apart or ends):
+            continue
+        window = np.hanning(n) if is_apart else (np.arange(n) >= n - least).astype(float)
+        turn = 2 * np.pi * mains * time
+        columns = np.stack([np.ones(n), np.cos(turn), np.sin(turn)], axis=-1)
+        amplitudes = np.linalg.lstsq(columns * window[:, None], (signal * window).T, rcond=None)[0]
+        hum = (columns[:, 1:] @ amplitudes[1:]).T
+        rest = signal - (columns @ amplitudes).T
+        if not is_apart:
+            rest, kept = rest[:, -least:], hum[:, -least:]
+            if np.mean(rest**2) > _LEFT**2 * np.mean(kept**2):
+                continue
+        # as noise the rest would leave this much at one frequency
+        chance = float(np.sqrt(2 * np.mean(rest**2) / rest.shape[-1]))
+        size = float(np.max(np.abs(hum)))
+        if size > max(largest, _CLEAR * chance, _LEAST["hum"] * crest):
+            largest, best, at = size, hum, mains
+    return best, at
+
+
+def in_words(seen: Mapping[str, tuple[Disturbance, ...]]) -> list[str]:
+    """Return one sentence for each kind of disturbance.
+
+    Parameters
+    ----------
+    seen : mapping
+        What was taken off each recording, by a name for it.
+    """
+    kinds = sorted({one.kind for found in seen.values() for one in found})
+    sentences = []
+    for kind in kinds:
+        named = [(one, name) for name, found in seen.items() for one in found if one.kind == kind]
+        worst, where = max(named, key=lambda pair: pair[0].share)
+        number = len({name for _, name in named})
+        sentences.append(
+            f"{kind} in {number} of {len(seen)} recordings, taken off: up to {worst.size:.2g} m/s2, "
+            f"{100 * worst.share:.2g} % of the {worst.channel} channel's crest ({where}); {_REMEDY[kind.split()[0]]}"
+        )
+    return sentences
+
+
+_REMEDY = {
+    "offset": "couple the channels AC, or let the accelerometers warm up",
+    "hum": "look for a ground loop",
+}

@@ -1,0 +1,72 @@
+"""Offsets and hum are taken off and told; sound recordings are left as they are."""
+
+import numpy as np
+import pytest
+
+from multilayer.signals.disturbance import in_words, without_disturbances
+from multilayer.signals.quality import check_recording
+from multilayer.signals.recording import Recording
+from tests.unit.test_signals_quality import BURSTS, RATE, recording
+
+
+def with_hum(sound, size, mains=50.0):
+    time = np.arange(sound.n_samples) / RATE
+    hum = size * np.cos(2 * np.pi * mains * time + np.array([[0.3], [2.0]]))
+    return Recording(sound.base + hum, sound.top + 0.5 * hum, RATE)
+
+
+@pytest.mark.parametrize("frequency", BURSTS)
+@pytest.mark.parametrize("noise", [0.0, 0.004, 0.3])
+def test_sound_recordings_are_left_alone(frequency, noise):
+    sound = recording(frequency, noise=noise)
+    assert without_disturbances(sound, frequency, 10) == (sound, ())
+
+
+@pytest.mark.parametrize("frequency", BURSTS)
+def test_an_offset_is_taken_off(frequency):
+    sound = recording(frequency)
+    crest = np.abs(sound.base).max()
+    cleaned, seen = without_disturbances(Recording(sound.base + 0.2 * crest, sound.top, RATE), frequency, 10)
+    assert [(one.kind, one.channel) for one in seen] == [("offset", "base")]
+    assert seen[0].share == pytest.approx(0.2, abs=0.01)
+    assert np.abs(cleaned.base - sound.base).max() < 2e-3 * crest
+
+
+@pytest.mark.parametrize("frequency", [300.0, 800.0, 1500.0])
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_hum_far_below_the_burst_is_taken_off(frequency, mains):
+    sound = recording(frequency)
+    crest = np.abs(sound.base).max()
+    cleaned, seen = without_disturbances(with_hum(sound, 0.3 * crest, mains), frequency, 10)
+    assert {one.kind for one in seen} == {f"hum of {mains:g} Hz"}
+    assert np.abs(cleaned.base - sound.base).max() < 6e-3 * crest
+    assert check_recording(cleaned, frequency) == []
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_hum_beside_the_burst_is_that_of_the_end(mains):
+    sound = recording(100.0)
+    crest = np.abs(sound.base).max()
+    cleaned, seen = without_disturbances(with_hum(sound, 0.3 * crest, mains), 100.0, 10)
+    assert {(one.kind, one.channel) for one in seen} == {(f"hum of {mains:g} Hz", name) for name in ("base", "top")}
+    assert np.abs(cleaned.base - sound.base).max() < 6e-3 * crest
+    assert np.abs(cleaned.top - sound.top).max() < 6e-3 * crest
+
+
+def test_a_top_that_rings_at_the_mains_is_no_hum():
+    sound = recording(100.0, resonance=50.0, damping=0.002)
+    assert not [one for one in without_disturbances(sound, 100.0, 10)[1] if "hum" in one.kind]
+
+
+def test_one_sentence_for_each_kind():
+    sound = recording(300.0)
+    _, seen = without_disturbances(Recording(sound.base + 2, sound.top + 1, RATE), 300.0, 10)
+    (text,) = in_words({"a.npz": seen, "b.npz": ()})
+    assert text.startswith("offset in 1 of 2 recordings, taken off: up to 2 m/s2, ")
+    assert "base channel" in text
+
+
+def test_values_that_are_not_finite_are_for_the_quality_check():
+    sound = recording(300.0)
+    sound.base[0, 5] = np.nan
+    assert without_disturbances(sound, 300.0, 10) == (sound, ())
