@@ -23,6 +23,7 @@ from multilayer.cli.examples import examples
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
+from multilayer.cli.loudness import LOUDNESS
 from multilayer.cli.materials import materials
 from multilayer.cli.methods import methods
 from multilayer.cli.plugin_commands import STOPPED, Commands
@@ -123,7 +124,7 @@ def _warnings_as_lines() -> Iterator[None]:
             if not issubclass(category, PluginWarning | PlausibilityWarning):
                 show(message, category, *place, **options)
             # whatever changes filters in between makes Python forget what it has shown
-            elif (line := f"warning: {' '.join(str(message).split())}") not in told:
+            elif (line := f"warning: {' '.join(str(message).split())}") not in told and LOUDNESS.warnings:
                 told.add(line)
                 typer.echo(line, err=True)
 

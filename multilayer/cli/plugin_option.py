@@ -1,4 +1,4 @@
-"""``--plugin FILE.py``, which every command takes, before its name or after."""
+"""Options that every command takes: ``--plugin FILE.py`` (before its name, too), ``--verbose`` and ``--quiet``."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
+
+from multilayer.cli.loudness import Quiet, Verbose, loudness
 
 PluginFiles = Annotated[
     list[Path] | None,
@@ -21,20 +23,30 @@ PluginFiles = Annotated[
 
 
 def takes_plugins(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with the option ``--plugin``; what its files define is registered while it runs."""
+    """Return a command with the options that all have.
+
+    What the files of ``--plugin`` define is registered while it runs.
+    """
 
     @wraps(command)
-    def run(plugin: list[Path] | None = None, **options: Any) -> None:
-        if not plugin:
-            return command(**options)
-        from multilayer.plugins.files import plugin_files
+    def run(plugin: list[Path] | None = None, verbose: bool = False, quiet: bool = False, **options: Any) -> None:
+        with loudness(verbose=verbose, quiet=quiet):
+            if not plugin:
+                return command(**options)
+            from multilayer.plugins.files import plugin_files
 
-        with plugin_files(plugin):
-            return command(**options)
+            with plugin_files(plugin):
+                return command(**options)
 
     hints = get_type_hints(command, include_extras=True)
     own = [one.replace(annotation=hints[name]) for name, one in inspect.signature(command).parameters.items()]
-    option = inspect.Parameter("plugin", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=PluginFiles)
-    run.__annotations__ = {**hints, "plugin": PluginFiles}
-    run.__signature__ = inspect.Signature([*own, option])  # type: ignore[attr-defined]  # typer reads it
+    common: dict[str, tuple[Any, Any]] = {
+        "plugin": (None, PluginFiles),
+        "verbose": (False, Verbose),
+        "quiet": (False, Quiet),
+    }
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter(name, keyword, default=value, annotation=kind) for name, (value, kind) in common.items()]
+    run.__annotations__ = {**hints, **{name: kind for name, (_, kind) in common.items()}}
+    run.__signature__ = inspect.Signature([*own, *added])  # type: ignore[attr-defined]  # typer reads it
     return run

@@ -12,6 +12,11 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
 
     Steps beyond the total, of searches that nobody knows the length of, make the total unknown: the bar pulses.
     """
+    from multilayer.cli.loudness import LOUDNESS
+
+    if not LOUDNESS.bars:
+        yield lambda text: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -45,6 +45,7 @@ from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
+from multilayer.log import logged
 from multilayer.measurements.campaign import load_recordings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
@@ -111,7 +112,7 @@ def diagnose_campaign(
     InputError
         For a campaign that cannot be fitted.
     """
-    tell = progress or (lambda text: None)
+    tell = logged(progress)
     if not isinstance(campaign, Campaign):
         job = read_fit(Path(campaign))
         campaign, recordings = job.campaign, recordings or job.recordings

@@ -17,6 +17,7 @@ BUILT_IN = frozenset({
     "materials", "examples", "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands start without importing any plugin."""
+_OF_EVERY_COMMAND = {"plugin", "verbose", "quiet"}
 _NAMED = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 
 
@@ -42,8 +43,8 @@ def _fault(name: str, item: Any) -> str:
     if not isinstance(item, FunctionType):
         return f"it is {item!r}, not a function"
     parameters = inspect.signature(item).parameters
-    if "plugin" in parameters:
-        return "it has a parameter 'plugin', an option that every command has; choose another name"
+    if taken := _OF_EVERY_COMMAND & set(parameters):
+        return f"it has a parameter '{min(taken)}', an option that every command has; choose another name"
     if any(parameter.kind not in _NAMED for parameter in parameters.values()):
         return "it has parameters that cannot be given by name, as *args; name every one"
     from typer.main import get_command

@@ -24,6 +24,7 @@ from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.inference.least_squares import search
 from multilayer.inference.problem import GaussianPrior, Minimum
+from multilayer.log import logged
 from multilayer.simulation.warned import collected_warnings
 
 N_STEPS = steps.N_STEPS + 1  # the places besides
@@ -60,7 +61,7 @@ def diagnose_tube(
     InputError
         When the stacks have no response for most values that the priors allow.
     """
-    tell = progress or (lambda text: None)
+    tell = logged(progress)
     hypothesis = file.hypothesis
     if file.reference_file is not None:
         hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))

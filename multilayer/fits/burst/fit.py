@@ -22,6 +22,7 @@ from multilayer.fits.methods import BURST_BY_BURST, LEAST_SQUARES, NELDER_MEAD, 
 from multilayer.fits.result import BurstFit, FitResult, Solution
 from multilayer.fits.settings import FitSettings
 from multilayer.inference.problem import Minimum
+from multilayer.log import logged
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
@@ -79,7 +80,7 @@ def fit_bursts(
     if settings.method not in BURST_BY_BURST:
         text = f"method: '{settings.method}' does not fit every burst by itself; take {' or '.join(BURST_BY_BURST)}"
         raise InputError(text)
-    tell = progress or (lambda text: None)
+    tell = logged(progress)
     problems = burst_problems(campaign, recordings, settings, calibration)
     bounds = [search_bounds(settings)] * len(problems)
     candidates, choices = search(problems, bounds, tell)

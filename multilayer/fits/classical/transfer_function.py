@@ -18,6 +18,7 @@ from multilayer.experiments.two_plate.transmissibility import Transmissibility, 
 from multilayer.fits.classical.rod_branches import QUARTER, Rod, Solutions, follow_branch, motion, solve
 from multilayer.fits.classical.rod_limit import longest_rod, rim_inertia, rod_error
 from multilayer.fits.settings import Bounds
+from multilayer.log import logged
 from multilayer.measurements.description import Campaign, Configuration, Uncertainty
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.rig.shape_factor import static_shape_factor
@@ -128,7 +129,7 @@ def transfer_function(
     """
     if lateral not in get_args(Lateral):
         raise InputError(f"lateral: '{lateral}' is not allowed; {suggest(lateral, get_args(Lateral))}")
-    bounds, tell = bounds or Bounds(), progress or (lambda text: None)
+    bounds, tell = bounds or Bounds(), logged(progress)
     methods = {c.name: _Inversion.of(campaign, c, lateral, bounds) for c in campaign.configurations}
     found: dict[tuple[str, float], RodPoint] = {}
     for name, method in methods.items():

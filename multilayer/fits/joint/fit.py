@@ -35,6 +35,7 @@ from multilayer.fits.settings import DEFAULT_LAW, FitSettings
 from multilayer.inference.least_squares import distinct, is_competitive
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import LAPLACE, refuse_unusable
+from multilayer.log import logged
 from multilayer.measurements.description import Campaign
 from multilayer.media.laws import LAWS
 from multilayer.signals.calibration import Calibration
@@ -92,7 +93,7 @@ def fit_joint(
     of both channels and the model's own error. What the laboratory states of itself are unknowns with normal priors.
     """
     settings = settings or FitSettings()
-    tell = progress or (lambda text: None)
+    tell = logged(progress)
     problems = burst_problems(campaign, recordings, settings, calibration)
     solved: list[Solved] = []
     for name, branches in _laws(law, elements):
