@@ -38,7 +38,7 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_copyright = False
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 autosummary_generate = False
