@@ -14,6 +14,7 @@ MAINS = (50.0, 60.0)  # Hz
 _LEAST = {"offset": 2e-3, "hum": 0.01}  # of a channel's crest: less changes a modulus by less than 0.3 %
 _APART = 3.0  # the burst's main lobe begins at this multiple of the mains' frequency: it does not pass for hum
 _PERIODS = 2.0  # of the mains
+_LASTS = 0.3  # most that the offset of a third of the record departs from that of the whole
 _LEFT = 0.3  # most that hum leaves of the end of a record, over itself
 _CLEAR = 6.0  # standard deviations of what the rest of the record leaves
 _OF_MEDIAN = 1.2533 * 1.4826  # standard deviation of a median, over the median deviation and the root of the number
@@ -45,10 +46,11 @@ def without_disturbances(
 ) -> tuple[Recording, tuple[Disturbance, ...]]:
     """Return a recording without offset and hum, and what was taken off; unchanged where neither is seen.
 
-    The offset is the median of a channel: a burst and its ring-down are symmetric about it. Hum is a sine of the mains'
-    frequency by least squares, repeat by repeat: under a Hann window where the burst lies three times as high or more;
-    nearer to it over the end of the record, where it must be nearly all there is, first of the base, which rests then.
-    Where neither holds, nothing is taken off.
+    The offset is the median of a channel, which a burst and its ring-down are symmetric about; it must be there in the
+    second and in the last third of the record alike, as the rest of a slow ring-down is not. Hum is a sine of the
+    mains' frequency by least squares, repeat by repeat: under a Hann window where the burst lies three times as high or more;
+    nearer to it over the end of the record, where it must be nearly all there is. The base rests there; a top plate may
+    ring at the mains' frequency by itself, so its hum is taken off only where the base has some, too.
 
     Parameters
     ----------
@@ -65,13 +67,11 @@ def without_disturbances(
 
     def cleaned(name: str, signal: RealArray) -> RealArray:
         crest = float(np.max(np.abs(signal - np.median(signal, axis=-1, keepdims=True))))
-        rings = name == "top" and not any(one.kind != "offset" for one in seen)  # at the mains' frequency by itself
-        hum, mains = _hum(signal, recording.sampling_rate, lowest, crest, ends=not rings)
-        offset = np.median(signal - hum, axis=-1, keepdims=True)
-        chance = _OF_MEDIAN * float(np.median(np.abs(signal - hum - offset))) / signal.shape[-1] ** 0.5
-        for kind, part, least in (("offset", offset, _CLEAR * chance), (f"hum of {mains:g} Hz", hum, 0.0)):
+        possible = MAINS if name == "base" else tuple(f for f in MAINS if f"hum of {f:g} Hz" in {s.kind for s in seen})
+        hum, mains = _hum(signal, recording.sampling_rate, lowest, crest, possible)
+        for kind, part in (("offset", _offset(signal - hum)), (f"hum of {mains:g} Hz", hum)):
             size = float(np.max(np.abs(part)))
-            if crest > 0 and size > max(_LEAST[kind.split()[0]] * crest, least):
+            if crest > 0 and size > _LEAST[kind.split()[0]] * crest:
                 seen.append(Disturbance(kind, name, size, size / crest))
                 signal = signal - part
         return signal
@@ -80,20 +80,26 @@ def without_disturbances(
     return (Recording(base, top, recording.sampling_rate), tuple(seen)) if seen else (recording, ())
 
 
-def _hum(
-    signal: RealArray, sampling_rate: float, lowest: float, crest: float, *, ends: bool
-) -> tuple[RealArray, float]:
-    """Return the hum of every repeat, and its frequency; zeros where there is none that can be told.
+def _offset(signal: RealArray) -> RealArray:
+    """Return the offset of every repeat, shape (repeats, 1); zeros where there is none that lasts."""
+    offset = np.median(signal, axis=-1, keepdims=True)
+    chance = _OF_MEDIAN * float(np.median(np.abs(signal - offset))) / signal.shape[-1] ** 0.5
+    later = (np.median(part, axis=-1, keepdims=True) for part in np.array_split(signal, 3, axis=-1)[1:])
+    lasts = all(np.all(np.abs(part - offset) < _LASTS * np.abs(offset)) for part in later)
+    return offset if lasts and float(np.max(np.abs(offset))) > _CLEAR * chance else np.zeros_like(offset)
 
-    `ends`: whether the end of the record may tell it, where the burst is near.
-    """
+
+def _hum(
+    signal: RealArray, sampling_rate: float, lowest: float, crest: float, possible: tuple[float, ...]
+) -> tuple[RealArray, float]:
+    """Return the hum of every repeat at one of the possible frequencies, and that; zeros where none can be told."""
     n = signal.shape[-1]
     time = np.arange(n) / sampling_rate
     largest, best, at = 0.0, np.zeros_like(signal), MAINS[0]
-    for mains in MAINS:
+    for mains in possible:
         is_apart = lowest >= _APART * mains
         least = int(_PERIODS * sampling_rate / mains)  # a Hann window's line is two periods wide
-        if n < (1 if is_apart else 2) * least or not (is_apart or ends):
+        if n < (1 if is_apart else 2) * least:
             continue
         window = np.hanning(n) if is_apart else (np.arange(n) >= n - least).astype(float)
         turn = 2 * np.pi * mains * time

@@ -39,7 +39,9 @@ REASONS = {
   right). With one configuration: a deleted delay (crosstalk), sensor mount and delamination (adhesive), accelerometer
   (skin): one complex number per frequency is explained by many laws.
 - Two effects: a delamination with a free rim, each far beyond what its law holds for, and two resonances of the reading
-  in one configuration, which are told as unknown.""",
+  in one configuration, which are told as unknown.
+- All were diagnosed with springs at the faces as the law of delamination; since then it is a disc with open rims by
+  finite elements.""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
 
