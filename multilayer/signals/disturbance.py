@@ -46,11 +46,11 @@ def without_disturbances(
 ) -> tuple[Recording, tuple[Disturbance, ...]]:
     """Return a recording without offset and hum, and what was taken off; unchanged where neither is seen.
 
-    The offset is the median of a channel, which a burst and its ring-down are symmetric about; it must be there in the
-    second and in the last third of the record alike, as the rest of a slow ring-down is not. Hum is a sine of the
-    mains' frequency by least squares, repeat by repeat: under a Hann window where the burst lies three times as high or more;
-    nearer to it over the end of the record, where it must be nearly all there is. The base rests there; a top plate may
-    ring at the mains' frequency by itself, so its hum is taken off only where the base has some, too.
+    The offset is the median of a channel, which a burst and its ring-down are symmetric about; it must be there in
+    the second and in the last third of the record alike, as the rest of a slow ring-down is not. Hum is a sine of the
+    mains' frequency by least squares, repeat by repeat: under a Hann window where the burst lies three times as high
+    or more; nearer to it over the end of the record, where it must be nearly all there is. The base rests there; a
+    top plate may ring at the mains' frequency by itself, so its hum is taken off only where the base has some, too.
 
     Parameters
     ----------
