@@ -42,7 +42,7 @@ effects = chosen_effects(["channel_gain", "channel_delay", "sensor_mass", "adhes
 diagnosis = diagnose_campaign(made.campaign, made.recordings, effects)
 print(diagnosis.record["sentence"])
 for cause in diagnosis.record["causes"][:3]:
-    name = " + ".join(cause["effects"]) or "none of these"
+    name = {"": "no gap", "unknown": "none of the known"}.get(name := " + ".join(cause["effects"]), name)
     print(f"{name}: probability {cause['probability']:.2f}")
 gain = diagnosis.record["causes"][0]["parameters"]["channel_gain.gain"]
 print(f"size {gain['value']:.3f}, 90 % interval {gain['low']:.3f} to {gain['high']:.3f}")

@@ -76,7 +76,7 @@ def fit(
 ) -> None:
     """Find the complex modulus E1 + i E2 of a sample on the two-plate rig, burst by burst, or one law for all of them.
 
-    Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data (docs/stack-fit.md).
+    Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data.
 
     Writes moduli.csv, fit.json (joint.json), report.html and figures; of several campaigns each into a folder of its
     own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything
