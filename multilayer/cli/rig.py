@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def rig(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of the virtual rig, as examples/virtual_rig.yaml.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A virtual rig, as examples/virtual_rig.yaml.")],
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="CAMPAIGN", help="Folder of the campaign; results/NAME when left out."),
