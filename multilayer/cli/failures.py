@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import traceback
@@ -9,7 +10,8 @@ from importlib.metadata import entry_points, metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-PLUGIN, INTERNAL = 2, 70  # exit statuses
+INPUT, PLUGIN, INTERNAL = 2, 2, 70  # exit statuses
+_SHOWN = 80  # characters of a name
 _FRAME = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+), in (?P<function>\S+)')
 _BUG = (
     "multilayer failed on something it should have foreseen ({error}). This is a bug: please report it{where}, with "
@@ -18,7 +20,7 @@ _BUG = (
 
 
 def failure(error: Exception, files: tuple[Path, ...] = ()) -> tuple[str, int]:
-    """Return a message and an exit status for an exception that no input explains.
+    """Return a message and an exit status for an exception that is no `MultilayerError`.
 
     Parameters
     ----------
@@ -27,6 +29,8 @@ def failure(error: Exception, files: tuple[Path, ...] = ()) -> tuple[str, int]:
     files : tuple of Path, optional
         Plugins that ``--plugin`` named.
     """
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return f"{str(error.filename)[:_SHOWN]}...: no file's name may be so long; there is no such file", INPUT
     text = f"{type(error).__name__}: {error}"
     folders = [*map(str, files), *(str(file.resolve()) for file in files), *_plugin_folders()]
     for file, line, function in reversed(_frames(error)):

@@ -108,7 +108,7 @@ def read_yaml(path: Path | str, *, keep_problems: bool = False) -> Document:
 def _unreadable(file: Path, error: OSError | ValueError) -> str:
     if isinstance(error, FileNotFoundError):
         return "there is no such file"
-    if isinstance(error, OSError) and file.is_dir():
+    if isinstance(error, IsADirectoryError | PermissionError) and file.is_dir():
         return "is a folder; a file is wanted"
     return f"cannot be read: {getattr(error, 'strerror', None) or error}"
 

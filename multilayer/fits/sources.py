@@ -14,6 +14,7 @@ from multilayer.config.kinds import FIT_FILE, TITLES, kind_of_data
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.errors import InputError, Problem, suggest
+from multilayer.files import exists
 from multilayer.fits.methods import METHODS
 from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.campaign import campaign_file, load_calibration, load_campaign, load_recordings
@@ -146,7 +147,7 @@ class Source:
         """Return a path that a fit file names; an error that points into the file when there is nothing."""
         file = self.document.file
         path = file.parent / named
-        if not path.exists():
+        if not exists(path):
             text = f"there is no {path}; the path is relative to this file"
             raise InputError(Problem(text, field, file, *self.document.position((field,))))
         return path
@@ -165,7 +166,7 @@ def open_source(path: Path) -> Source:
     InputError
         When there is nothing, or it cannot be read.
     """
-    if not path.exists():
+    if not exists(path):
         raise InputError(f"{path}: there is no such file or folder; name a folder, or a stack, campaign or fit file")
     if path.is_dir() and not (path / FIT_FILE).is_file():
         return Source(path, read_yaml(campaign_file(path), keep_problems=True), "campaign")

@@ -10,6 +10,7 @@ from warnings import warn
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
 from multilayer.errors import InputError, PlausibilityWarning, Problem
+from multilayer.files import is_file
 from multilayer.measurements.description import (
     FILE_NAME,
     FILL_IN,
@@ -144,7 +145,7 @@ class _Places:
 
 def _read(campaign: Description, burst: Burst, places: _Places, path: DataPath) -> Recording:
     file = campaign.folder / burst.file
-    if not file.is_file():
+    if not is_file(file):
         message = f"there is no file {file}; correct the name, or remove the burst"
         raise InputError(places.problem(message, (*path, "file")))
     waveforms = read_waveforms(file)

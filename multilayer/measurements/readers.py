@@ -12,6 +12,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
+from multilayer.files import is_file
 from multilayer.measurements.accelerometers import acceleration_factor
 from multilayer.measurements.spectra import Spectra
 from multilayer.measurements.tables import Table, read_text_table
@@ -61,7 +62,7 @@ def _suffix(file: Path) -> str:
 
 def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction:
     """Return the function that reads such values from a file, which must exist."""
-    if not file.is_file():
+    if not is_file(file):
         raise InputError(Problem("there is no such file", file=file))
     reader = READERS[_suffix(file)]
     if not isinstance(reader, Reader):

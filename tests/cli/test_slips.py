@@ -1,6 +1,7 @@
 """Slips that a file allows: asked back in a line, once; and failures that are nobody's input."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import time
 import pytest
 
 from multilayer.cli.failures import failure
+from multilayer.inference.priors import Prior
 from tests.cli.command import run
 from tests.examples.test_examples import EXAMPLES
 
@@ -118,3 +120,24 @@ def test_ctrl_c_is_one_line(tmp_path, seconds):
     assert (started.returncode, told.splitlines()[-1]) == (130, "stopped by Ctrl-C: nothing was written")
     assert "Traceback" not in told
     assert not (tmp_path / "out").exists()
+
+
+def test_a_name_that_no_file_can_have_is_none(campaign):
+    file = campaign / "campaign.yaml"
+    file.write_text(re.sub(r"signals/[^,}\s]*", "x" * 300, file.read_text(), count=1))
+    (campaign / "fit.yaml").write_text(f"version: 1\ncampaign: .\ncalibration: {'y' * 300}\n")
+    for named in (file, campaign / "fit.yaml", campaign / ("z" * 300)):
+        done = run("check", named)
+        assert (done.status, "long" in done.err or "there is no" in done.err, "bug" in done.err) == (2, True, False)
+
+
+@pytest.mark.parametrize(
+    ("prior", "words"),
+    [
+        ({"lognormal": (1.0, 1e300)}, "the spread 1e+300 of ln is above 100"),
+        ({"normal": (0.0, 1.0), "bounds": (1e9, 2e9)}, "1e+09 to 2e+09 hold nothing of the prior; widen them"),
+    ],
+)
+def test_priors_that_no_number_holds(prior, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        Prior(**prior)

@@ -141,7 +141,8 @@ def _cut(kind: str, numbers: tuple[float, float], limits: Limits) -> Limits | No
     centre, reach = numbers[0], _FAR * numbers[1]
     low, high = centre - reach, centre + reach
     if kind == "lognormal":
-        low, high = centre * np.exp(-reach), centre * np.exp(reach)
+        with np.errstate(over="ignore"):  # no bound, then
+            low, high = centre * np.exp(-reach), centre * np.exp(reach)
     if low >= limits[0] and high <= limits[1]:
         return None
     return max(float(low), limits[0]), min(float(high), limits[1])

@@ -1,0 +1,21 @@
+"""Whether there is a file: a name that no file can have is none, rather than an error of the system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def is_file(path: Path) -> bool:
+    """Tell whether there is such a file."""
+    try:
+        return path.is_file()
+    except OSError:  # longer than the system allows
+        return False
+
+
+def exists(path: Path) -> bool:
+    """Tell whether there is such a file or folder."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
