@@ -119,9 +119,16 @@ class PartlyBondedDisc:
         n, step = len(self.rims), self.rims[1] - self.rims[0]
         place = np.clip(rim / step, 0, n - 1)
         first = np.clip(np.floor(place).astype(int) - 1, 0, n - _NEIGHBOURS)
-        t, nodes = place - first, np.arange(_NEIGHBOURS)
-        weights = [np.prod([(t - j) / (i - j) for j in nodes if j != i], axis=0) for i in nodes]
-        return first, np.array(weights)
+        t = place - first
+        # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
+        weights = np.where(place < 1, _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
+        return first, weights
+
+
+def _weights(t: RealArray, powers: tuple[int, ...]) -> RealArray:
+    """Return the weights, shape (4, k), of values at 0, 1, 2, 3 in a sum of powers through them, at t."""
+    nodes = np.arange(_NEIGHBOURS)[:, None] ** np.array(powers)
+    return np.asarray(np.linalg.solve(nodes.T.astype(float), t ** np.array(powers)[:, None]))
 
 
 def _at(forces: Forces, index: NDArray[np.intp], x: ComplexArray) -> ComplexArray:
