@@ -138,6 +138,11 @@ def claims() -> Iterator[None]:
             give_up(place)
 
 
+def held() -> list[Path]:
+    """Return the places that this process has claimed."""
+    return list(_held)
+
+
 def give_up(place: Path) -> None:
     """Release a claimed place; what cannot be removed is left to the next run."""
     space = _held.pop(resolved(place), None)
