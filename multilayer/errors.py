@@ -7,7 +7,11 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+from multilayer.doors import cut, for_log, for_terminal
+
 _LONGEST_SHOWN = 80
+_LONGEST_PLACE, _LONGEST_MESSAGE = 1000, 4000
+_LONGEST_PATH = 200
 
 
 class MultilayerError(Exception):
@@ -49,8 +53,11 @@ class Problem:
     column: int | None = None
 
     def __str__(self) -> str:
-        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
-        return ": ".join(part for part in (place, self.path, self.message) if part)
+        place = cut(
+            ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None), _LONGEST_PLACE
+        )
+        path, message = cut(self.path, _LONGEST_PATH), for_terminal(cut(self.message, _LONGEST_MESSAGE))
+        return ": ".join(part for part in (for_log(place), for_log(path), message) if part)
 
     def at(self, file: Path, line: int | None = None, column: int | None = None) -> Problem:
         """Return the same problem, placed in a file."""
@@ -87,8 +94,9 @@ def suggest(name: str, allowed: Iterable[str]) -> str:
         What may be written.
     """
     names = sorted(allowed)
-    near = get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"did you mean '{near[0]}'?" if near else f"allowed: {', '.join(names) or 'none'}"
+    near = get_close_matches(name[:_LONGEST_PATH], names, n=1, cutoff=0.6)
+    listed = ", ".join(cut(one, _LONGEST_SHOWN) for one in names)
+    return f"did you mean '{cut(near[0], _LONGEST_SHOWN)}'?" if near else f"allowed: {listed or 'none'}"
 
 
 def show(value: object) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
+from multilayer.doors import for_page
 from multilayer.report.listing import flat_items
 from multilayer.report.report import Draw, Report, Section
 
@@ -30,7 +31,7 @@ def page_html(report: Report, svgs: Mapping[Draw, str]) -> str:
     }
     options: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
     environment = Environment(loader=PackageLoader("multilayer.report"), autoescape=True, **options)
-    return environment.get_template("page.html").render(content)
+    return for_page(environment.get_template("page.html").render(content))
 
 
 def _shortened(section: Section, report: Report) -> Section:

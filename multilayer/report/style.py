@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from multilayer.doors import for_page
 from multilayer.response.bands import band_centres
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def png(figure: Figure) -> bytes:
 
 def plain(name: str) -> str:
     """Return a user's name as matplotlib shows it to the letter: no formula, and kept in a legend."""
-    shown = name.replace("$", r"\$")
+    shown = for_page(name).replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown
 
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
+from multilayer.doors import for_page
 from multilayer.report.style import any_script
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     # text stays text: it can be found, read aloud and takes the page's font and colour
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}), any_script(), _without_background(figure):
         canvas.print_svg(buffer, metadata=_NO_METADATA)
-    root = ElementTree.fromstring(buffer.getvalue())
+    root = ElementTree.fromstring(for_page(buffer.getvalue()))
     _cleaned(root, name)
     root.set("aria-label", label)
     return ElementTree.tostring(root, encoding="unicode", method="html")
