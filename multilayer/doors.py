@@ -16,15 +16,13 @@ _HIDDEN = (
     "\x00-\x1f\x7f-\x9f"  # C0, DEL, C1: they move the cursor, clear the screen, set titles
     "\u061c\u202a-\u202e\u2066-\u2069"  # they turn the direction of what follows
     "\u2028\u2029"  # line and paragraph separators
-    "\ud800-\udfff"  # what is no character: no file in UTF-8 and no XML can hold it
+    "\ud800-\udfff\ufffe\uffff"  # no characters: XML cannot hold them, nor UTF-8 the first
 )
 _IN_A_LINE = re.compile(f"[{_HIDDEN}]")
 _IN_LINES = re.compile(rf"(?!\n)[{_HIDDEN}]")
-_IN_XML = re.compile(rf"(?![\n\t])[{_HIDDEN}\ufffe\uffff]")
 # what rich writes on a terminal: colours, and how a progress bar goes back to the beginning of its line
 _BY_RICH = r"\x1b\[[\d;]*m|\r?\x1b\[(?:\d*[AK]|\?25[lh])"
-_IN_A_STREAM = re.compile(rf"(?![\n\t])[{_HIDDEN}]")
-_IN_A_STREAM_OF_RICH = re.compile(rf"{_BY_RICH}|(?![\n\t])[{_HIDDEN}]")
+_NOT_BY_RICH = re.compile(rf"{_BY_RICH}|(?!\n)[{_HIDDEN}]")
 # the beginning of a cell, also where a spreadsheet cuts at semicolons; apostrophes are counted to be undone
 _FORMULA = re.compile(r"(?:^|(?<=;))(?=\s*'*[=+\-@\uff0b\uff0d\uff1d\uff20])")
 _DISARMED = re.compile(r"(?:^|(?<=;))'(?=\s*'*[=+\-@\uff0b\uff0d\uff1d\uff20])")
@@ -65,7 +63,7 @@ def for_page(text: str) -> str:
     ----------
     text : str
     """
-    return _IN_XML.sub(_escape, text)
+    return _IN_LINES.sub(_escape, text)
 
 
 def for_cell(text: str) -> str:
@@ -114,32 +112,25 @@ def _escape(hidden: re.Match[str]) -> str:
 
 
 class GuardedStream:
-    """Standard output or error, whoever writes to it: control characters are shown as escapes, newlines and tabs kept.
+    """Standard output or error, whoever writes to it: control characters are shown as escapes, newlines kept.
 
-    Only what rich writes has colours, and the movements of a progress bar: what it gets was made harmless before
+    Only rich has its colours, and the movements of a progress bar: what it gets from us was made harmless before
     (`for_terminal`). Bytes have no way past this.
 
     Parameters
     ----------
     stream : text stream
         Where texts go.
-    rich : bool
-        Whether it is rich that writes.
     """
 
-    def __init__(self, stream: TextIO, *, rich: bool = False) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._refused = _IN_A_STREAM_OF_RICH if rich else _IN_A_STREAM
 
     def write(self, text: str) -> int:
         """Write a text, and return its length."""
-        self._stream.write(self._refused.sub(_escape, text))
+        by_rich = sys._getframe(1).f_globals.get("__name__") == "rich.console"  # which takes any stream for its own
+        self._stream.write((_NOT_BY_RICH if by_rich else _IN_LINES).sub(_escape, text))
         return len(text)
-
-    @property
-    def rich_proxied_file(self) -> GuardedStream:
-        """The stream that rich writes to, where it has to do with this one."""
-        return GuardedStream(self._stream, rich=True)
 
     def __getattr__(self, name: str) -> Any:
         if name == "buffer":

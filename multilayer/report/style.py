@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from multilayer.doors import for_page
+from multilayer.doors import for_log
 from multilayer.response.bands import band_centres
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LONGEST_LABEL = 28  # of a legend in two columns below a figure
+_LONGEST_NAME = 70  # of what stands in one line; longer ones would leave no room for axes
 WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
@@ -115,8 +116,8 @@ def png(figure: Figure) -> bytes:
 
 
 def plain(name: str) -> str:
-    """Return a user's name as matplotlib shows it to the letter: no formula, and kept in a legend."""
-    shown = for_page(name).replace("$", r"\$")
+    """Return a user's name as matplotlib shows it to the letter: no formula, in one line, and kept in a legend."""
+    shown = _without_middle(for_log(name), _LONGEST_NAME).replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown
 
 
@@ -127,7 +128,9 @@ def colour(index: int) -> str:
 
 def shortened(name: str, longest: int = 22) -> str:
     """Return a user's name for the tick of an axis: its middle left out where it is long."""
-    if len(name) > longest:
-        kept = (longest - 1) // 2
-        name = f"{name[:kept]}…{name[-kept:]}"
-    return plain(name)
+    return plain(_without_middle(name, longest))
+
+
+def _without_middle(name: str, longest: int) -> str:
+    kept = (longest - 1) // 2
+    return name if len(name) <= longest else f"{name[:kept]}…{name[-kept:]}"
