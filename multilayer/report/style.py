@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _LONGEST_LABEL = 28  # of a legend in two columns below a figure
 _LONGEST_NAME = 70  # of what stands in one line; longer ones would leave no room for axes
+_MOST_IN_LEGEND = 20  # within axes
 WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
@@ -72,8 +73,9 @@ def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options
     if upright:
         legend_below(figure, axis)
     else:
-        if axis.get_legend_handles_labels()[0]:
-            axis.legend(fontsize=7, **options)
+        handles, labels = axis.get_legend_handles_labels()
+        if handles:
+            axis.legend(handles[:_MOST_IN_LEGEND], labels[:_MOST_IN_LEGEND], fontsize=7, **options)
         figure.suptitle(title)
     return figure
 

@@ -10,10 +10,16 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from multilayer.cli.progress import progress_bar
+from multilayer.csv_table import csv_table
+from multilayer.doors import for_log, from_cell, guarded_streams
+from multilayer.response import plane_wave
 from tests.cli.campaigns import write_campaign
 from tests.cli.command import run_to_the_letter as run
 from tests.cli.hostile_names import FILE_NAMES, NAMES
 from tests.cli.test_fit import keep_bursts
+from tests.cli.test_tube import TWO, write_table
+from tests.fits import stack_fits
 from tests.recorders import write_csv, write_h5, write_mat, write_tdms, write_uff
 
 CONTROLS = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u061c\u202a-\u202e\u2066-\u2069\u2028\u2029\ud800-\udfff]")
@@ -120,13 +126,28 @@ def test_layers_and_swept_text_in_simulate(name, tmp_path, plain_page):
     assert name in record["cases"][1]["values"].values()
 
 
-@FILES
-def test_files_and_folders_in_simulate(name, tmp_path, plain_page):
+@pytest.mark.parametrize(
+    "what", ["clear screen", "return", "lines", "tab", "right to left", "surrogate", "formula", "mathematics", "long"]
+)
+def test_files_and_folders_in_simulate(what, tmp_path, plain_page):
+    name = FILE_NAMES.get(what, "_" * 200)
     folder = tmp_path / name
     folder.mkdir()
     file = simulation(folder, "foam", f"{name}.yaml")
     assert harmless(run("simulate", file, "--out", folder / "out")).status == 0
     assert shapes(page_of(folder / "out")) == plain_page
+
+
+@FILES
+def test_files_of_tubes_and_plugins(name, tmp_path):
+    folder = tmp_path / name
+    folder.mkdir()
+    f = np.linspace(300, 1500, 20)
+    write_table(folder / f"{name}.csv", f, transfer_function=np.exp(-1j * f / 1000))
+    measurement = TWO.replace("h12.csv", json.dumps(f"{name}.csv")) if name.isprintable() else TWO
+    (folder / "tube.yaml").write_text(measurement)
+    harmless(run("tube", folder, "--out", folder / "out", "--no-figures"))
+    refused(run("tube", folder / name))
     (folder / f"{name}.py").write_text("x = 1\n")
     assert "registers nothing" in refused(run("--plugin", folder / f"{name}.py", "layers"))
     refused(run("check", folder / f"{name}.txt"))
@@ -218,3 +239,78 @@ def test_configurations_and_campaign_in_fit(fitted):
     assert {burst["configuration"] for burst in json.loads(written)["bursts"]} == {*NAMES.values()}
     assert all(path.parent == folder for path in folder.rglob("*"))
     assert page.tags.count("svg") >= 3
+
+
+@pytest.mark.parametrize("what", ["formula", "mathematics", "surrogate"])
+def test_folders_of_campaigns_in_fit(what, tmp_path):
+    names = [FILE_NAMES[what], "foam"]
+    folders = [write_campaign(tmp_path / name) for name in names]
+    for folder in folders:
+        keep_bursts(folder, 400)
+    assert harmless(run("fit", *folders, "--out", tmp_path / "out")).status == 0
+    pages = [page_of(tmp_path / "out" / name) for name in names]
+    assert shapes(pages[0]) == shapes(pages[1])
+    cells_of(tmp_path / "out", "summary.csv")
+    assert harmless(run("fit", *folders, "--out", tmp_path / "out", "--resume", "--no-figures")).status == 0
+    cells_of(tmp_path / "out", "summary.csv")
+
+
+@pytest.mark.parametrize("what", ["clear screen", "script", "formula", "minus", "mathematics", "lines", "long"])
+def test_layers_and_measurements_in_stack_fit(what, tmp_path):
+    name = NAMES[what]
+    stack = stack_fits.stack({**stack_fits.WOOL, "name": name})
+    reflection = plane_wave(stack, stack_fits.F).reflection
+    table = stack_fits.parts("frequency_hz,reflection_re,reflection_im", stack_fits.F, reflection)
+    measured = {"kind": "reflection", "name": name, "file": "tube.csv", "noise": {"absolute": 0.01}}
+    prior = {f"layers.{name}.flow_resistivity": {"lognormal": ["10 kN s/m^4", 0.5]}}
+    file = stack_fits.write(tmp_path, stack, {"tube.csv": table}, [measured], prior)
+    assert harmless(run("fit", file, "--out", tmp_path / "out")).status == 0
+    page_of(tmp_path / "out")
+    cells_of(tmp_path / "out", "parameters.csv")
+    _, rows = cells_of(tmp_path / "out", "curves.csv")
+    assert from_cell(rows[0][0]) == for_log(name)
+
+
+@pytest.mark.parametrize("what", ["formula", "at", "quotes", "minus"])
+def test_tables_of_ours_are_read_back(what, tmp_path):
+    """A measurement chooses rows of a table by a name that stands there as `for_cell` writes it."""
+    name = NAMES[what]
+    stack = stack_fits.stack(stack_fits.WOOL)
+    absorption = plane_wave(stack, stack_fits.F).absorption
+    rows = [[name, f, a] for f, a in zip(stack_fits.F.tolist(), absorption.tolist(), strict=True)]
+    measured = {"kind": "absorption", "file": "all.csv", "noise": {"absolute": 0.01}, "rows": {"case": name}}
+    prior = {"layers.wool.flow_resistivity": {"lognormal": ["10 kN s/m^4", 0.5]}}
+    text = csv_table(["case", "frequency_hz", "absorption"], [*rows, ["other", 100.0, 0.5]])
+    file = stack_fits.write(tmp_path, stack, {"all.csv": text}, [measured], prior)
+    assert harmless(run("fit", file, "--out", tmp_path / "out", "--no-figures")).status == 0
+
+
+def test_a_forced_terminal_has_colours_of_ours_only(tmp_path):
+    names = json.dumps("".join(NAMES[what] for what in ("red", "link", "title", "markup")))
+    (tmp_path / "library.yaml").write_text(f"version: 1\nmaterials: {{? {names}\n : {{source: {names}, {FLUID}}}}}\n")
+    done = run("materials", "--library", tmp_path / "library.yaml", FORCE_COLOR="1")
+    assert not CONTROLS.search(BY_RICH.sub("", done.out))
+    assert "\x1b[31m" not in done.out
+    assert "\x1b]" not in done.out
+    assert "[red]x[/red]" in re.sub(r"\s", "", BY_RICH.sub("", done.out))
+
+
+def test_progress_bars_show_names_to_the_letter(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "200")
+    with guarded_streams(), progress_bar("a\x1b[2J[red]", 3) as advance:
+        advance("[/nothing]\x1b]0;title\x07")
+    text = capsys.readouterr().err
+    assert not CONTROLS.search(BY_RICH.sub("", text))
+    assert "a\\x1b[2J[red]" in text
+
+
+def test_log_and_json_of_check(tmp_path):
+    name = NAMES["clear screen"] + NAMES["DEL"]
+    file = simulation(tmp_path, name)
+    assert harmless(run("simulate", file, "--out", tmp_path / "out", "--verbose", "--no-figures")).status == 0
+    file.write_text(file.read_text().replace("type: fluid", f"? {json.dumps(name)}\n : 1, type: fluid"))
+    done = run("check", file, "--json")
+    assert not CONTROLS.search(done.out)
+    (checked,) = json.loads(done.out)
+    assert checked["problems"][0]["path"] == f"layers.0.{name}"
