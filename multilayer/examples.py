@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from multilayer.errors import InputError, suggest
+from multilayer.writing.workspace import refuse_unusable, workspace
 
 WHAT = {
     "double_wall": "transmission loss of two plates with foam and air between them",
@@ -66,15 +66,10 @@ def copy_examples(names: Sequence[str], out: Path) -> list[Path]:
     places = [out / known[name].name for name in chosen]
     if there := [str(place) for place in places if place.exists()]:
         raise InputError(f"{', '.join(there)}: is there already; remove it, or choose another folder with --out")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out, prefix=".partial-") as partial:
-            made = [_copied(known[name], Path(partial)) for name in chosen]
-            return [copy.replace(place) for copy, place in zip(made, places, strict=True)]
-    except OSError as error:
-        raise InputError(
-            f"{out}: cannot be written to ({error.strerror or error}); choose another with --out"
-        ) from None
+    refuse_unusable(out)
+    with workspace(out / "examples") as space:
+        made = [_copied(known[name], space.folder) for name in chosen]
+        return [copy.replace(place) for copy, place in zip(made, places, strict=True)]
 
 
 def _copied(source: Path, folder: Path) -> Path:

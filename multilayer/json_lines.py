@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from multilayer.errors import InputError
+from multilayer.writing.folders import write_file
 
 
 class JsonLines:
@@ -38,9 +39,7 @@ class JsonLines:
             text = "holds results of another seed, version or other settings"
             raise InputError(f"{self.path} {text}; choose another file, or begin anew")
         kept = [self._head, *plain[1:]]
-        beside = self.path.with_suffix(".part")
-        beside.write_text("".join(f"{json.dumps(entry)}\n" for entry in kept), encoding="utf-8")
-        beside.replace(self.path)
+        write_file(self.path, "".join(f"{json.dumps(entry)}\n" for entry in kept))
         return kept[1:]
 
     def append(self, result: dict[str, Any]) -> None:

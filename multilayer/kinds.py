@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from multilayer.models import Model
 
 _CLOSE = 0.75  # least similarity of a misspelt key to the right one
-_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")  # read for a folder: the first of these that it holds
+FOLDER_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")
+"""Read for a folder: the first of these that it holds."""
 
 
 @dataclass(frozen=True)
@@ -182,9 +183,9 @@ def kind_of(source: Path) -> Kind:
 
     file = source
     if source.is_dir():
-        file = next((source / name for name in _FILES if (source / name).is_file()), source / _FILES[-1])
+        file = next((source / name for name in FOLDER_FILES if (source / name).is_file()), source / FOLDER_FILES[-1])
         if not file.is_file():
-            raise InputError(Problem(f"holds none of {', '.join(_FILES)}; name a file in it", file=source))
+            raise InputError(Problem(f"holds none of {', '.join(FOLDER_FILES)}; name a file in it", file=source))
     elif file.suffix not in (".yaml", ".yml") and file.exists():
         raise InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
     document = read_yaml(file, keep_problems=True)

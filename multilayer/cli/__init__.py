@@ -5,12 +5,14 @@ from __future__ import annotations
 import gc
 import io
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import typer
@@ -92,6 +94,8 @@ def main() -> None:
 def _run() -> None:
     from multilayer.errors import MultilayerError
 
+    is_main = current_thread() is main_thread()  # nobody else may say what signals do
+    before = signal.signal(signal.SIGTERM, _stopped) if is_main else None
     try:
         with _warnings_as_lines():
             app(prog_name="multilayer")
@@ -114,7 +118,14 @@ def _run() -> None:
         typer.echo(text, err=True)
         sys.exit(status)
     finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
         gc.freeze()  # nothing is looked through when the process ends: that takes as long as many a command
+
+
+def _stopped(number: int, frame: object) -> None:
+    """Stop as for Ctrl-C: what is being written is put back, and processes of pools end."""
+    raise KeyboardInterrupt(signal.Signals(number).name)
 
 
 @contextmanager

@@ -11,18 +11,23 @@ import typer
 if TYPE_CHECKING:
     from multilayer.errors import Problem
 
+_RESULTS = "results"
+
 
 def check(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE...", help="Any of the project's YAML files, or folders with a campaign or a fit."),
+        typer.Argument(
+            metavar="FILE...", help="Any of the project's YAML files, or folders: with a campaign, a fit, or results."
+        ),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print what was found of every file as JSON.")] = False,
 ) -> None:
     """Read files without running anything: say what kind each is, and every mistake with its line and column.
 
     Stacks, simulations, campaigns, calibrations, fits, diagnoses, virtual rigs and libraries of materials; the signals,
-    tables and stacks that they name are read and checked as well. Exit status 2 when anything is wrong.
+    tables and stacks that they name are read and checked as well. Of a folder of results: whether its files are those
+    that were written. Exit status 2 when anything is wrong.
 
     Example: multilayer check examples/three_layers.yaml examples/foam_b
     """
@@ -64,7 +69,41 @@ def _checked(file: Path) -> _Checked:
 
     kind = None
     try:
+        if _is_result(file):
+            return _checked_result(file)
         kind = kind_of(file)
         return _Checked(file, kind.name, kind.read(file))
     except InputError as error:
         return _Checked(file, kind.name if kind else None, problems=error.problems)
+
+
+def _is_result(folder: Path) -> bool:
+    """Tell whether a folder holds results, and no campaign or fit."""
+    from multilayer.kinds import FOLDER_FILES
+    from multilayer.writing.manifest import MANIFEST
+
+    if any((folder / name).is_file() for name in FOLDER_FILES):
+        return False
+    return (folder / MANIFEST).is_file()
+
+
+def _checked_result(folder: Path) -> _Checked:
+    from multilayer.errors import Problem
+    from multilayer.writing.folders import is_unfinished
+    from multilayer.writing.manifest import MANIFEST, changed_inputs, differences, listed, read_manifest
+
+    manifest = read_manifest(folder)
+    if manifest is None:
+        return _Checked(
+            folder, _RESULTS, problems=[Problem("is no manifest; run the command again", file=folder / MANIFEST)]
+        )
+    problems = [
+        Problem("is missing, or is not as it was written; run the command again", file=folder / name)
+        for name in differences(folder, manifest)
+    ]
+    if is_unfinished(folder):
+        problems.append(Problem("the last run into this folder was cut off; run it again", file=folder))
+    for name in changed_inputs(manifest):
+        typer.echo(f"remark: {name} has changed since these results were made", err=True)
+    commands = ", ".join(manifest["results"])
+    return _Checked(folder, _RESULTS, f"result of {len(listed(manifest))} files by {commands}", problems)

@@ -117,6 +117,7 @@ def _save(result: Diagnosis, file: Path) -> None:
     from multilayer.config.yaml12 import dump_yaml
     from multilayer.diagnosis.saved_law import saved_law
     from multilayer.errors import InputError
+    from multilayer.writing.folders import write_file
 
     try:
         found = saved_law(result.record, result.campaign)
@@ -125,9 +126,9 @@ def _save(result: Diagnosis, file: Path) -> None:
         return
     data = {"kind": "rig-law", **found.model_dump(mode="json", exclude_defaults=True), "version": 1}
     try:
-        file.write_text(dump_yaml(data), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--save-law: {file} cannot be written: {error.strerror}") from None
+        write_file(file, dump_yaml(data))
+    except InputError as error:
+        raise InputError(f"--save-law: {error}".replace("another folder with --out", "another file")) from None
     typer.echo(f"law written to {file}", err=True)
 
 

@@ -34,17 +34,22 @@ def fit_many(
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
     from multilayer.fits.run import SUMMARY_COLUMNS, is_accepted
-    from multilayer.report.files import refuse_unusable, write_files
     from multilayer.report.fits import fits_report
+    from multilayer.writing.folders import claim_folder, write_file, write_files
+    from multilayer.writing.manifest import inputs_noted
 
     # every mistake before anything is computed
-    fits = [replace(task, source=source).read() for source in sources]
+    fits, inputs = [], {}
+    for source in sources:
+        with inputs_noted() as noted:
+            fits.append(replace(task, source=source).read())
+            inputs[fits[-1].name] = noted
     if stacks := [fit_file(fit.task.source) for fit in fits if fit.method.reads == "stack-fit"]:
         raise InputError(f"{stacks[0]}: this is a stack-fit file; fit it by itself, without campaigns beside it")
     names = [fit.name for fit in fits]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise InputError(f"{', '.join(twice)}: there twice; results would overwrite each other, so rename one folder")
-    refuse_unusable(out)
+    claim_folder(out)
     rows = {fit.name: fit.summary_in(out / fit.name) for fit in fits if resume and fit.done_in(out / fit.name)}
     left = [fit for fit in fits if fit.name not in rows]
     try:
@@ -53,14 +58,14 @@ def fit_many(
                 partial(_fit_elsewhere, figures=figures), [fit.task for fit in left], executor
             ):
                 name = left[index].name
-                write_files(out / name, files)
+                write_files(out / name, files, inputs=inputs[name], made_by="fit")
                 rows[name] = row
                 advance(name)
     except KeyboardInterrupt:
         typer.echo(f"stopped: {len(rows)} of {len(names)} are in {out}; --resume goes on from there", err=True)
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
-    write_files(out, {"summary.csv": csv_table(SUMMARY_COLUMNS, (row.values() for row in in_order))})
+    write_file(out / "summary.csv", csv_table(SUMMARY_COLUMNS, (row.values() for row in in_order)))
     finish(fits_report(in_order), as_json=as_json)
     if not as_json:
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")

@@ -68,10 +68,10 @@ def import_campaign(
     --sensitivity top=9.9mV/g --like campaigns/other/campaign.yaml
     """
     from multilayer.measurements.cutting import Window
-    from multilayer.measurements.importing import read_pairs, refuse_occupied, remarks, write_imported
-    from multilayer.report.files import refuse_unusable
+    from multilayer.measurements.importing import read_pairs, remarks, write_imported
+    from multilayer.writing.folders import claim_folder, refuse_occupied
 
-    refuse_unusable(out.parent)
+    claim_folder(out)
     refuse_occupied(out)
     choice = _choice(sensitivity or [], unit or [], rate)
     known = _metadata(like, configuration, calibration)

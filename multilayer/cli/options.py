@@ -72,16 +72,16 @@ def quantity(option: str, text: str | None, unit: str) -> float:
 
 
 def folder_for(out: Path | None, name: str) -> Path:
-    """Return where results go, refused before anything is computed if it cannot be written to.
+    """Return where results go, claimed for this run, or refused before anything is computed.
 
     Raises
     ------
     InputError
     """
-    from multilayer.report.files import refuse_unusable
+    from multilayer.writing.folders import claim_folder
 
     folder = out or Path("results") / name
-    refuse_unusable(folder)
+    claim_folder(folder)
     return folder
 
 
@@ -110,9 +110,8 @@ def finish(
         With status 1 where the report does not accept the result.
     """
     from multilayer.report.console import show
-    from multilayer.report.files import write_files
 
-    written = write_files(folder, report.files(figures=figures, executor=executor)) if folder else []
+    written = _written(report, folder, figures=figures, executor=executor) if folder else []
     if as_json:
         typer.echo(report.json, nl=False)
     else:
@@ -121,3 +120,10 @@ def finish(
             typer.echo(f"written to {folder}: {', '.join(path.name for path in written)}")
     if not report.accepted:
         raise typer.Exit(1)
+
+
+def _written(report: Report, folder: Path, *, figures: bool, executor: Executor | None) -> list[Path]:
+    from multilayer.writing.folders import write_files
+    from multilayer.writing.manifest import running
+
+    return write_files(folder, report.files(figures=figures, executor=executor), made_by=running())

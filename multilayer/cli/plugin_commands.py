@@ -106,6 +106,14 @@ class Commands(TyperGroup):
         try:
             with _harmless_mistakes():
                 return super().invoke(ctx)
-        except KeyboardInterrupt:
-            typer.echo("stopped by Ctrl-C: nothing was written", err=True)
+        except KeyboardInterrupt as stop:
+            from multilayer.writing.workspace import written
+
+            by = str(stop) or "Ctrl-C"
+            what = (
+                f"{', '.join(map(str, dict.fromkeys(written)))} was written before"
+                if written
+                else "nothing was written"
+            )
+            typer.echo(f"stopped by {by}: {what}", err=True)
             raise typer.Exit(STOPPED) from None

@@ -27,10 +27,14 @@ def takes_plugins(command: Callable[..., None]) -> Callable[..., None]:
 
     What the files of ``--plugin`` define is registered while it runs.
     """
+    name = command.__name__.replace("_", "-")
 
     @wraps(command)
     def run(plugin: list[Path] | None = None, verbose: bool = False, quiet: bool = False, **options: Any) -> None:
-        with loudness(verbose=verbose, quiet=quiet):
+        from multilayer.writing.manifest import inputs_noted
+        from multilayer.writing.workspace import claims
+
+        with loudness(verbose=verbose, quiet=quiet), claims(), inputs_noted(name):
             if not plugin:
                 return command(**options)
             from multilayer.plugins.files import plugin_files

@@ -58,12 +58,15 @@ def new(
 
     Example: multilayer plugins new my-foam --kind layer
     """
+    from multilayer.errors import InputError
     from multilayer.plugins.skeleton import Skeleton
-    from multilayer.report.files import write_folder
+    from multilayer.writing.folders import write_new
 
     skeleton = Skeleton(name, kind.value)
     folder = out / name
-    written = write_folder(folder, skeleton.files())
+    if folder.exists() or folder.is_symlink():
+        raise InputError(f"{folder}: there is such a file or folder already; choose another --out, or remove it first")
+    written = write_new(folder, skeleton.files())
     typer.echo(f"written to {folder}: {', '.join(written)}")
     typer.echo(f"test it: python -m pip install pytest, then python -m pytest {folder}")
     typer.echo(f"try it:  multilayer --plugin {folder / skeleton.module}.py plugins")

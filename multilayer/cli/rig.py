@@ -37,13 +37,13 @@ def rig(
     Example: multilayer rig examples/virtual_rig.yaml --out results/virtual
     """
     from multilayer.json_text import json_text
-    from multilayer.report.files import refuse_unusable
     from multilayer.rig.file import load_rig
     from multilayer.rig.writer import refuse_foreign, write_campaign
+    from multilayer.writing.folders import claim_folder
 
     settings = load_rig(file)
     folder = out or Path("results") / file.stem
-    refuse_unusable(folder)
+    claim_folder(folder)
     refuse_foreign(folder)
     made = _make(file, settings, seed, jobs)
     truth = write_campaign(made, folder, quiet=quiet_truth)

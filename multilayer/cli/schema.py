@@ -35,12 +35,16 @@ def schema(
     """
     from multilayer.json_text import json_text
     from multilayer.kinds import KINDS, kind_named
-    from multilayer.report.files import write_files
+    from multilayer.writing.folders import write_file
+    from multilayer.writing.workspace import refuse_unusable
 
     chosen = list(KINDS.values()) if kind is None else [kind_named(kind)]
     if out is not None:
         texts = {f"{one.name}.json": json_text(one.schema()) for one in chosen}
-        typer.echo(f"written to {out}: {', '.join(path.name for path in write_files(out, dict(texts)))}")
+        refuse_unusable(out)
+        for name, text in texts.items():
+            write_file(out / name, text)
+        typer.echo(f"written to {out}: {', '.join(texts)}")
     elif kind is not None:
         typer.echo(json_text(chosen[0].schema()), nl=False)
     elif as_json:

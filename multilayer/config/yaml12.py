@@ -29,6 +29,7 @@ from multilayer.config.compose import (
     place_of,
 )
 from multilayer.errors import InputError, Problem, show
+from multilayer.writing.manifest import note_input
 
 DataPath = tuple[str | int, ...]
 
@@ -92,6 +93,7 @@ def read_yaml(path: Path | str, *, keep_problems: bool = False) -> Document:
         When the file cannot be read or is refused, see `parse_yaml`.
     """
     file = Path(path)
+    note_input(file)
     try:
         raw = file.read_bytes()
     except (OSError, ValueError) as error:

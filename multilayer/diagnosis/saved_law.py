@@ -23,6 +23,7 @@ from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.inference.priors import Prior
 from multilayer.models import Model
+from multilayer.writing.manifest import note_input
 
 _REACH = float(ndtri(0.95))  # standard deviations from the value to the end of a 90 % interval
 _LEAST = 1e-6  # relative standard deviation of a value whose interval is a point
@@ -293,6 +294,7 @@ def _tabulated(place: BasePlace, name: str, table: SavedTable) -> TabulatedLaw:
 
 
 def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
+    note_input(file)
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
         is_sound = record["verdict"] in ("effect", "unknown", "no_gap") and "law" in record

@@ -24,6 +24,8 @@ from multilayer.measurements.campaign import load_recordings
 from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
+from multilayer.writing.folders import is_unfinished
+from multilayer.writing.manifest import differences, read_manifest
 
 SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
 
@@ -156,7 +158,10 @@ class FitRun:
         return {"sha256": self._fingerprint(self.job)} if isinstance(self.job, FitJob) else {}
 
     def done_in(self, folder: Path) -> bool:
-        """Tell whether a folder holds the result of the same input, options and version."""
+        """Tell whether a folder holds the whole result of the same input, options and version."""
+        manifest = read_manifest(folder)
+        if manifest is None or is_unfinished(folder) or differences(folder, manifest):
+            return False
         try:
             record = json.loads((folder / self.record_name).read_text(encoding="utf-8"))
             return bool(record["inputs"]["sha256"] == self.inputs["sha256"])

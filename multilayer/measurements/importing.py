@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from multilayer.measurements.pairs import ChannelChoice, Pair, pair_of
 from multilayer.measurements.readers import read_channels
 from multilayer.measurements.writing import signal_bytes
 from multilayer.signals.envelope import rms
+from multilayer.writing.folders import write_new
 
 CYCLES = 10.0
 _RATE_AGREEMENT = 1e-6
@@ -154,19 +154,6 @@ def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
     ] + [text.replace("taken off", "which a fit takes off") for text in in_words(seen)]
 
 
-def refuse_occupied(folder: Path) -> None:
-    """Refuse a folder that holds something, before anything is read for it.
-
-    Raises
-    ------
-    InputError
-    """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; choose another folder with --out")
-    if folder.is_dir() and any(folder.iterdir()):
-        raise InputError(f"{folder}: holds files already; remove it, or choose another folder with --out")
-
-
 def write_imported(made: ImportedCampaign, folder: Path) -> None:
     """Write a campaign, as a whole or not at all.
 
@@ -181,19 +168,5 @@ def write_imported(made: ImportedCampaign, folder: Path) -> None:
     InputError
         When the folder cannot be written to.
     """
-    place = folder.absolute()
-    refuse_occupied(place)
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".partial-") as partial:
-            new = Path(partial) / "new"
-            for burst in made.result.bursts:
-                file = new / made.names[burst.frequency]
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(signal_bytes(burst.recording))
-            (new / FILE_NAME).write_text(made.text, encoding="utf-8")
-            new.replace(place)
-    except OSError as error:
-        raise InputError(
-            f"{folder}: cannot be written to ({error.strerror or error}); choose another with --out"
-        ) from None
+    signals = {made.names[burst.frequency]: signal_bytes(burst.recording) for burst in made.result.bursts}
+    write_new(folder, {**signals, FILE_NAME: made.text}, made_by="import")

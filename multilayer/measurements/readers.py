@@ -19,6 +19,7 @@ from multilayer.measurements.tables import Table, read_text_table
 from multilayer.registry import Registry
 from multilayer.signals.channels import Channel, Channels
 from multilayer.signals.recording import Waveforms
+from multilayer.writing.manifest import note_input
 
 _BURST = re.compile(r"(base|top)(_\d+)?")
 _EXPECTED = "'time', 'base' and 'top', or 'time', 'base_1', 'top_1', 'base_2', 'top_2', ..."
@@ -64,6 +65,7 @@ def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction
     """Return the function that reads such values from a file, which must exist."""
     if not is_file(file):
         raise InputError(Problem("there is no such file", file=file))
+    note_input(file)
     reader = READERS[_suffix(file)]
     if not isinstance(reader, Reader):
         return reader

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.accelerometers import acceleration_factor, voltage_factor
+from multilayer.writing.manifest import note_input
 
 _SEPARATORS = (";", "\t", ",", None)
 _HINT = re.compile(r"sep=.?")  # ahead of the header, for spreadsheets
@@ -54,6 +55,7 @@ class Layout:
 
 def data_lines(file: Path) -> list[Line]:
     """Return the lines that are neither blank nor comments."""
+    note_input(file)
     try:
         text = _decoded(file.read_bytes())
     except FileNotFoundError:

@@ -20,6 +20,7 @@ from multilayer.errors import InputError, Problem
 from multilayer.executors import prepared
 from multilayer.plugins.listing import KINDS, registry
 from multilayer.registry import Registry, RegistryError
+from multilayer.writing.manifest import note_input
 
 _STATED_IN = {"layer": "type", "law": "law", "effect": "name", "method": "name", "rig effect": "effect"}
 _REGISTERS_NOTHING = (
@@ -52,6 +53,7 @@ def _text(file: Path) -> str:
         raise _error(file, "there is no such file")
     if file.suffix != ".py":
         raise _error(file, "is no Python file; --plugin takes a file that ends in .py")
+    note_input(file)
     try:
         return file.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
 from multilayer.config.yaml12 import dump_yaml
-from multilayer.errors import InputError
 from multilayer.measurements.description import FILE_NAME, Campaign
 from multilayer.measurements.writing import HEADING, signal_bytes, signal_name
 from multilayer.rig.synthesis import SyntheticCampaign
+from multilayer.writing.folders import write_files
+from multilayer.writing.workspace import unusable
 
 HIDDEN = ".truth"
 
@@ -37,23 +36,19 @@ def refuse_foreign(folder: Path) -> None:
     if not folder.exists():
         return
     if not folder.is_dir():
-        raise _unusable(folder, "it is a file")
+        raise unusable(folder, "it is a file")
     if not any(folder.iterdir()):
         return
     if not (folder / FILE_NAME).is_file():
-        raise _unusable(folder, f"it holds other things than a campaign: there is no {FILE_NAME} in it")
+        raise unusable(folder, f"it holds other things than a campaign: there is no {FILE_NAME} in it")
     if not any(truth_path(folder, quiet=quiet).is_file() for quiet in (False, True)):
-        raise _unusable(folder, "the campaign in it was not made by the virtual rig: it has no truth file")
-
-
-def _unusable(folder: Path, reason: str) -> InputError:
-    return InputError(f"{folder}: cannot be written to ({reason}); choose another folder with --out")
+        raise unusable(folder, "the campaign in it was not made by the virtual rig: it has no truth file")
 
 
 def write_campaign(made: SyntheticCampaign, folder: Path, *, quiet: bool = False) -> Path:
     """Write a campaign and its truth file.
 
-    Both are completed under temporary names first; a campaign that the virtual rig made before is replaced.
+    A campaign that the virtual rig made before is replaced as a whole; files of others in its folder stay.
 
     Parameters
     ----------
@@ -75,39 +70,17 @@ def write_campaign(made: SyntheticCampaign, folder: Path, *, quiet: bool = False
     """
     place = folder.absolute()
     refuse_foreign(place)
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=place.parent, prefix=".partial-") as partial:
-            return _write(made, place, Path(partial), quiet)
-    except OSError as error:
-        raise _unusable(folder, error.strerror or str(error)) from None
-
-
-def _write(made: SyntheticCampaign, folder: Path, partial: Path, quiet: bool) -> Path:
-    new, old, truth = partial / "new", partial / "old", partial / "truth.json"
-    _fill(new, made)
-    truth.write_text(json.dumps(made.truth, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    target, other = truth_path(folder, quiet=quiet), truth_path(folder, quiet=not quiet)
-    target.parent.mkdir(exist_ok=True)
-    if folder.exists():
-        folder.rename(old)
-    try:
-        new.rename(folder)
-        truth.replace(target)
-    except OSError:
-        shutil.rmtree(folder, ignore_errors=True)
-        if old.exists():
-            old.rename(folder)
-        raise
-    other.unlink(missing_ok=True)  # of the campaign that was there before
+    target, other = truth_path(place, quiet=quiet), truth_path(place, quiet=not quiet)
+    truth = json.dumps(made.truth, indent=1, allow_nan=False) + "\n"
+    # no inputs: the rig's file would tell the truth
+    write_files(place, _files(made), made_by="rig", inputs={}, beside={target: truth.encode()}, gone=[other])
     return target
 
 
-def _fill(folder: Path, made: SyntheticCampaign) -> None:
-    (folder / "signals").mkdir(parents=True)
-    (folder / FILE_NAME).write_text(campaign_text(made.campaign), encoding="utf-8")
-    for (name, frequency), recording in made.recordings.items():
-        (folder / signal_name(name, frequency)).write_bytes(signal_bytes(recording))
+def _files(made: SyntheticCampaign) -> dict[str, bytes | str]:
+    """Return the contents of the campaign's folder."""
+    signals = {signal_name(*key): signal_bytes(recording) for key, recording in made.recordings.items()}
+    return {FILE_NAME: campaign_text(made.campaign), **signals}
 
 
 def campaign_text(campaign: Campaign) -> str:

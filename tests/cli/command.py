@@ -1,6 +1,7 @@
 """The command line as a user meets it: in this process where that is enough, in another where imports matter."""
 
 import io
+import json
 import os
 import re
 import subprocess
@@ -78,3 +79,11 @@ def python(*arguments, cwd=None, **environment) -> Outcome:
         check=False,
     )
     return Outcome(done.returncode, *(_ANSI.sub("", text) for text in (done.stdout, done.stderr)))
+
+
+def result_names(folder: Path) -> set[str]:
+    """Return the names in a folder of results beside its manifest, which must hold all of them."""
+    names = {path.name for path in folder.iterdir()}
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    assert {name for entry in manifest["results"].values() for name in entry["files"]} == names - {"manifest.json"}
+    return names - {"manifest.json"}

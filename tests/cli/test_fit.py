@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from multilayer.writing import disk
 from tests.cli.campaigns import BURSTS, LOSS_FACTOR, NAME, RATE, edit, modulus, write_calibration
-from tests.cli.command import run, run_elsewhere
+from tests.cli.command import result_names, run, run_elsewhere
 
 COLUMNS = (
     "configuration,frequency_hz,E1_pa,E1_std_pa,E2_pa,E2_std_pa,loss_factor,loss_factor_std,"
@@ -24,12 +25,8 @@ TABLES = {"moduli.csv", "fit.json"}
 ODD_NAMES = ["_a [/b] [red]", "_A_[/B]_[RED]", "50 $ or $ 60_{", "/:warning: {} %s \\ 泡沫", 90 * "x"]
 
 
-def names(folder: Path) -> set[str]:
-    return {path.name for path in folder.iterdir()}
-
-
 def contents(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "manifest.json"}
 
 
 def strict_json(text: str):
@@ -59,7 +56,7 @@ class TestDefaults:
         assert fitted.outcome.err == ""
 
     def test_writes_the_files_and_no_other(self, fitted):
-        assert names(fitted.folder) == TABLES | DRAWN
+        assert result_names(fitted.folder) == TABLES | DRAWN
 
     def test_table_on_disk(self, fitted):
         text = (fitted.folder / "moduli.csv").read_text()
@@ -157,18 +154,18 @@ class TestOptions:
     def test_no_figures(self, campaign, tmp_path):
         keep_bursts(campaign, 200)
         assert run("fit", campaign, "--out", tmp_path / "out", "--no-figures").status == 0
-        assert names(tmp_path / "out") == TABLES
+        assert result_names(tmp_path / "out") == TABLES
 
     def test_results_folder_is_named_after_the_campaign(self, campaign, tmp_path):
         keep_bursts(campaign, 200)
         done = run("fit", "foam/campaign.yaml", "--no-figures", cwd=tmp_path)
         assert done.status == 0
-        assert names(tmp_path / "results" / "foam") == TABLES
+        assert result_names(tmp_path / "results" / "foam") == TABLES
 
     def test_campaign_in_the_current_folder(self, campaign):
         keep_bursts(campaign, 200)
         assert run("fit", ".", "--no-figures", cwd=campaign).status == 0
-        assert names(campaign / "results" / "foam") == TABLES
+        assert result_names(campaign / "results" / "foam") == TABLES
 
     def test_nelder_mead(self, campaign, tmp_path):
         keep_bursts(campaign, 600)
@@ -212,7 +209,7 @@ class TestFitFile:
         assert settings["bounds"] == {"storage_modulus": [1e4, 1e7], "loss_factor": [0.01, 1.0]}
         assert settings["acceptance"] == {"time_of_flight": pytest.approx(2e-5), "level_db": 0.2}
         assert settings["quasi_static"] == {"storage_modulus": 1.5e5, "loss_modulus": 4e4, "frequency": 5.0}
-        assert names(tmp_path / "out") == TABLES | DRAWN
+        assert result_names(tmp_path / "out") == TABLES | DRAWN
 
     def test_folder_with_a_fit_file(self, campaign, tmp_path):
         keep_bursts(campaign, 200)
@@ -267,7 +264,7 @@ class TestNotAccepted:
         done = self.fit(campaign, tmp_path, "acceptance: {level_db: 1.0e-9}")
         assert done.status == 1
         assert done.err == ""
-        assert names(tmp_path / "out") == TABLES | DRAWN
+        assert result_names(tmp_path / "out") == TABLES | DRAWN
         assert {row["accepted"] for row in rows(tmp_path / "out")} == {"false"}
         result = strict_json((tmp_path / "out" / "fit.json").read_text())
         assert result["all_accepted"] is False
@@ -317,7 +314,7 @@ class TestExistingResults:
 
     def test_stay_when_the_disk_is_full(self, campaign, results, monkeypatch):
         before = contents(results)
-        write, written = Path.write_bytes, []
+        write, written = disk.write, []
 
         def write_once(path, data):
             written.append(path)
@@ -325,7 +322,7 @@ class TestExistingResults:
                 raise OSError(28, "No space left on device")
             return write(path, data)
 
-        monkeypatch.setattr(Path, "write_bytes", write_once)
+        monkeypatch.setattr(disk, "write", write_once)
         done = run("fit", campaign, "--out", results, "--no-figures")
         monkeypatch.undo()
         assert done.status == 2
@@ -358,7 +355,7 @@ class TestInput:
         assert (done.status, done.err) == (0, "")
         assert [name for name in ODD_NAMES if f"foam: {name}\n" not in done.out] == []
         assert [row["configuration"] for row in rows(tmp_path / "out")] == ODD_NAMES
-        envelopes = [name for name in names(tmp_path / "out") if name.startswith("envelopes-")]
+        envelopes = [name for name in result_names(tmp_path / "out") if name.startswith("envelopes-")]
         assert len({name.casefold() for name in envelopes}) == len(ODD_NAMES)
 
 

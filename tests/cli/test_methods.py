@@ -8,8 +8,8 @@ import pytest
 from matplotlib.image import imread
 
 from tests.cli.campaigns import BURSTS, NAME, edit, modulus
-from tests.cli.command import run
-from tests.cli.test_fit import ODD_NAMES, keep_bursts, names, strict_json
+from tests.cli.command import result_names, run
+from tests.cli.test_fit import ODD_NAMES, keep_bursts, strict_json
 
 COLUMNS = "configuration,frequency_hz,method,E1_pa,E1_std_pa,E2_pa,E2_std_pa,remark"
 FAST = ("plane-wave", "eq-10", "finite", "transfer-function")
@@ -36,7 +36,7 @@ class TestDefaults:
     def test_ends_well(self, compared):
         done, folder = compared
         assert (done.status, done.err) == (0, "")
-        assert names(folder) == FILES
+        assert result_names(folder) == FILES
 
     def test_every_method_at_every_burst(self, compared):
         text = (compared[1] / "methods.csv").read_text()
@@ -110,7 +110,7 @@ class TestOptions:
         (campaign / "fit.yaml").write_text(f"version: 1\n{QUASI_STATIC}")
         done = run("methods", campaign, "--out", tmp_path / "out", "--all", "--no-figures", "--json")
         assert (done.status, done.err) == (0, "")
-        assert names(tmp_path / "out") == FILES - {"methods.png"}
+        assert result_names(tmp_path / "out") == FILES - {"methods.png"}
         result = strict_json(done.out)
         assert result == strict_json((tmp_path / "out" / "methods.json").read_text())
         assert list(result["methods"]) == ["plane-wave", "eq-10", "finite", "nelder-mead", *FAST[3:], "quasi-static"]
@@ -177,7 +177,7 @@ class TestSpecialCampaigns:
         (rod,) = of(rows(tmp_path / "out"), "transfer-function")
         assert (rod["E1_pa"], rod["E2_std_pa"]) == ("", "")
         assert "no modulus within bounds" in rod["remark"]
-        assert names(tmp_path / "out") == FILES
+        assert result_names(tmp_path / "out") == FILES
 
     def test_any_name_of_a_configuration(self, campaign, tmp_path):
         keep_bursts(campaign, 600)

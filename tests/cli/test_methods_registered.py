@@ -9,9 +9,9 @@ import pytest
 
 from multilayer.fits.methods import METHODS
 from tests.cli.campaigns import BURSTS, NAME, modulus
-from tests.cli.command import run, run_elsewhere
+from tests.cli.command import result_names, run, run_elsewhere
 from tests.cli.test_bad_input import assert_refused
-from tests.cli.test_fit import keep_bursts, names, rows, strict_json
+from tests.cli.test_fit import keep_bursts, rows, strict_json
 
 ROOT = Path(__file__).parents[2]
 FOAM = ROOT / "examples" / "foam_b"
@@ -27,7 +27,7 @@ class TestBuiltIn:
         out = tmp_path / "out"
         done = run("fit", campaign, "--method", "transfer-function", "--lateral", "held", "--out", out)
         assert (done.status, done.err) == (1, "")  # the last burst is too high for a rod
-        assert names(out) == {"moduli.csv", "fit.json", "report.html", "moduli.png", "gross_check.png"}
+        assert result_names(out) == {"moduli.csv", "fit.json", "report.html", "moduli.png", "gross_check.png"}
         assert [float(row["frequency_hz"]) for row in rows(out)] == list(BURSTS)
         assert [row["accepted"] for row in rows(out)] == ["true", "true", "false"]
         for row in rows(out):
@@ -46,7 +46,7 @@ class TestBuiltIn:
         )
         done = run("fit", campaign, "--out", tmp_path / "out")
         assert (done.status, done.err) == (1, "")
-        assert names(tmp_path / "out") == {"moduli.csv", "fit.json", "report.html"}
+        assert result_names(tmp_path / "out") == {"moduli.csv", "fit.json", "report.html"}
         (row,) = rows(tmp_path / "out")
         assert (row["E1_pa"], row["accepted"]) == ("", "false")
         assert "no modulus within bounds" in done.out

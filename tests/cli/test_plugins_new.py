@@ -5,6 +5,7 @@ import tomllib
 
 import pytest
 
+from multilayer.writing import disk
 from tests.cli.command import python, run
 from tests.cli.test_bad_input import assert_refused
 
@@ -129,16 +130,14 @@ def test_a_place_that_is_a_file(tmp_path):
 
 
 def test_a_disk_that_fills_leaves_nothing(tmp_path, monkeypatch):
-    from pathlib import Path
+    write = disk.write
 
-    write = Path.write_text
-
-    def full(path, text, **options):
+    def full(path, data):
         if path.name.startswith("test_"):
             raise OSError(28, "No space left on device")
-        return write(path, text, **options)
+        return write(path, data)
 
-    monkeypatch.setattr(Path, "write_text", full)
+    monkeypatch.setattr(disk, "write", full)
     assert_refused(run("plugins", "new", "my-foam", "--kind", "law", "--out", tmp_path), "No space left on device")
     assert list(tmp_path.iterdir()) == []
 

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from multilayer.response.plane_wave import plane_wave
 from multilayer.stack import load_stack
-from tests.cli.command import run, run_elsewhere
+from tests.cli.command import result_names, run, run_elsewhere
 from tests.simulation.files import FOAM, PANEL
 
 SWEEP = """\
@@ -21,10 +21,6 @@ tolerances: {layers.foam.flow_resistivity: 20 %}
 samples: 60
 """
 TABLES = {"simulation.csv", "simulation.json"}
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
 
 
 def strict_json(text):
@@ -57,7 +53,7 @@ class TestSweep:
     def test_ends_well(self, simulated):
         done, folder = simulated
         assert (done.status, done.err) == (0, "")
-        assert names(folder) == TABLES | {"report.html", "absorption.png", "impedance.png"}
+        assert result_names(folder) == TABLES | {"report.html", "absorption.png", "impedance.png"}
 
     def test_csv(self, simulated):
         _, folder = simulated
@@ -115,12 +111,12 @@ class TestOptions:
         done = run("simulate", written(FOAM), "--out", tmp_path / "out", "--json", "--no-figures")
         assert (done.status, done.err) == (0, "")
         assert strict_json(done.out) == strict_json((tmp_path / "out" / "simulation.json").read_text())
-        assert names(tmp_path / "out") == TABLES
+        assert result_names(tmp_path / "out") == TABLES
 
     def test_results_folder_is_named_after_the_file(self, written, tmp_path):
         written(FOAM)
         assert run("simulate", "foam.yaml", "--no-figures", cwd=tmp_path).status == 0
-        assert names(tmp_path / "results" / "foam") == TABLES
+        assert result_names(tmp_path / "results" / "foam") == TABLES
 
     def test_jobs(self, written, tmp_path):
         file = written(FOAM + SWEEP)
@@ -144,7 +140,7 @@ class TestOptions:
         done = run("simulate", written(text, "panel.yaml"), "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
         figures = {"report.html", "absorption.png", "transmission_loss.png", "insertion_loss.png"}
-        assert names(tmp_path / "out") == TABLES | figures
+        assert result_names(tmp_path / "out") == TABLES | figures
         assert "panel: transmission loss / dB, averages over third octaves" in done.out
         assert "Rw (C; Ctr) " in done.out
         assert "STC " in done.out
@@ -158,7 +154,7 @@ class TestOptions:
         assert [line.split()[0] for line in lines[2:-2]] == ["125", "250", "500", "1000", "2000", "4000"]
         assert lines[-2].startswith("alpha_w ")
         assert "NRC" not in done.out
-        assert names(tmp_path / "out") == TABLES | {"report.html", "absorption.png"}
+        assert result_names(tmp_path / "out") == TABLES | {"report.html", "absorption.png"}
         result = strict_json((tmp_path / "out" / "simulation.json").read_text())
         assert (result["bands"], result["frequency_hz"]) == ("octaves", [125, 250, 500, 1000, 2000, 4000])
         assert result["settings"]["frequency"] == {"octaves": [125, 4000]}

@@ -32,7 +32,7 @@ def blind_check(
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
     from multilayer.json_lines import JsonLines
-    from multilayer.report.files import refuse_unusable, write_files
+    from multilayer.writing.folders import claim_folder, write_files
     from validation.blind_check.check import Answer, BlindTask, answer, unseal
     from validation.blind_check.report import blind_files
 
@@ -40,7 +40,7 @@ def blind_check(
         raise InputError(f"--campaigns: {campaigns} is not allowed; it must be at least 1")
     if seed < 0:
         raise InputError(f"--seed: {seed} is not allowed; it must be 0 or more")
-    refuse_unusable(out)
+    claim_folder(out)
     out.mkdir(parents=True, exist_ok=True)
     store = JsonLines(out / "answers.jsonl", _made_with(seed))
     before = [Answer.from_dict(one) for one in store.begin(resume=resume)]
@@ -57,7 +57,7 @@ def blind_check(
         raise typer.Exit(130) from None
     outcomes = unseal(list(answers.values()), seed)
     files = blind_files(outcomes, seed, figures=figures)
-    written = write_files(out, files)
+    written = write_files(out, files, made_by="blind-check")
     if as_json:
         typer.echo(files["blind_check.json"], nl=False)
     else:

@@ -15,6 +15,7 @@ from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.media.laws.base import LossModulus, ModulusLaw
 from multilayer.units import Frequency, Pressure
+from multilayer.writing.manifest import note_input
 
 
 class Table(ModulusLaw):
@@ -83,6 +84,7 @@ def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
         When the file is missing or is not such a table.
     """
     wanted = "a modulus table has one header line and the columns frequency (Hz), E1 and E2 (Pa)"
+    note_input(path)
     try:
         lines = path.read_text(encoding="utf-8").splitlines()[1:]
         rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip() and line[0] != "#"]

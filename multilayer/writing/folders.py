@@ -1,0 +1,328 @@
+"""Folders of results and single files, replaced as a whole.
+
+A folder is made in a hidden `workspace` beside the old one, with second names of all files that are not of the old
+result (the user's), waited for until it is on the disk, and exchanged with the old one in one step of the system. Where
+the system has no such step, or files cannot have second names, the new files are moved in one by one once all of them
+are on the disk; a run that dies meanwhile is finished by the next one, before anything else.
+
+A file beside the folder that belongs to it (a campaign's truth) cannot be exchanged in the same step: the old one is
+taken away before and the new one put there after, so that never the one stands beside the other's folder. A run that
+dies between is finished or undone by the next one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from multilayer.errors import InputError
+from multilayer.writing import disk
+from multilayer.writing.manifest import MANIFEST, digest_of, listed, manifest_text, noted_inputs, read_manifest
+from multilayer.writing.workspace import (
+    COMMITTED,
+    JOURNAL,
+    Workspace,
+    claim,
+    hidden_folder,
+    refuse_unusable,
+    resolved,
+    workspace,
+    written,
+)
+
+_NEW, _OLD, _BESIDE = "new", "old", "beside"
+
+
+def claim_folder(folder: Path) -> None:
+    """Claim a folder of results for this run: another run is refused until it ends.
+
+    Raises
+    ------
+    InputError
+        When another run writes there, or nobody can.
+    """
+    refuse_unusable(folder)
+    claim(folder, _recover)
+
+
+def write_files(
+    folder: Path,
+    files: Mapping[str, bytes | str],
+    *,
+    made_by: str,
+    inputs: Mapping[Path, str] | None = None,
+    beside: Mapping[Path, bytes] | None = None,
+    gone: Iterable[Path] = (),
+) -> list[Path]:
+    """Write a folder of results with its manifest, in place of an older result in it; other files in it stay.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it does not exist.
+    files : mapping
+        Contents by path inside the folder.
+    made_by : str
+        The command: results of others in the same folder stay, too.
+    inputs : mapping, optional
+        What the result was made from, SHA-256 by path; all that was noted when left out.
+    beside : mapping, optional
+        Contents of files outside the folder that belong to it, by absolute path.
+    gone : iterable of Path
+        Such files of the old result that the new one does not have.
+
+    Returns
+    -------
+    list of Path
+        In the order of `files`.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written to, or another run writes there.
+    """
+    data = {name: content.encode() if isinstance(content, str) else content for name, content in files.items()}
+    noted = noted_inputs() if inputs is None else inputs
+    refuse_unusable(folder)
+    with workspace(folder, _recover) as space:
+        text = manifest_text(data, noted, made_by, read_manifest(folder))
+        _make(space.folder / _NEW, data | {MANIFEST: text.encode()})
+        _replace(space, data, beside or {}, list(gone))
+        written.append(folder)
+    return [folder / name for name in files]
+
+
+def write_new(folder: Path, files: Mapping[str, bytes | str], *, made_by: str | None = None) -> list[str]:
+    """Write a folder that does not exist, or is empty, with all its files, or nothing.
+
+    Parameters
+    ----------
+    folder : Path
+        Its parents are made.
+    files : mapping
+        Contents by path inside the folder.
+    made_by : str, optional
+        The command; without one the folder has no manifest.
+
+    Returns
+    -------
+    list of str
+        The paths, in the order of `files`.
+
+    Raises
+    ------
+    InputError
+        When the folder holds something or cannot be written to.
+    """
+    data = {name: content.encode() if isinstance(content, str) else content for name, content in files.items()}
+    if made_by:
+        data |= {MANIFEST: manifest_text(data, noted_inputs(), made_by, None).encode()}
+    refuse_unusable(folder)
+    with workspace(folder, _recover) as space:
+        refuse_occupied(folder)
+        _make(space.folder / _NEW, data)
+        if space.place.exists():
+            space.place.rmdir()
+        os.rename(space.folder / _NEW, space.place)  # noqa: PTH104
+        disk.sync(space.place.parent)
+        written.append(folder)
+    return list(files)
+
+
+def refuse_occupied(folder: Path) -> None:
+    """Refuse a folder that holds something.
+
+    Raises
+    ------
+    InputError
+    """
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise InputError(f"{folder}: there is such a file already; choose another folder with --out")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"{folder}: holds files already; remove it, or choose another folder with --out")
+
+
+def write_file(file: Path, content: bytes | str) -> None:
+    """Write a single file, in place of an older one if there is one.
+
+    Raises
+    ------
+    InputError
+        When it cannot be written, or another run writes it.
+    """
+    if file.is_dir():
+        raise InputError(f"{file}: is a folder; name a file")
+    with workspace(file) as space:
+        new = space.folder / _NEW
+        disk.write(new, content.encode() if isinstance(content, str) else content)
+        os.replace(new, space.place)  # noqa: PTH105
+        disk.sync(space.place.parent)
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Tell whether a run that has died left a folder that the next one has to finish."""
+    space = hidden_folder(resolved(folder))
+    return (space / COMMITTED).exists() or (space / JOURNAL).exists()
+
+
+def _make(new: Path, files: Mapping[str, bytes]) -> None:
+    """Make a folder with its files, on the disk."""
+    os.mkdir(new)  # noqa: PTH102
+    folders = {new}
+    for name, content in files.items():
+        path = new / name
+        for parent in reversed(path.relative_to(new).parents[:-1]):
+            if new / parent not in folders:
+                os.mkdir(new / parent)  # noqa: PTH102
+                folders.add(new / parent)
+        disk.write(path, content)
+    for folder in folders:
+        disk.sync(folder)
+
+
+def _replace(space: Workspace, files: Iterable[str], beside: Mapping[Path, bytes], gone: list[Path]) -> None:
+    """Put the new folder of a workspace in place of the old one, and the files beside it."""
+    new, place = space.folder / _NEW, space.place
+    if not beside and not gone:
+        _swap(space, files)
+        return
+    os.mkdir(space.folder / _OLD)  # noqa: PTH102
+    os.mkdir(space.folder / _BESIDE)  # noqa: PTH102
+    for number, (path, content) in enumerate(beside.items()):
+        path.parent.mkdir(exist_ok=True)
+        disk.write(space.folder / _BESIDE / str(number), content)
+    targets = [str(path) for path in (*beside, *gone)]
+    journal = {"new": os.stat(new).st_ino, "targets": targets, "n_new": len(beside)}  # noqa: PTH116
+    disk.write(space.folder / f"{JOURNAL}.part", json.dumps(journal).encode())
+    os.rename(space.folder / f"{JOURNAL}.part", space.folder / JOURNAL)  # noqa: PTH104
+    disk.sync(space.folder)
+    try:
+        for number, target in enumerate(targets):
+            _move(Path(target), space.folder / _OLD / str(number))
+        _swap(space, files)
+    finally:
+        _settle(space)
+    disk.sync(place.parent)
+
+
+def _swap(space: Workspace, files: Iterable[str]) -> None:
+    """Put the new folder in place of the old one, the user's files with it."""
+    new, place = space.folder / _NEW, space.place
+    if not place.exists():
+        os.rename(new, place)  # noqa: PTH104
+        disk.sync(place.parent)
+        return
+    if place not in space.folder.parents and _keeps_others(place, new) and disk.exchange(new, place):
+        disk.sync(place.parent)
+        return
+    committed = space.folder / COMMITTED
+    _only(files, new)
+    os.rename(new, committed)  # noqa: PTH104
+    disk.sync(space.folder)
+    try:
+        _move_in(committed, place)
+    except KeyboardInterrupt:
+        _move_in(committed, place)
+        raise
+
+
+def _keeps_others(place: Path, new: Path) -> bool:
+    """Give the files of a folder that are not of its last result a second name in the new one; tell whether it can."""
+    stale = _stale(place, new)
+    try:
+        new.chmod(place.stat().st_mode & 0o7777)
+        for entry in place.iterdir():
+            _link_others(entry, place, new, stale)
+    except OSError as error:
+        if disk.is_unsupported(error):
+            return False
+        raise
+    return True
+
+
+def _link_others(path: Path, place: Path, new: Path, stale: set[str]) -> None:
+    name = path.relative_to(place)
+    target = new / name
+    if path.is_dir() and not path.is_symlink():
+        if not (target.exists() or any(Path(one).is_relative_to(name) for one in stale)):
+            disk.link_tree(path, target)
+            return
+        for entry in path.iterdir():
+            _link_others(entry, place, new, stale)
+    elif name.as_posix() not in stale and not os.path.lexists(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        os.link(path, target, follow_symlinks=False)
+
+
+def _stale(place: Path, new: Path) -> set[str]:
+    """Return the files of the last result that the new one does not have, and that nobody has changed since."""
+    names = {name for name, digest in listed(read_manifest(place)).items() if digest_of(place / name) == digest}
+    return names - listed(read_manifest(new)).keys()
+
+
+def _only(files: Iterable[str], new: Path) -> None:
+    """Remove second names of the user's files again."""
+    names = {MANIFEST, *files}
+    for path in sorted(new.rglob("*"), reverse=True):
+        if path.is_dir() and not path.is_symlink():
+            if not any(path.iterdir()):
+                disk.remove(path)
+        elif path.relative_to(new).as_posix() not in names:
+            disk.remove(path)
+
+
+def _move_in(committed: Path, place: Path) -> None:
+    """Move all files in, one by one, the manifest last, and drop those that only the old result has."""
+    if (committed / MANIFEST).exists():
+        for name in _stale(place, committed):
+            disk.remove(place / name)
+        for path in sorted(committed.rglob("*")):
+            if path.is_file() and path != committed / MANIFEST:
+                target = place / path.relative_to(committed)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                _move(path, target)
+        disk.sync(place)
+        _move(committed / MANIFEST, place / MANIFEST)
+    disk.sync(place)
+    disk.remove(committed)
+
+
+def _move(source: Path, target: Path) -> None:
+    """Move a file, if it has not been moved already."""
+    try:
+        os.replace(source, target)  # noqa: PTH105
+    except FileNotFoundError:
+        if source.exists():
+            raise
+
+
+def _recover(space: Workspace) -> None:
+    """Finish or undo what a dead run has left."""
+    committed = space.folder / COMMITTED
+    if committed.exists():
+        _move_in(committed, space.place)
+    _settle(space)
+
+
+def _settle(space: Workspace) -> None:
+    """Finish the files beside a folder when it has been replaced, put them back when not."""
+    try:
+        journal = json.loads((space.folder / JOURNAL).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return
+    is_replaced = space.place.exists() and not _is_new(space.folder / _NEW, journal["new"])
+    for number, target in enumerate(map(Path, journal["targets"])):
+        if is_replaced and number < journal["n_new"]:
+            _move(space.folder / _BESIDE / str(number), target)
+        elif not is_replaced:
+            _move(space.folder / _OLD / str(number), target)
+    disk.remove(space.folder / JOURNAL)
+
+
+def _is_new(folder: Path, number: int) -> bool:
+    try:
+        return folder.stat().st_ino == number
+    except FileNotFoundError:
+        return False
