@@ -29,6 +29,7 @@ _SETTINGS: dict[Any, Any] = {
     "axes.spines.right": False,
     "font.size": 9.0,
     "legend.frameon": False,
+    "text.usetex": False,  # whatever a matplotlibrc says: names are no programs of TeX
     "figure.constrained_layout.use": True,
     "figure.dpi": 150,
     "lines.linewidth": 1.3,

@@ -115,8 +115,15 @@ def plain_page(tmp_path_factory):
     return shapes(page_of(folder / "out"))
 
 
-@NAMED
-def test_layers_and_swept_text_in_simulate(name, tmp_path, plain_page):
+@pytest.mark.parametrize(
+    "what",
+    [
+        "clear screen", "NUL", "return", "lines", "separator", "right to left", "no character", "script", "quotes",
+        "formula", "minus", "semicolon", "mathematics", "long",
+    ],
+)  # fmt: skip
+def test_layers_and_swept_text_in_simulate(what, tmp_path, plain_page):
+    name = NAMES[what]
     done = harmless(run("simulate", simulation(tmp_path, name), "--out", tmp_path / "out"))
     assert done.status == 0, done
     assert shapes(page_of(tmp_path / "out")) == plain_page
@@ -211,7 +218,7 @@ def test_channels_and_units_in_import(name, tmp_path):
 @NAMED
 def test_what_is_no_data_is_quoted_harmlessly(name, tmp_path):
     good = simulation(tmp_path, "foam")
-    for suffix in ("csv", "txt", "wav", "npz", "mat", "h5", "tdms", "uff"):
+    for suffix in ("csv", "wav", "npz", "mat", "uff"):
         file = tmp_path / f"junk.{suffix}"
         file.write_bytes(f"{name},frequency_hz,absorption\n{name},{name},2\n".encode())
         refused(run("import", file, "--out", tmp_path / "c", "--base", "a", "--top", "b"))
@@ -241,7 +248,7 @@ def test_configurations_and_campaign_in_fit(fitted):
     assert page.tags.count("svg") >= 3
 
 
-@pytest.mark.parametrize("what", ["formula", "mathematics", "surrogate"])
+@pytest.mark.parametrize("what", ["formula", "surrogate"])
 def test_folders_of_campaigns_in_fit(what, tmp_path):
     names = [FILE_NAMES[what], "foam"]
     folders = [write_campaign(tmp_path / name) for name in names]
