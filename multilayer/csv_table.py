@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
+from numbers import Number
 from typing import Any
+
+from multilayer.doors import for_cell, from_cell
 
 
 def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Return a table as CSV: numbers with nine significant digits, an empty cell for None.
+    """Return a table as CSV: numbers with nine significant digits, an empty cell for None, text as `for_cell` has it.
 
     Parameters
     ----------
@@ -19,9 +22,19 @@ def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow(map(for_cell, columns))
     writer.writerows([[_cell(value) for value in row] for row in rows])
     return text.getvalue()
+
+
+def rows_of(table: str) -> list[list[str]]:
+    """Return the rows of a table that `csv_table` wrote, the names of its columns first, all of them as texts.
+
+    Parameters
+    ----------
+    table : str
+    """
+    return [[from_cell(cell) for cell in row] for row in csv.reader(io.StringIO(table, newline=""))]
 
 
 def _cell(value: Any) -> str:
@@ -29,4 +42,6 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return str(value) if isinstance(value, Number) else for_cell(str(value))

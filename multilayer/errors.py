@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-_LONGEST_SHOWN = 80
+from multilayer.doors import cut, for_log, for_terminal
+
+_LONGEST_SHOWN, _LONGEST_PATH, _LONGEST_WORD, _LONGEST_LINE = 80, 200, 500, 4000
+_LONG_WORD = re.compile(rf"\S{{{_LONGEST_WORD},}}")
 
 
 class MultilayerError(Exception):
-    """Base of every error the package raises on purpose; its text is meant for the user."""
+    """Base of every error the package raises on purpose; its text is meant for the user, as `readable` has it."""
+
+    def __str__(self) -> str:
+        return readable(super().__str__())
 
 
 class ValidityWarning(UserWarning):
@@ -50,7 +57,8 @@ class Problem:
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
-        return ": ".join(part for part in (place, self.path, self.message) if part)
+        parts = for_log(place), for_log(cut(self.path, _LONGEST_PATH)), readable(self.message)
+        return ": ".join(part for part in parts if part)
 
     def at(self, file: Path, line: int | None = None, column: int | None = None) -> Problem:
         """Return the same problem, placed in a file."""
@@ -87,8 +95,21 @@ def suggest(name: str, allowed: Iterable[str]) -> str:
         What may be written.
     """
     names = sorted(allowed)
-    near = get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"did you mean '{near[0]}'?" if near else f"allowed: {', '.join(names) or 'none'}"
+    near = get_close_matches(name[:_LONGEST_PATH], names, n=1, cutoff=0.6)
+    listed = ", ".join(cut(one, _LONGEST_SHOWN) for one in names)
+    return f"did you mean '{cut(near[0], _LONGEST_SHOWN)}'?" if near else f"allowed: {listed or 'none'}"
+
+
+def readable(message: str) -> str:
+    """Return a message without control characters; names and lines in it that are very long lose their middle.
+
+    Parameters
+    ----------
+    message : str
+        May have several lines.
+    """
+    words = _LONG_WORD.sub(lambda word: cut(word[0], _LONGEST_PATH), message)
+    return for_terminal("\n".join(cut(line, _LONGEST_LINE) for line in words.split("\n")))
 
 
 def show(value: object) -> str:

@@ -8,6 +8,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
+from multilayer.doors import for_log
+
 LOGGER = logging.getLogger("multilayer")
 LOGGER.addHandler(logging.NullHandler())
 
@@ -16,7 +18,7 @@ def logged(progress: Callable[[str], None] | None) -> Callable[[str], None]:
     """Return a function that logs a step, and tells it to `progress`."""
 
     def tell(step: str) -> None:
-        LOGGER.info("%s", step)
+        LOGGER.info("%s", for_log(step))
         if progress is not None:
             progress(step)
 

@@ -80,13 +80,20 @@ app.add_typer(plugins)
 
 def main() -> None:
     """Run the command line; every mistake of the user's ends with a message and exit status 2."""
-    from multilayer.errors import MultilayerError
+    from multilayer.doors import guarded_streams
     from multilayer.threads import one_thread
 
     one_thread()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a pipe may lack the Greek letters of a table
+    with guarded_streams():
+        _run()
+
+
+def _run() -> None:
+    from multilayer.errors import MultilayerError
+
     is_main = current_thread() is main_thread()  # nobody else may say what signals do
     before = signal.signal(signal.SIGTERM, _stopped) if is_main else None
     try:
@@ -124,6 +131,7 @@ def _stopped(number: int, frame: object) -> None:
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
     """Tell each broken plugin, and each value that is hardly meant, once, in a line on standard error."""
+    from multilayer.doors import for_terminal
     from multilayer.errors import PlausibilityWarning, PluginWarning
 
     with warnings.catch_warnings():
@@ -135,7 +143,7 @@ def _warnings_as_lines() -> Iterator[None]:
             if not issubclass(category, PluginWarning | PlausibilityWarning):
                 show(message, category, *place, **options)
             # whatever changes filters in between makes Python forget what it has shown
-            elif (line := f"warning: {' '.join(str(message).split())}") not in told and LOUDNESS.warnings:
+            elif (line := for_terminal(f"warning: {' '.join(str(message).split())}")) not in told and LOUDNESS.warnings:
                 told.add(line)
                 typer.echo(line, err=True)
 

@@ -10,8 +10,10 @@ from importlib.metadata import entry_points, metadata
 from importlib.util import find_spec
 from pathlib import Path
 
+from multilayer.doors import cut, for_log, for_terminal
+
 INPUT, PLUGIN, INTERNAL = 2, 2, 70  # exit statuses
-_SHOWN = 80  # characters of a name
+_SHOWN, _LONGEST = 80, 4000  # characters of a name, and of what an exception says
 _FRAME = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+), in (?P<function>\S+)')
 _BUG = (
     "multilayer failed on something it should have foreseen ({error}). This is a bug: please report it{where}, with "
@@ -30,8 +32,8 @@ def failure(error: Exception, files: tuple[Path, ...] = ()) -> tuple[str, int]:
         Plugins that ``--plugin`` named.
     """
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-        return f"{str(error.filename)[:_SHOWN]}...: no file's name may be so long; there is no such file", INPUT
-    text = f"{type(error).__name__}: {error}"
+        return f"{for_log(error.filename)[:_SHOWN]}...: no file's name may be so long; there is no such file", INPUT
+    text = cut(for_terminal(f"{type(error).__name__}: {error}"), _LONGEST)
     folders = [*map(str, files), *(str(file.resolve()) for file in files), *_plugin_folders()]
     for file, line, function in reversed(_frames(error)):
         if any(file == folder or file.startswith(f"{folder}{os.sep}") for folder in folders):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -32,9 +30,10 @@ def fit_many(
     """Fit several campaigns, write each as soon as it is done, then a summary; tell whether all are accepted."""
     from multilayer.cli.progress import progress_bar
     from multilayer.config.kinds import fit_file
+    from multilayer.csv_table import csv_table
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
-    from multilayer.fits.run import is_accepted
+    from multilayer.fits.run import SUMMARY_COLUMNS, is_accepted
     from multilayer.report.fits import fits_report
     from multilayer.writing.folders import claim_folder, write_file, write_files
     from multilayer.writing.manifest import inputs_noted
@@ -66,7 +65,7 @@ def fit_many(
         typer.echo(f"stopped: {len(rows)} of {len(names)} are in {out}; --resume goes on from there", err=True)
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
-    write_file(out / "summary.csv", _csv(in_order))
+    write_file(out / "summary.csv", csv_table(SUMMARY_COLUMNS, (row.values() for row in in_order)))
     finish(fits_report(in_order), as_json=as_json)
     if not as_json:
         typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
@@ -81,11 +80,3 @@ def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[dict[str, bytes | s
     fit = task.read()
     report = fit_report(fit.run(), fit.job, fit.inputs)
     return report.files(figures=figures), summary_row(report.record)
-
-
-def _csv(rows: Sequence[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()

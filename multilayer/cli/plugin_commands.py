@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,10 @@ import typer
 from typer.core import TyperGroup
 
 from multilayer.cli.plugin_option import takes_plugins
+from multilayer.doors import cut, for_terminal
 
+_LONGEST = 1000  # characters of what typer says
+_USAGE_ERROR: Any = typer.BadParameter.__base__  # which typer gives no public name
 STOPPED = 130  # exit status after Ctrl-C
 OF_THIS_PROJECT = {
     "preload": ("multilayer-campaigns", "plugins/multilayer-campaigns"),
@@ -19,6 +23,16 @@ OF_THIS_PROJECT = {
     "blind-check": ("multilayer-validation", "validation"),
 }
 """Commands of other packages in this project's repository: the package, and its folder."""
+
+
+@contextmanager
+def _harmless_mistakes() -> Iterator[None]:
+    """Show control characters as escapes in what typer is to say of arguments and options."""
+    try:
+        yield
+    except _USAGE_ERROR as error:
+        error.message = for_terminal(cut(error.message, _LONGEST))
+        raise
 
 
 class Commands(TyperGroup):
@@ -78,6 +92,11 @@ class Commands(TyperGroup):
         near = ", ".join(f"'{other}'" for other in get_close_matches(name, dict.fromkeys(known)))
         ctx.fail(f"No such command '{name}'" + (f". Did you mean {near}?" if near else "."))
 
+    def make_context(self, *args: Any, **options: Any) -> Any:
+        """Return the context of the command line."""
+        with _harmless_mistakes():
+            return super().make_context(*args, **options)
+
     def invoke(self, ctx: Any) -> Any:
         """Run a command, which may be that of a file named by ``--plugin`` before it."""
         if files := ctx.params["plugin"]:
@@ -85,7 +104,8 @@ class Commands(TyperGroup):
 
             ctx.with_resource(plugin_files([Path(file) for file in files]))  # old versions of typer have texts here
         try:
-            return super().invoke(ctx)
+            with _harmless_mistakes():
+                return super().invoke(ctx)
         except KeyboardInterrupt as stop:
             from multilayer.writing.workspace import written
 

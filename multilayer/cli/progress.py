@@ -20,19 +20,21 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[str], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from multilayer.doors import for_log
+
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda text: None  # old versions of rich end even a disabled bar with an empty line
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
-        TextColumn("{task.fields[last]}"),
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(),
+        TextColumn("{task.fields[last]}", markup=False),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=total, last="")
+        task = bar.add_task(for_log(title), total=total, last="")
 
         def advance(text: str) -> None:
-            bar.update(task, advance=1, last=text)
+            bar.update(task, advance=1, last=for_log(text))
             if bar.tasks[task].completed > total:
                 bar.update(task, total=None)
 

@@ -22,6 +22,8 @@ from multilayer.errors import InputError, Problem
 
 Place = tuple[int, int]
 
+_HALF = re.compile("[\ud800-\udfff]")
+
 DEEPEST = 64  # the parser recurses
 MOST_BORROWED = 100_000  # values that aliases repeat: ten short lines of them can stand for billions
 
@@ -115,8 +117,10 @@ class _Composer(Reader, Scanner, Parser, Composer):
             return self._aliased(parser.get_event())
         if self.depth == DEEPEST:
             _refuse(f"this is nested more than {DEEPEST} deep", event.start_mark)
-        if isinstance(event, ScalarEvent) and event.tag == "!":
-            event.implicit = (False, True)  # a lone "!" asks for text
+        if isinstance(event, ScalarEvent):
+            event.value = _whole(event)
+            if event.tag == "!":
+                event.implicit = (False, True)  # a lone "!" asks for text
         self.depth += 1
         node = cast(Node, super().compose_node(parent, index))
         self.depth -= 1
@@ -134,6 +138,17 @@ class _Composer(Reader, Scanner, Parser, Composer):
         if self.borrowed > MOST_BORROWED:
             _refuse(f"aliases such as '*{name}' repeat more than {MOST_BORROWED} values", mark)
         return node
+
+
+def _whole(event: ScalarEvent) -> str:
+    """Return a text in which characters that JSON writes as two halves are put together."""
+    text: str = event.value
+    if text.isascii() or not (half := _HALF.search(text)):
+        return text
+    try:
+        return text.encode("utf-16", "surrogatepass").decode("utf-16")
+    except UnicodeDecodeError:
+        _refuse(f"U+{ord(half[0]):04X} is half a character, and stands alone", event.start_mark)
 
 
 def _children(node: Node) -> Iterator[Node]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.doors import from_cell
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.text_layout import data_lines
 from multilayer.units import parse_quantity
@@ -117,7 +120,7 @@ class Table:
 
     def text(self, index: int) -> list[str]:
         """Return the cells of a column; rows that end before it have an empty one."""
-        return [_text(cells[index]) if index < len(cells) else "" for _, cells in self.rows]
+        return [from_cell(_text(cells[index])) if index < len(cells) else "" for _, cells in self.rows]
 
     def numbers(self, columns: Collection[int]) -> dict[int, RealArray]:
         """Return some columns as numbers, shape (n_rows,), by index.
@@ -180,5 +183,12 @@ def read_text_table(path: Path | str) -> Table:
         return Table(file, (), ())
     number, header = lines[0]
     separator = next((mark for mark in (";", "\t", ",") if mark in header), ",")
-    headers = tuple(Header.of(name.strip().strip('"')) for name in header.split(separator))
-    return Table(file, headers, tuple((at, tuple(line.split(separator))) for at, line in lines[1:]), number)
+    headers = tuple(Header.of(from_cell(_text(name))) for name in _cells(header, separator))
+    return Table(file, headers, tuple((at, _cells(line, separator)) for at, line in lines[1:]), number)
+
+
+def _cells(line: str, separator: str) -> tuple[str, ...]:
+    if '"' in line:  # quotes hold separators that separate nothing
+        with suppress(csv.Error):
+            return tuple(next(csv.reader([line], delimiter=separator, skipinitialspace=True)))
+    return tuple(line.split(separator))

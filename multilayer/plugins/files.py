@@ -97,7 +97,7 @@ def register_source(file: str, text: str) -> None:
 
 
 def _module_name(file: str, text: str) -> str:
-    digest = sha256(f"{file}\n{text}".encode()).hexdigest()
+    digest = sha256(f"{file}\n{text}".encode(errors="surrogatepass")).hexdigest()
     return f"multilayer_plugin_{digest[:12]}_{Path(file).stem}"
 
 

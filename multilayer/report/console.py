@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from multilayer.doors import for_terminal
 from multilayer.report.listing import Listing, Tinted
 
 if TYPE_CHECKING:
@@ -54,19 +55,19 @@ def _listings(section: Section) -> list[Listing]:
 
 
 def _heading(text: str) -> list[Text | Table]:
-    return [Text(""), Text(text, style="italic")] if text else []
+    return [Text(""), _text(text, "italic")] if text else []
 
 
 def _text(text: str, style: str = "", before: str = "") -> Text:
-    """Return a text that is not looked through for markup: names may hold what rich takes for it."""
-    return Text(before + text, style=text.colour if isinstance(text, Tinted) else style)
+    """Return a text without control characters and not looked through for markup: names may hold what rich takes."""
+    return Text(before + for_terminal(text), style=text.colour if isinstance(text, Tinted) else style)
 
 
 def _table(listing: Listing) -> Table:
     table = Table(box=None, pad_edge=False)
     for i, heading in enumerate(listing.headings):
         number = i in listing.numeric
-        table.add_column(Text(heading), justify="right" if number else "left", no_wrap=number, overflow="fold")
+        table.add_column(_text(heading), justify="right" if number else "left", no_wrap=number, overflow="fold")
     for row in listing.rows:
         table.add_row(*map(_text, row))
     return table

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+import re
+from base64 import b64encode
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from hashlib import sha256
+from importlib import resources
 from importlib.metadata import version
 from typing import Any
 
+from multilayer.doors import for_page
 from multilayer.report.listing import flat_items
 from multilayer.report.report import Draw, Report, Section
 
 _PACKAGES = ("multilayer", "numpy", "scipy")
+_STYLE = re.compile(r"<style>([^<]*)</style>")
 _MOST_ROWS, _MOST_REMARKS = 30, 12  # of what is not folded away
 
 
@@ -22,7 +28,10 @@ def page_html(report: Report, svgs: Mapping[Draw, str]) -> str:
 
     given = {name: value for name, value in report.inputs.items() if name != "version"}  # of the file's format
     versions = [*((name, version(name)) for name in _PACKAGES), ("Python", platform.python_version())]
+    style = Markup(f"\n{resources.files(__package__).joinpath('templates/style.css').read_text(encoding='utf-8')}")
     content = {
+        "policy": _policy([style, *(sheet for svg in svgs.values() for sheet in _STYLE.findall(svg))]),
+        "style": style,
         "report": report,
         "sections": [_shortened(section, report) for section in report.sections],
         "svgs": {draw: Markup(svg) for draw, svg in svgs.items()},  # drawn by this package, and names in it escaped
@@ -30,7 +39,14 @@ def page_html(report: Report, svgs: Mapping[Draw, str]) -> str:
     }
     options: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
     environment = Environment(loader=PackageLoader("multilayer.report"), autoescape=True, **options)
-    return environment.get_template("page.html").render(content)
+    return for_page(environment.get_template("page.html").render(content))
+
+
+def _policy(styles: Iterable[str]) -> str:
+    """Return what a page may do, as browsers read it: nothing but show itself with the style sheets of its own."""
+    digests = (b64encode(sha256(style.encode()).digest()).decode() for style in styles)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in dict.fromkeys(digests))
+    return f"default-src 'none'; style-src {allowed}; base-uri 'none'; form-action 'none'"
 
 
 def _shortened(section: Section, report: Report) -> Section:

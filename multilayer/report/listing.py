@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self, TypeVar
 
+from multilayer.csv_table import rows_of
 from multilayer.number_text import significant
 
 _HASH, _HASH_SHOWN = re.compile(r"[0-9a-f]{40,}"), 16
@@ -102,7 +102,7 @@ class Listing:
 
 def listing_of(table: str, caption: str = "") -> Listing:
     """Return a CSV table with rounded numbers."""
-    headings, *rows = csv.reader(table.splitlines())
+    headings, *rows = rows_of(table)
     cells = tuple(tuple(map(_rounded, row)) for row in rows)
     numeric = tuple(i for i in range(len(headings)) if any(_is_number(row[i]) for row in rows))
     return Listing(tuple(headings), cells, numeric, caption)

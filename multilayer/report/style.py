@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from multilayer.doors import for_log
 from multilayer.response.bands import band_centres
 
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LONGEST_LABEL = 28  # of a legend in two columns below a figure
+_LONGEST_NAME = 70  # of what stands in one line; longer ones would leave no room for axes
+_MOST_IN_LEGEND = 20  # within axes
 WIDTH = 3.9  # inches of a figure in a report: half a printed page, and all of a telephone
 
 # Okabe & Ito: told apart by people with any colour vision
@@ -26,6 +29,7 @@ _SETTINGS: dict[Any, Any] = {
     "axes.spines.right": False,
     "font.size": 9.0,
     "legend.frameon": False,
+    "text.usetex": False,  # whatever a matplotlibrc says: names are no programs of TeX
     "figure.constrained_layout.use": True,
     "figure.dpi": 150,
     "lines.linewidth": 1.3,
@@ -70,8 +74,9 @@ def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options
     if upright:
         legend_below(figure, axis)
     else:
-        if axis.get_legend_handles_labels()[0]:
-            axis.legend(fontsize=7, **options)
+        handles, labels = axis.get_legend_handles_labels()
+        if handles:
+            axis.legend(handles[:_MOST_IN_LEGEND], labels[:_MOST_IN_LEGEND], fontsize=7, **options)
         figure.suptitle(title)
     return figure
 
@@ -114,8 +119,8 @@ def png(figure: Figure) -> bytes:
 
 
 def plain(name: str) -> str:
-    """Return a user's name as matplotlib shows it to the letter: no formula, and kept in a legend."""
-    shown = name.replace("$", r"\$")
+    """Return a user's name as matplotlib shows it to the letter: no formula, in one line, and kept in a legend."""
+    shown = _without_middle(for_log(name), _LONGEST_NAME).replace("$", r"\$")
     return f" {shown}" if shown.startswith("_") else shown
 
 
@@ -126,7 +131,9 @@ def colour(index: int) -> str:
 
 def shortened(name: str, longest: int = 22) -> str:
     """Return a user's name for the tick of an axis: its middle left out where it is long."""
-    if len(name) > longest:
-        kept = (longest - 1) // 2
-        name = f"{name[:kept]}…{name[-kept:]}"
-    return plain(name)
+    return plain(_without_middle(name, longest))
+
+
+def _without_middle(name: str, longest: int) -> str:
+    kept = (longest - 1) // 2
+    return name if len(name) <= longest else f"{name[:kept]}…{name[-kept:]}"

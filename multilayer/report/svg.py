@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
+from multilayer.doors import for_page
 from multilayer.report.style import any_script
 
 if TYPE_CHECKING:
@@ -42,10 +43,11 @@ def inline_svg(figure: Figure, name: str, label: str) -> str:
     # text stays text: it can be found, read aloud and takes the page's font and colour
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name}), any_script(), _without_background(figure):
         canvas.print_svg(buffer, metadata=_NO_METADATA)
-    root = ElementTree.fromstring(buffer.getvalue())
+    root = ElementTree.fromstring(for_page(buffer.getvalue()))
     _cleaned(root, name)
+    _with_classes(root, name)
     root.set("aria-label", label)
-    return ElementTree.tostring(root, encoding="unicode", method="html")
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 @contextmanager
@@ -81,6 +83,17 @@ def _cleaned(root: ElementTree.Element, name: str) -> None:
     for key in ("width", "height", "version"):
         root.attrib.pop(key, None)
     root.set("role", "img")
+
+
+def _with_classes(root: ElementTree.Element, name: str) -> None:
+    """Put what attributes `style` say into one style sheet, which a page can allow by its hash."""
+    classes: dict[str, str] = {}
+    for element in root.iter():
+        if style := element.attrib.pop("style", "").strip():
+            element.set("class", classes.setdefault(style, f"{name}-s{len(classes)}"))
+    sheet = ElementTree.Element("style")
+    sheet.text = "".join(f".{key}{{{style}}}" for style, key in classes.items())
+    root.insert(0, sheet)
 
 
 def _local(name: str) -> str:

@@ -36,6 +36,12 @@ class Outcome(NamedTuple):
 
 
 def run(*arguments, cwd=None, **environment) -> Outcome:
+    """Run ``multilayer ARGUMENTS`` in this process, with additions to the environment; colours are left out."""
+    status, *texts = run_to_the_letter(*arguments, cwd=cwd, **environment)
+    return Outcome(status, *(_ANSI.sub("", text) for text in texts))
+
+
+def run_to_the_letter(*arguments, cwd=None, **environment) -> Outcome:
     """Run ``multilayer ARGUMENTS`` in this process, with additions to the environment."""
     out, err = io.StringIO(), io.StringIO()
     argv = ["multilayer", *map(str, arguments)]
@@ -54,7 +60,7 @@ def run(*arguments, cwd=None, **environment) -> Outcome:
         else:
             status = 0
     assert isinstance(status, int), status
-    return Outcome(status, *(_ANSI.sub("", text.getvalue()) for text in (out, err)))
+    return Outcome(status, out.getvalue(), err.getvalue())
 
 
 def run_elsewhere(*arguments, cwd=None, **environment) -> Outcome:

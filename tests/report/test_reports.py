@@ -1,6 +1,8 @@
 """Reports of fits, simulations and comparisons: whole, self-contained, the verdict first, numbers with units."""
 
 import re
+from base64 import b64encode
+from hashlib import sha256
 
 import pytest
 
@@ -24,6 +26,20 @@ def test_page_is_whole_and_needs_nothing_else(name):
     links += [f"#{target}" for target in re.findall(r"url\(#([^)]+)\)", html)]
     assert {link.removeprefix("#") for link in links} <= set(ids)
     assert "onload" not in {key for key, _ in found.attributes}
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_style_sheets_are_those_of_the_policy_and_nothing_else_is_allowed(name):
+    html = page(name)
+    (policy,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', html)
+    assert html.index(policy) < html.index("<title>") < html.index("<style>")
+    sheets = re.findall(r"<style>(.*?)</style>", html, re.DOTALL)
+    hashes = {f"'sha256-{b64encode(sha256(sheet.encode()).digest()).decode()}'" for sheet in sheets}
+    assert len(sheets) == 1 + html.count("<svg")
+    rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+    assert set(rules.pop("style-src").split()) == hashes
+    assert rules == dict.fromkeys(("default-src", "base-uri", "form-action"), "'none'")
+    assert "style" not in {key for key, _ in Page(html).attributes}
 
 
 @pytest.mark.parametrize("name", MADE)
