@@ -36,7 +36,7 @@ _CALLS = (
 )  # fmt: skip
 COMMANDS = (
     "simulate examples/double_wall.yaml",
-    "compare examples/foam_absorption.yaml examples/foam_tube/absorption.csv",
+    "compare examples/foam_absorption.yaml examples/foam_tube/tube.csv",
     "fit examples/foam_b",
     "fit examples/foam_tube/fit.yaml",
     "fit examples/foam_b --joint --no-figures",
