@@ -21,15 +21,19 @@ class MultilayerError(Exception):
         return readable(super().__str__())
 
 
-class ValidityWarning(UserWarning):
+class MultilayerWarning(UserWarning):
+    """Base of every warning the package gives on purpose; commands tell each once, in a line."""
+
+
+class ValidityWarning(MultilayerWarning):
     """A formula is used outside the range it was made for; the result may be wrong, the computation goes on."""
 
 
-class PlausibilityWarning(UserWarning):
+class PlausibilityWarning(MultilayerWarning):
     """A value is allowed, and hardly ever meant: what a file says goes on as it is written."""
 
 
-class PluginWarning(UserWarning):
+class PluginWarning(MultilayerWarning):
     """A plugin is broken and was left out; everything else goes on."""
 
 

@@ -8,29 +8,34 @@ import pickle
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Collection, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from threading import Thread, current_thread, main_thread
 from typing import Any, TypeVar
 from warnings import warn
 
-from multilayer.errors import InputError, MultilayerError, show
+from multilayer.errors import InputError, MultilayerError, MultilayerWarning, show
+from multilayer.limits import require_files
 from multilayer.threads import THREADS
 
 T = TypeVar("T")
 R = TypeVar("R")
 
 CONNECT_SECONDS = 10
+STALLED_SECONDS = 60  # processes that have computed nothing for so long, with tasks left, wait for each other
+MOST_JOBS = 64  # or four to a processor, where these are more
+_FILES, _FILES_PER_JOB = 32, 4  # that a process opens, at most, without a pool and for each of its processes
 _NO_LEAKS_TOLD = "ignore:resource_tracker:UserWarning"
 _RETRIES = 3
 _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+")
 
 
-class LostWorkerWarning(UserWarning):
+class LostWorkerWarning(MultilayerWarning):
     """Workers failed; their tasks were computed in this process, with the same result."""
 
 
@@ -104,7 +109,7 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
                 running[_submit(executor, function, task)] = index
             except Exception as error:  # a pool that has broken takes no more
                 yield index, error
-        for future in as_completed(running):
+        for future in _completed(running, executor):
             try:
                 yield running[future], future.result()
             except MultilayerError:
@@ -114,6 +119,40 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
     finally:
         for future in running:
             future.cancel()
+
+
+def _completed(running: Collection[Future[R]], executor: Executor) -> Iterator[Future[R]]:
+    """Give futures as they are done; processes of a pool that wait for ever are ended, whose tasks have failed then."""
+    left, before = set(running), None
+    while left:
+        done, left = wait(left, STALLED_SECONDS, FIRST_COMPLETED)
+        yield from done
+        used = None if done else _processor_time(executor)
+        if used is not None and used == before:
+            _end(executor)
+        before = used
+
+
+def _processor_time(executor: Executor) -> float | None:
+    """Return what the processes of a pool have computed so far, s; None where nobody tells."""
+    if not isinstance(executor, ProcessPoolExecutor) or sys.platform != "linux":
+        return None
+    total = 0
+    for process in list((executor._processes or {}).values()):
+        try:
+            fields = Path(f"/proc/{process.pid}/stat").read_text(encoding="utf-8", errors="replace")
+            user, system = fields.rpartition(")")[2].split()[11:13]
+            total += int(user) + int(system)
+        except (OSError, ValueError):  # it has ended
+            continue
+    return total / os.sysconf("SC_CLK_TCK")
+
+
+def _end(executor: Executor) -> None:
+    """End the processes of a pool at once; there is no public way."""
+    if isinstance(executor, ProcessPoolExecutor):
+        for process in list((executor._processes or {}).values()):
+            process.kill()
 
 
 _preparations: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
@@ -187,9 +226,14 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
     """
     if jobs < 1:
         raise InputError(f"--jobs: {jobs} is not allowed; it must be at least 1")
+    processors = os.cpu_count() or 1
+    if jobs > max(MOST_JOBS, 4 * processors):
+        text = f"this machine has {processors} processors, and more processes than that only wait"
+        raise InputError(f"--jobs: {jobs} is not allowed; {text}: use --jobs {processors}")
     if jobs == 1:
         yield None
         return
+    require_files(_FILES + _FILES_PER_JOB * jobs, f"--jobs {jobs}")
     # never forks of this process: they would copy the locks of its threads, and its settings of BLAS
     with _one_thread_each():
         if sys.platform == "linux":  # forks of a process that does nothing but import, once for all of them
@@ -229,10 +273,8 @@ def _ended_by_ctrl_c(pool: ProcessPoolExecutor) -> Iterator[ProcessPoolExecutor]
     try:
         yield pool
     except KeyboardInterrupt:
-        processes = list((pool._processes or {}).values())  # there is no public way to end them
+        _end(pool)
         pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            process.kill()
         raise
     except BaseException:
         pool.shutdown(cancel_futures=True)

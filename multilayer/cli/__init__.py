@@ -93,11 +93,13 @@ def main() -> None:
 
 def _run() -> None:
     from multilayer.errors import MultilayerError
+    from multilayer.limits import require_memory
 
     is_main = current_thread() is main_thread()  # nobody else may say what signals do
     before = signal.signal(signal.SIGTERM, _stopped) if is_main else None
     try:
         with _warnings_as_lines():
+            require_memory()
             app(prog_name="multilayer")
     except SystemExit as end:
         if end.code == STOPPED:
@@ -130,17 +132,16 @@ def _stopped(number: int, frame: object) -> None:
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Tell each broken plugin, and each value that is hardly meant, once, in a line on standard error."""
+    """Tell each warning of the package once, in a line on standard error."""
     from multilayer.doors import for_terminal
-    from multilayer.errors import PlausibilityWarning, PluginWarning
+    from multilayer.errors import MultilayerWarning
 
     with warnings.catch_warnings():
-        for category in (PluginWarning, PlausibilityWarning):
-            warnings.simplefilter("always", category)
+        warnings.simplefilter("always", MultilayerWarning)
         show, told = warnings.showwarning, set[str]()
 
         def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
-            if not issubclass(category, PluginWarning | PlausibilityWarning):
+            if not issubclass(category, MultilayerWarning):
                 show(message, category, *place, **options)
             # whatever changes filters in between makes Python forget what it has shown
             elif (line := for_terminal(f"warning: {' '.join(str(message).split())}")) not in told and LOUDNESS.warnings:

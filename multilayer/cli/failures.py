@@ -14,6 +14,7 @@ from multilayer.doors import cut, for_log, for_terminal
 
 INPUT, PLUGIN, INTERNAL = 2, 2, 70  # exit statuses
 _SHOWN, _LONGEST = 80, 4000  # characters of a name, and of what an exception says
+_SCARCE = (errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN)
 _FRAME = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+), in (?P<function>\S+)')
 _BUG = (
     "multilayer failed on something it should have foreseen ({error}). This is a bug: please report it{where}, with "
@@ -33,6 +34,9 @@ def failure(error: Exception, files: tuple[Path, ...] = ()) -> tuple[str, int]:
     """
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
         return f"{for_log(error.filename)[:_SHOWN]}...: no file's name may be so long; there is no such file", INPUT
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in _SCARCE):
+        said = cut(for_log(str(error)), _LONGEST) or "out of memory"
+        return f"the system gives no more ({said}); use fewer --jobs, or allow this process more", INPUT
     text = cut(for_terminal(f"{type(error).__name__}: {error}"), _LONGEST)
     folders = [*map(str, files), *(str(file.resolve()) for file in files), *_plugin_folders()]
     for file, line, function in reversed(_frames(error)):

@@ -7,6 +7,7 @@ import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from textwrap import dedent
+from threading import Event
 
 import pytest
 
@@ -32,6 +33,13 @@ def refuse(x):
 
 def stumble(x):
     raise ZeroDivisionError(f"{x} fell")
+
+
+def square_or_wait(x):
+    """Wait for ever on 3, unless this is the process the tests run in."""
+    if x == 3 and os.environ.get("MULTILAYER_TEST_MAIN") != str(os.getpid()):
+        Event().wait()
+    return x * x
 
 
 def threads(_):
@@ -184,3 +192,37 @@ class TestCluster:
             cluster("127.0.0.1:9"),
         ):
             pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="nobody tells what a process has computed")
+def test_processes_that_wait_for_ever_are_ended(monkeypatch):
+    monkeypatch.setenv("MULTILAYER_TEST_MAIN", str(os.getpid()))
+    monkeypatch.setattr(executors, "STALLED_SECONDS", 1)
+    with local_pool(2) as pool, pytest.warns(LostWorkerWarning, match="computed here instead"):
+        assert run_all(square_or_wait, range(6), pool) == [0, 1, 4, 9, 16, 25]
+
+
+def test_more_processes_than_a_machine_is_good_for():
+    with pytest.raises(InputError, match="--jobs: 100000 is not allowed; this machine has"), local_pool(100_000):
+        pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such limits")
+class TestLimits:
+    def limited(self, limit, *arguments):
+        script = "import sys; from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
+        python = f'exec {sys.executable} -c "{script}" {" ".join(arguments)}'
+        return subprocess.run(
+            ["sh", "-c", f"ulimit {limit}; {python}"], capture_output=True, text=True, timeout=60, check=False
+        )
+
+    def test_too_little_memory(self):
+        done = self.limited("-v 500000", "check", "examples/double_wall.yaml")
+        assert done.returncode == 2
+        assert "512 MB of address space, and needs 1000 MB; allow more" in done.stderr
+
+    def test_too_few_files(self, tmp_path):
+        done = self.limited("-n 20", "simulate", "examples/double_wall.yaml", "--jobs 2", f"--out {tmp_path / 'out'}")
+        assert done.returncode == 2
+        assert "--jobs 2 needs 40 open files, and the system allows 20; allow more" in done.stderr
+        assert list(tmp_path.iterdir()) == []
