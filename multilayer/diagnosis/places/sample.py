@@ -75,7 +75,7 @@ class SampleStrain(Sample):
         """Return the amplitude of the strain: of the burst, or as it acts on each bin."""
         if self.has_memory:
             return setting.burst_strain
-        return setting.stretch_moments[0] / setting.configuration.specimen_thickness
+        return setting.strain_moment(np.ones(1))
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the modulus at that strain."""

@@ -24,6 +24,8 @@ _CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at
 _MOVES = 0.01  # of the base's crest: by then its burst has begun,
 _ABOVE_NOISE = 5.0  # and above its noise
 _FEWEST = 16  # samples that say whether something moves
+STRETCH_POWERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
+"""Of the amplitude of the sample's stretch, whose means are kept."""
 _STRETCH_REACH = (0.4, 1.8)  # of a burst's frequency: beyond it and the main lobe lie noise and harmonics
 _MOST_BINS = 32  # a burst of ten cycles has about ten independent bins
 _LOCAL = 0.2  # of a burst's frequency: half the main lobe of ten cycles, within which a local law holds
@@ -135,10 +137,11 @@ class BurstData:
 
     @cached_property
     def stretch_moments(self) -> ComplexArray:
-        """Means of the stretch's amplitude |x| and of its square, m and m2, as they act on each bin of `in_band`.
+        """Means of powers of the stretch's amplitude |x|, x in m, as they act on each bin of `in_band`.
 
-        Spectra of |x|^k x over that of x, k = 1 and 2, where x(t) is the analytic signal of the motion of top relative
-        to base. Real and constant for a steady tone; in a burst the amplitude varies, and with it the moments by bin.
+        Spectra of |x|^k x over that of x, k of `STRETCH_POWERS`, where x(t) is the analytic signal of the motion of top
+        relative to base. Real and constant for a steady tone; in a burst the amplitude varies, and with it the moments
+        by bin. Shape (k, n).
         """
         f, base, top = self.spectra
         low, high = _STRETCH_REACH
@@ -147,7 +150,7 @@ class BurstData:
         one_sided[: len(f)][near] = 2 * (top - base)[near] / (2 * np.pi * f[near]) ** 2
         stretch = np.fft.ifft(one_sided)
         bins = np.searchsorted(f, self.in_band[0])
-        moments = np.fft.fft(np.abs(stretch) ** np.array([[1.0], [2.0]]) * stretch, axis=-1)[:, bins]
+        moments = np.fft.fft(np.abs(stretch) ** np.array(STRETCH_POWERS)[:, np.newaxis] * stretch, axis=-1)[:, bins]
         return np.asarray(moments / one_sided[bins])
 
     @cached_property

@@ -41,8 +41,8 @@ class ConfigurationData:
         Of the real and of the imaginary part of the noise in ln(ratio).
     centres : array, shape (n_bursts,)
         Stated frequencies of the bursts, Hz.
-    stretch_moments : complex array, shape (2, n), optional
-        Mean amplitude of the sample's stretch, m, and mean of its square, as they act on each bin; see `BurstData`.
+    stretch_moments : complex array, shape (k, n), optional
+        Means of powers of the amplitude of the sample's stretch, as they act on each bin; see `BurstData`.
     ends : mapping
         By index of the burst, the ring-down beyond its record's end, where that matters.
     calibration_std : array, shape (n_bursts,), optional

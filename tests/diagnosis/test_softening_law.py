@@ -1,0 +1,78 @@
+"""The law of softening with strain beside a rod whose equations of motion are integrated in time."""
+
+import numpy as np
+import pytest
+from scipy.signal import resample
+
+from multilayer.diagnosis.effects.amplitude_softening import AmplitudeSoftening
+from multilayer.experiments.two_plate.burst import STRETCH_POWERS, BurstData
+from multilayer.experiments.two_plate.effects import Setting
+from multilayer.media.rod import rod_transmissibility
+from multilayer.rig.softening import PronySeries, SofteningRod
+
+RATE, N, HEIGHT, DENSITY = 51200.0, 8192, 0.025, 60.0
+SERIES = PronySeries(np.array([2e5]), np.array([[6e4], [6e4]]), np.array([1e-3, 1e-4]))
+SINGLE = PronySeries(SERIES.relaxed[0], SERIES.stiffnesses[:, 0], SERIES.times)
+
+
+def burst(frequency, cycles=10):
+    t = np.arange(N) / RATE - 0.01
+    inside = (t > 0) & (t < cycles / frequency)
+    return np.where(inside, 5 * np.sin(np.pi * t * frequency / cycles) ** 2 * np.sin(2 * np.pi * frequency * t), 0)
+
+
+def heard(top, frequency):
+    """Return a burst whose record is long enough."""
+    data = BurstData("", frequency, RATE, burst(frequency), top, None, 10.0)
+    object.__setattr__(data, "n_fft", 4 * N)
+    object.__setattr__(data, "cut_short", False)
+    return data
+
+
+class Heard:
+    """What the law reads of a setting."""
+
+    strain_moment = Setting.strain_moment
+
+    def __init__(self, data, thickness):
+        powers = np.array(STRETCH_POWERS)[:, np.newaxis]
+        self._log_strain_moments = np.log(data.stretch_moments) - powers * np.log(thickness)
+        self.burst_strain = np.array(1e-4)
+
+
+@pytest.mark.parametrize("load", [3.0, 15.7])
+@pytest.mark.parametrize("power", [0.7, 1.0, 1.3])
+@pytest.mark.parametrize(("softening", "frequency"), [(50.0, 150.0), (200.0, 200.0), (200.0, 400.0)])
+def test_the_modulus_as_a_softening_rod_shows_it(load, power, softening, frequency):
+    rod = SofteningRod(HEIGHT, DENSITY, load, SERIES, softening, power, 1500.0)
+    steps = rod.oversampling(RATE)
+    base = resample(burst(frequency), N * steps)[np.newaxis]
+    soft, linear = (rod.top(base, steps * RATE, softened=softened)[0, ::steps] for softened in (True, False))
+    bursts = [heard(top, frequency) for top in (soft, linear)]
+    f = bursts[0].in_band[0]
+    softened, exact = (np.fft.rfft(b.top, b.n_fft)[np.searchsorted(b.spectra[0], f)] for b in bursts)
+    law = AmplitudeSoftening()
+    values = {"softening": np.array(softening), "memory": np.array(0.0), "power": np.array([power])}
+    modulus = law.modulus(Heard(bursts[0], HEIGHT), SINGLE(f), values)
+    change = rod_transmissibility(f, modulus, DENSITY, HEIGHT, load) / rod_transmissibility(
+        f, SINGLE(f), DENSITY, HEIGHT, load
+    )
+    found = softened / exact
+    assert np.abs(found - 1).max() > 2e-3
+    assert np.abs(change / found - 1).max() < 0.02 * np.abs(found - 1).max()
+
+
+def test_moments_between_the_powers_that_are_kept():
+    data = heard(2 * burst(200.0) + 0.3 * burst(230.0), 200.0)
+    moments = Heard(data, HEIGHT)
+    f, base, top = data.spectra
+    stretch = np.zeros(data.n_fft, dtype=complex)
+    near = (f > 80) & (f < 360)
+    stretch[: len(f)][near] = 2 * (top - base)[near] / (2 * np.pi * f[near]) ** 2 / HEIGHT
+    signal, bins = np.fft.ifft(stretch), np.searchsorted(f, data.in_band[0])
+    for power in (0.4, 0.7, 1.0, 1.7, 2.6, 4.0):
+        expected = np.fft.fft(np.abs(signal) ** power * signal)[bins] / stretch[bins]
+        found = moments.strain_moment(np.array([power]))
+        strong = np.abs(base[bins]) > 0.3 * np.abs(base[bins]).max()
+        np.testing.assert_allclose(found, expected, rtol=0.02)
+        np.testing.assert_allclose(found[strong], expected[strong], rtol=3e-4)
