@@ -21,6 +21,7 @@ from multilayer.diagnosis.experiment_design import (
     unchanged,
 )
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.experiments.two_plate.burst import STRETCH_POWERS
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.inference.derivative import WIDE, Stencil
 
@@ -56,7 +57,7 @@ def _quieter(setting: Setting) -> Setting:
     quiet = burst.model_copy(update={"level_rms": _QUIET * burst.level_rms})
     data = setting.data
     if data.stretch_moments is not None:
-        data = replace(data, stretch_moments=data.stretch_moments * np.array([[_QUIET], [_QUIET**2]]))
+        data = replace(data, stretch_moments=data.stretch_moments * _QUIET ** np.array(STRETCH_POWERS)[:, np.newaxis])
     return replace(setting, campaign=setting.campaign.model_copy(update={"burst": quiet}), data=data)
 
 
