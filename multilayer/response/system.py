@@ -24,13 +24,14 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
         When two neighbours cannot touch as the stack says, naming both.
     """
     layers = [layer.faces(wave) for layer in stack.at_rest(on_base=isinstance(head, Wall))]
+    interfaces = stack.interfaces
     for i, (front, back) in enumerate(pairwise(layers), start=1):
         try:
-            couple(front.family, back.family, stack.interfaces[i])
+            couple(front.family, back.family, interfaces[i])
         except CouplingError as error:
             first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
             raise CouplingError(f"layers {first} and {second}: {error}") from None
-    return System(head, layers, _tail(stack, wave), stack.interfaces)
+    return System(head, layers, _tail(stack, wave), interfaces)
 
 
 def solve_or_explain(system: System) -> Solution:
