@@ -121,7 +121,7 @@ class _Composer(Reader, Scanner, Parser, Composer):
         self.depth += 1
         node = cast(Node, super().compose_node(parent, index))
         self.depth -= 1
-        self._count(1, node.start_mark)
+        self._count(1, event.start_mark)
         self.sizes[id(node)] = 1 + sum(self.sizes[id(child)] for child in _children(node))
         return node
 
@@ -135,7 +135,7 @@ class _Composer(Reader, Scanner, Parser, Composer):
         self._count(self.sizes[id(node)], mark)
         return node
 
-    def _count(self, more: int, mark: Mark) -> None:
+    def _count(self, more: int, mark: Any) -> None:
         self.values += more
         if self.values > self.most:
             _refuse(str(YAML_VALUES.refusal(self.values, remedy="keep long tables in files of their own")), mark)
