@@ -116,15 +116,11 @@ SOLVES = Bound(
 RESULT_BYTES = Bound(
     4 * 10**9, "bytes of memory that a simulation needs", "what a laptop has, all samples of a case are held", True
 )
-FILE_BYTES = Bound(2 * 10**9, "bytes of a data file", "an hour of 16 channels at 50 kHz has 6 GB as text, 2 as 2-byte")
-TEXT_BYTES = Bound(
-    300_000_000, "bytes of a text table", "ten times that in memory; binary formats take more samples", True
-)
-DATA_BYTES = Bound(
-    2 * 10**9,
-    "bytes of samples that a file holds, unpacked",
-    "told by its headers: a small file may claim any size",
-    True,
+FILE_BYTES = Bound(400_000_000, "bytes of a data file", "an hour of two channels at 25 kHz and 16 bits", True)
+TEXT_BYTES = Bound(100_000_000, "bytes of a text table", "five times that in memory; a binary format takes less", True)
+TEXT_LINES = Bound(2_000_000, "lines of a text table", "5 µs and 200 bytes each, whatever stands in them", True)
+DATA_VALUES = Bound(
+    50_000_000, "numbers in a data file", "400 MB; as its headers claim, for a small file may unpack to any size", True
 )
 CHANNELS = Bound(10_000, "channels of a data file", "recorders have some hundred", True)
 
@@ -142,7 +138,8 @@ SIZES = (
     RESULT_BYTES,
     FILE_BYTES,
     TEXT_BYTES,
-    DATA_BYTES,
+    TEXT_LINES,
+    DATA_VALUES,
     CHANNELS,
 )
 """All bounds of sizes, in the order of the manual."""

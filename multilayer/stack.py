@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -54,6 +56,20 @@ class Ambient(Model):
     viscosity: Viscosity | None = None
     prandtl: PositiveRatio | None = None
     heat_capacity_ratio: Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)] | None = None
+
+    @model_validator(mode="after")
+    def _is_a_gas(self) -> Self:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of validity: they come when something is computed
+            try:
+                gas = self.gas
+            except (ArithmeticError, ValueError):  # of formulae far outside of their range
+                gas = None
+        if gas is None or not all(0 < value < math.inf for value in vars(gas).values()):
+            text = "no air has these properties: density, sound speed and viscosity must follow above 0; correct "
+            text += "temperature, pressure or relative_humidity, or give the properties themselves"
+            refuse(self, [((), text, None)])
+        return self
 
     @property
     def gas(self) -> Gas:

@@ -188,11 +188,11 @@ class _Builder:
         for key_node, value_node in node.value:
             key = self._key(key_node, path)
             inner = (*path, key)
-            if key in data:
+            if key in data:  # the first one stays, with its places
                 line = self.key_places[inner][0]
                 self._problem(key_node.start_mark, inner, f"stands here a second time; it is in line {line} too")
-            else:
-                self.key_places[inner] = place_of(key_node.start_mark)
+                continue
+            self.key_places[inner] = place_of(key_node.start_mark)
             data[key] = self.build(value_node, inner)
         return data
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, Problem
+from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.tables import name_and_unit, read_text_table
 from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
@@ -114,7 +114,7 @@ def _number(cell: str, layout: Layout, file: Path, line: int) -> float:
     try:
         return float(layout.pointed(cell))
     except ValueError:
-        raise _error(file, f"'{cell}' is no number", line) from None
+        raise _error(file, f"{show(cell)} is no number", line) from None
 
 
 def _seconds(time: Named, file: Path, line: int) -> float:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from multilayer.bounds import CHANNELS, DATA_VALUES
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.reading import damaged, library, reads
 from multilayer.signals.channels import Channel, Channels, as_samples, different
@@ -35,6 +36,7 @@ def read_tdms(path: Path | str) -> Channels:
     nptdms = library("nptdms", file)
     with reads(file, _KIND), _silent_log():
         _refuse_other_kind(file)
+        _refuse_large(nptdms.TdmsFile.read_metadata(file), file)
         tdms = nptdms.TdmsFile.read(file)
         if tdms.file_status.incomplete_final_segment:
             raise damaged(file, _KIND, "its last segment is incomplete")
@@ -65,6 +67,13 @@ def _refuse_other_kind(file: Path) -> None:
     with file.open("rb") as stream:
         if stream.read(len(_SIGNATURE)) != _SIGNATURE:
             raise damaged(file, _KIND, "it does not begin like one")
+
+
+def _refuse_large(metadata: Any, file: Path) -> None:
+    """Refuse more samples than are taken, from what the segments claim to hold."""
+    lengths = [len(channel) for group in metadata.groups() for channel in group.channels()]
+    CHANNELS.check(len(lengths), file)
+    DATA_VALUES.check(sum(lengths), file)
 
 
 def _is_numeric(channel: Any) -> bool:
