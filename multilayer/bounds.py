@@ -101,6 +101,7 @@ YAML_BYTES = Bound(
 YAML_VALUES = Bound(
     200_000, "values and names of a YAML file, repeats by aliases counted", "0.1 ms and 1 kB each; 15 s", True
 )
+YAML_NAMES = Bound(10_000, "names in one mapping of a YAML file", "each is compared with those that are allowed")
 NUMBER_CHARACTERS = Bound(100, "characters of a number with its unit", "17 digits are all that a number keeps")
 LAYERS = Bound(10_000, "layers of a stack", "memory and time are those of the layers: 10 000 take seconds")
 CONTACTS = Bound(10_001, "contacts of a stack", "one for each interface of the most layers")
@@ -127,6 +128,7 @@ CHANNELS = Bound(10_000, "channels of a data file", "recorders have some hundred
 SIZES = (
     YAML_BYTES,
     YAML_VALUES,
+    YAML_NAMES,
     NUMBER_CHARACTERS,
     LAYERS,
     CONTACTS,
@@ -169,7 +171,7 @@ class Magnitudes:
         size = abs(value)
         if size == 0 or self.least <= size <= self.most or not isfinite(size):
             return ""
-        return f"must be 0, or in size from {self.least:g} to {self.most:g} {unit}".rstrip()
+        return f"must be 0, or from {self.least:g} to {self.most:g} {unit}".rstrip() + " in size"
 
 
 MAGNITUDES = {
@@ -188,7 +190,7 @@ MAGNITUDES = {
     "N*s/m^3": Magnitudes(1e-6, 1e12, 100.0, "screens: a flow resistivity times a thickness"),
     "N*s/m^4": Magnitudes(1e-3, 1e15, 1e4, "open gauze; rock"),
     "N/m": Magnitudes(1e-12, 1e18, 1e4, "tensions and stiffnesses"),
-    "Hz": Magnitudes(1e-12, 1e12, 1e3, "reduced frequencies of master curves; rates of recorders"),
+    "Hz": Magnitudes(1e-18, 1e18, 1e3, "reduced frequencies of master curves; rates of recorders"),
     "s": Magnitudes(1e-18, 1e18, 1e-3, "relaxation times"),
     "degree": Magnitudes(1e-12, 1e6, 45.0, "angles"),
     "": Magnitudes(1e-30, 1e12, 1.0, "what rounding leaves of 0; shares, ratios, numbers of cycles"),

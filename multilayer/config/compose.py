@@ -18,7 +18,7 @@ from yaml.parser import Parser
 from yaml.reader import Reader, ReaderError
 from yaml.scanner import Scanner
 
-from multilayer.bounds import YAML_VALUES
+from multilayer.bounds import YAML_NAMES, YAML_VALUES
 from multilayer.errors import InputError, Problem
 
 Place = tuple[int, int]
@@ -122,6 +122,8 @@ class _Composer(Reader, Scanner, Parser, Composer):
         node = cast(Node, super().compose_node(parent, index))
         self.depth -= 1
         self._count(1, event.start_mark)
+        if isinstance(node, MappingNode) and len(node.value) > YAML_NAMES.most:
+            _refuse(str(YAML_NAMES.refusal(len(node.value))), event.start_mark)
         self.sizes[id(node)] = 1 + sum(self.sizes[id(child)] for child in _children(node))
         return node
 

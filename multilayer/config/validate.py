@@ -58,13 +58,17 @@ def placed_in(source: Path) -> Iterator[None]:
         yield
     except MultilayerError as error:
         problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
-        if all(problem.file for problem in problems):
+        if all(problem.file or _of_options(problem) for problem in problems):
             raise
         raise InputError([_found_in(source, problem) for problem in problems]) from error
 
 
+def _of_options(problem: Problem) -> bool:
+    return problem.message.startswith("--")
+
+
 def _found_in(source: Path, problem: Problem) -> Problem:
-    if problem.file is not None:
+    if problem.file is not None or _of_options(problem):
         return problem
     try:
         document = read_yaml(source, keep_problems=True)

@@ -34,7 +34,7 @@ def read_tdms(path: Path | str) -> Channels:
     """
     file = Path(path)
     nptdms = library("nptdms", file)
-    with reads(file, _KIND), _silent_log():
+    with reads(file, _KIND), _no_warnings_logged():
         _refuse_other_kind(file)
         _refuse_large(nptdms.TdmsFile.read_metadata(file), file)
         tdms = nptdms.TdmsFile.read(file)
@@ -51,15 +51,22 @@ def read_tdms(path: Path | str) -> Channels:
 
 
 @contextmanager
-def _silent_log() -> Iterator[None]:
-    """Keep what npTDMS logs about damaged files off the terminal: the error says it."""
-    logger = logging.getLogger("nptdms")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+def _no_warnings_logged() -> Iterator[None]:
+    """Take what npTDMS logs about damaged files, and then goes on with, for an error."""
+    loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.split(".")[0] == "nptdms"]
+    for logger in loggers:
+        logger.addFilter(_refused)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger in loggers:
+            logger.removeFilter(_refused)
+
+
+def _refused(record: logging.LogRecord) -> bool:
+    if record.levelno >= logging.WARNING:
+        raise ValueError(record.getMessage())
+    return True
 
 
 def _refuse_other_kind(file: Path) -> None:
@@ -81,6 +88,9 @@ def _is_numeric(channel: Any) -> bool:
 
 
 def _channel(name: str, channel: Any) -> Channel:
+    samples = as_samples(channel[:])
+    if samples.size != len(channel):
+        raise ValueError(f"'{name}' has {samples.size} of {len(channel)} samples")
     step = float(channel.properties.get("wf_increment", 0.0))
     unit = str(channel.properties.get("unit_string", "")).strip() or None
-    return Channel(name, as_samples(channel[:]), unit, 1.0 / step if step > 0 else None)
+    return Channel(name, samples, unit, 1.0 / step if step > 0 else None)

@@ -66,7 +66,8 @@ def _refuse_claims(file: Path) -> None:
 
 
 def _of_full_scale(data: NDArray[np.generic]) -> RealArray:
-    values = data.astype(float)
+    with np.errstate(invalid="ignore"):  # of bits that are no number
+        values = data.astype(float)
     if data.dtype.kind == "f":
         return values
     half = 2.0 ** (8 * data.dtype.itemsize - 1)

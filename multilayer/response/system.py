@@ -31,6 +31,8 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
         try:
             layers.append(layer.faces(wave))
         except (ArithmeticError, np.linalg.LinAlgError) as error:  # of single numbers; arrays become inf or nan
+            if not has_extremes(stack):  # then its formulae are wrong, perhaps a plugin's
+                raise
             text = f"layer {layer.name or i} cannot be computed: its numbers are too large or too small ({error})"
             raise refusal(stack, text) from None
     interfaces = stack.interfaces
@@ -74,6 +76,11 @@ _NO_RESPONSE = (
 _EXTREME = 5.0  # decades from what is usual
 
 
+def has_extremes(stack: Stack) -> bool:
+    """Tell whether a stack holds numbers that are far from what is usual."""
+    return any(decades >= _EXTREME for _, _, decades in extremes(stack)[:1])
+
+
 def refusal(stack: Stack, text: str, frequency: float | None = None) -> InputError:
     """Return the error of a stack that cannot be computed, placed at its most extreme field if some are extreme.
 
@@ -87,9 +94,9 @@ def refusal(stack: Stack, text: str, frequency: float | None = None) -> InputErr
     """
     if frequency is not None:
         text = f"{text} (at {frequency:.6g} Hz)"
-    path, shown, decades = next(iter(extremes(stack)), ("", "", 0.0))
-    if decades < _EXTREME:
+    if not has_extremes(stack):
         return InputError(text)
+    path, shown, _ = extremes(stack)[0]
     return InputError(Problem(f"{text}; the most extreme value is {shown}: is it meant?", path))
 
 

@@ -15,7 +15,7 @@ from multilayer.paths import with_values
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.plane_wave import PlaneWave, plane_wave
-from multilayer.response.system import refusal
+from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.warned import collected_warnings
@@ -72,6 +72,8 @@ def run_task(task: Task) -> Outcome:
         try:
             quantities = _sampled(task) if task.samples else _respond(task.stack, task)
         except ArithmeticError as error:  # of single numbers, as those of the gas; arrays become inf or nan
+            if not has_extremes(task.stack):
+                raise
             raise _of_case(task, refusal(task.stack, f"the stack cannot be computed: {_LOST} ({error})")) from error
         except MultilayerError as error:
             raise _of_case(task, error) from error

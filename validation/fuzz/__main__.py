@@ -1,9 +1,11 @@
 """Input that nobody means, by the thousand: what it must end in is a message with its place, or a sound result.
 
 ``python -m validation.fuzz [yaml|files|numbers|sizes ...] [--seed N] [--count N] [--minutes M]`` prints a table in
-Markdown and what failed; the same seed gives the same tries. ``--only N`` shows one try of one target again. A failure is
-any exception but those with a message for the user, a message without a file (or without a line, of a field in a YAML
-file), a warning of Python or NumPy, more than 20 s or 1 GB, a result that is no number, or more energy than came in.
+Markdown and what failed; the same seed gives the same tries. ``--only N`` shows one try of one target again.
+
+A failure is any exception but those with a message for the user, a message without a file (or without a line, of a
+field in a YAML file), a warning of Python or NumPy, more than 20 s or 1 GB, a result that is no number, or more energy
+than came in.
 """
 
 from __future__ import annotations

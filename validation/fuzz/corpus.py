@@ -19,7 +19,8 @@ ambient: {temperature: 21 degC, pressure: 100 kPa, relative_humidity: 0.4}
 layers:
   - {type: elastic_solid, name: steel, thickness: 1 mm, density: 7800, young_modulus: 210 GPa, poisson_ratio: 0.3}
   - {type: poroelastic, name: foam, thickness: 30 mm, porosity: 0.99, flow_resistivity: 1e4, tortuosity: 1.01,
-     viscous_length: 100 um, thermal_length: 200 um, frame_density: 9, young_modulus: "1.6e5+2e4j Pa", poisson_ratio: 0.4}
+     viscous_length: 100 um, thermal_length: 200 um, frame_density: 9, young_modulus: "1.6e5+2e4j Pa",
+     poisson_ratio: 0.4}
   - {type: screen, flow_resistivity: 1e6, thickness: 0.5 mm, surface_density: 0.2}
   - {type: fluid, thickness: 10 mm}
   - {type: membrane, surface_density: 0.3, tension: 5000, loss_factor: 0.1}
@@ -124,7 +125,8 @@ kind: stack-fit
 version: 1
 stacks: {a: ../soft.yaml}
 measurements:
-  - {kind: reflection, stack: a, file: tube.csv, noise: {relative: 0.02, absolute: 0.01}, columns: {frequency: frequency_hz}}
+  - {kind: reflection, stack: a, file: tube.csv, noise: {relative: 0.02, absolute: 0.01},
+     columns: {frequency: frequency_hz}}
   - {kind: stiffness, stack: a, layer: foam, radius: 2 cm, frequency: 5 Hz, stiffness: 1e4+1e3j N/m, noise: 0.05}
 unknowns:
   stiffness of the frame: {paths: [layers.foam.young_modulus], loguniform: [1 kPa, 1 MPa]}

@@ -108,7 +108,7 @@ def tried(action: Callable[[], str], needs_line: Path | None = None) -> Outcome:
     return outcome
 
 
-def _ended(action: Callable[[], str], needs_line: Path | None) -> Outcome:
+def _ended(action: Callable[[], str], needs_line: Path | None) -> Outcome:  # noqa: PLR0911
     def stop(*_: object) -> None:
         raise TooSlowError
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,12 @@ from multilayer.simulation.run import plan, run
 from validation.fuzz.watch import PASSED, Outcome, UnsoundError, tried
 
 _JUNK: tuple[Any, ...] = (
-    None, True, False, "", " ", [], {}, [[]], [None], {"": None}, -1, 0, 1, 0.0, -0.0, 1e-300, 1e300, -1e300, 1e-20, 1e20,
-    float("inf"), float("nan"), 10**30, "x", "1 m", "1 kPa", "-5 %", "20 degC", "1e5+1e4j", "1e400", "=1+1", "../x",
-    "/dev/null", "a" * 3000, "1" * 150, "é\u202e\x07", "rigid", "normal", "diffuse", "all", [1, 2], [1, "1 m"], {"a": 1},
-    ["a", {"b": []}], "0x10", "1_000", "nan", "1 furlong", "FILL_IN", "frequency", ".", "layers.0", 12345678901234567890,
+    None, True, False, "", " ", [], {}, [[]], [None], {"": None}, -1, 0, 1, 0.0, -0.0, 1e-300, 1e300, -1e300, 1e-20,
+    1e20, float("inf"),
+    float("nan"), 10**30, "x", "1 m", "1 kPa", "-5 %", "20 degC", "1e5+1e4j", "1e400", "=1+1", "../x", "/dev/null",
+    "a" * 3000, "1" * 150, "é\u202e\x07", "rigid", "normal", "diffuse", "all", [1, 2], [1, "1 m"],
+    {"a": 1}, ["a", {"b": []}], "0x10", "1_000", "nan", "1 furlong", "FILL_IN", "frequency", ".", "layers.0",
+    12345678901234567890,
 )  # fmt: skip
 _PIECES = "{}[]:,-#&*!|>'\"%@`\n \t\\0123456789.eE+?~é\x00\ufeff"
 _FACTORS = (0.5, 2, -1, 10, 0.1, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 1e12, 1e-12, 1e30, 1e-30)
@@ -41,7 +44,7 @@ def mutant(text: str, rng: np.random.Generator, others: list[str]) -> str:
     return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 
-def _spoilt_text(text: str, rng: np.random.Generator) -> str:
+def _spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
     lines, at = text.splitlines(keepends=True) or [""], int(rng.integers(len(text) + 1))
     i, j = (int(rng.integers(len(lines))) for _ in range(2))
     match int(rng.integers(9)):
@@ -81,7 +84,7 @@ def _at(data: Any, path: tuple[Any, ...]) -> Any:
 def _spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
     paths = _paths(data)
     path = paths[int(rng.integers(len(paths)))]
-    junk = _JUNK[int(rng.integers(len(_JUNK)))]
+    junk = deepcopy(_JUNK[int(rng.integers(len(_JUNK)))])  # later mutations change it
     if not path:
         return junk if rng.random() < 0.02 or not isinstance(data, dict | list) else data
     parent, key = _at(data, path[:-1]), path[-1]
@@ -92,14 +95,14 @@ def _spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
         case 2:
             del parent[key]
         case 3:
-            parent[key] = _copied(_at(data, paths[int(rng.integers(len(paths)))]))
+            parent[key] = deepcopy(_at(data, paths[int(rng.integers(len(paths)))]))
         case 4 if isinstance(value, int | float) and not isinstance(value, bool):
             parent[key] = value * float(rng.choice(_FACTORS))
         case 5 if isinstance(parent, dict):
             name = str(rng.choice(names))
             parent[name] = parent.pop(key) if rng.random() < 0.5 else junk
         case 6 if isinstance(parent, list):
-            parent.insert(int(rng.integers(len(parent) + 1)), _copied(value))
+            parent.insert(int(rng.integers(len(parent) + 1)), deepcopy(value))
         case 7 if isinstance(value, str) and value:
             at = int(rng.integers(len(value)))
             parent[key] = value[:at] + str(rng.choice(list(_PIECES))) + value[at + 1 :]
@@ -107,12 +110,8 @@ def _spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
             number, _, unit = value.partition(" ")
             parent[key] = f"{number}e{int(rng.integers(-40, 40))} {unit}"
         case _:
-            parent[key] = [_copied(value)] if rng.random() < 0.5 else {"law": _copied(value)}
+            parent[key] = [deepcopy(value)] if rng.random() < 0.5 else {"law": deepcopy(value)}
     return data
-
-
-def _copied(value: Any) -> Any:
-    return yaml.safe_load(yaml.safe_dump(value))
 
 
 class YamlTarget:
