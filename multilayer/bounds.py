@@ -208,3 +208,23 @@ def magnitudes(unit: str) -> Magnitudes:
         As pint writes it; empty for a pure number.
     """
     return MAGNITUDES.get(unit, OF_OTHER_UNITS)
+
+
+_SLENDEREST, _FLATTEST = 1e-6, 1e6
+
+
+def refuse_shape(shape: float) -> None:
+    """Refuse discs so flat or so slender that no mesh of finite elements holds them.
+
+    Parameters
+    ----------
+    shape : float
+        Radius over twice the thickness.
+
+    Raises
+    ------
+    InputError
+    """
+    if not _SLENDEREST <= shape <= _FLATTEST:
+        allowed = f"it must be above 0, and from {_SLENDEREST:g} to {_FLATTEST:g}"
+        raise InputError(f"shape: radius / (2 thickness) of {shape:g} is not allowed; {allowed}")

@@ -67,11 +67,12 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
         numbers += more
         DATA_VALUES.check(numbers, file)
 
-    def visit(name: str, item: Any) -> None:
+    def visit(path: str | bytes, item: Any) -> None:
+        name = _text(path)  # bytes that are no UTF-8 stay bytes
         CHANNELS.check(len(arrays), file)
         for key in item.attrs:
             count(prod(item.attrs.get_id(key).shape))
-            arrays[f"{name}{ATTRIBUTE}{key}"] = np.asarray(item.attrs[key])
+            arrays[f"{name}{ATTRIBUTE}{_text(key)}"] = np.asarray(item.attrs[key])
         is_text = _text(item.attrs.get("MATLAB_class", "")) == "char"
         if not isinstance(item, h5py.Dataset) or is_text or item.shape is None or item.dtype.kind not in _NUMBERS:
             return

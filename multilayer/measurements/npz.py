@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 import zipfile
 from math import prod
 from pathlib import Path
@@ -67,7 +68,8 @@ def _load(file: Path, wanted: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
     if not zipfile.is_zipfile(file):
         raise _error(file, "is no .npz archive, or one that is cut short; copy or export it again")
     try:
-        with zipfile.ZipFile(file) as archive:
+        with warnings.catch_warnings(), zipfile.ZipFile(file) as archive:
+            warnings.simplefilter("ignore")  # of headers that are no Python, ahead of the error
             entries = [entry for entry in archive.infolist() if entry.filename.endswith(_SUFFIX)]
             chosen = {entry.filename.removesuffix(_SUFFIX): entry for entry in entries}
             read = {name: entry for name, entry in chosen.items() if name in (wanted or [name])}
