@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite, log10
 from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
+from multilayer.bounds import magnitudes
 from multilayer.errors import InputError, show, suggest
 from multilayer.units import field_unit
 
@@ -55,6 +57,37 @@ def unit_of(model: BaseModel, path: str) -> str | None:
         return locate(model, path).unit
     except InputError:
         return None
+
+
+def extremes(model: BaseModel) -> list[tuple[str, str, float]]:
+    """Return the fields of a model that hold quantities, the most extreme first.
+
+    Parameters
+    ----------
+    model : BaseModel
+
+    Returns
+    -------
+    list of (str, str, float)
+        Path, value with its unit, and how many decades it lies from what is usual (`bounds.MAGNITUDES`). Arrays and
+        zeros are left out.
+    """
+    return sorted(_quantities(model, ()), key=lambda found: -found[2])
+
+
+def _quantities(item: Any, path: tuple[str, ...]) -> Iterator[tuple[str, str, float]]:
+    if isinstance(item, tuple):
+        for i, inner in enumerate(item):
+            yield from _quantities(inner, (*path, str(i)))
+    if not isinstance(item, BaseModel):
+        return
+    for name, info in type(item).model_fields.items():
+        value, unit = getattr(item, name), field_unit(info)
+        if unit is None or not isinstance(value, int | float | complex):
+            yield from _quantities(value, (*path, name))
+        elif isfinite(abs(value)) and value:
+            decades = abs(log10(abs(value) / magnitudes(unit).usual))
+            yield ".".join((*path, name)), f"{value:g} {unit}".rstrip(), decades
 
 
 def _inside(value: Any) -> str:

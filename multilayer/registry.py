@@ -66,6 +66,8 @@ class Registry(Generic[T]):
         self._fault = fault
         self._local: dict[str, tuple[T, Origin]] = {}
         self._failed: dict[str, RegistryError] = {}
+        # a package's metadata is read and parsed whenever it is asked for, and a stack looks up each of its layers
+        self._origins: dict[str, list[Origin]] = {}
 
     @cached_property
     def _entries(self) -> dict[str, list[EntryPoint]]:
@@ -99,7 +101,9 @@ class Registry(Generic[T]):
     def owners(self, name: str) -> list[Origin]:
         """Return where a name comes from: empty when it is unknown, several when it is defined more than once."""
         local = [self._local[name][1]] if name in self._local else []
-        return [_origin(entry) for entry in self._entries.get(name, [])] + local
+        if name in self._entries and name not in self._origins:
+            self._origins[name] = [_origin(entry) for entry in self._entries[name]]
+        return self._origins.get(name, []) + local
 
     def origins(self, name: str) -> list[str]:
         """Return the `owners` as text."""
@@ -159,9 +163,9 @@ class Registry(Generic[T]):
         try:
             loaded: Any = entry.load()
         except (Exception, SystemExit) as error:  # a plugin may fail in any way; it is named and the rest goes on
-            what = f"{self.kind} '{entry.name}' of {_origin(entry)}"
+            what = f"{self.kind} '{entry.name}' of {self.owners(entry.name)[0]}"
             raise RegistryError(f"{what} does not load: {type(error).__name__}: {error}") from error
-        self._refuse_faulty(entry.name, loaded, _origin(entry))
+        self._refuse_faulty(entry.name, loaded, self.owners(entry.name)[0])
         item: T = loaded
         return item
 

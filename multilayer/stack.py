@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -21,10 +23,11 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
+from multilayer.bounds import CONTACTS, LAYERS
 from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, show, suggest
 from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
@@ -53,6 +56,20 @@ class Ambient(Model):
     viscosity: Viscosity | None = None
     prandtl: PositiveRatio | None = None
     heat_capacity_ratio: Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)] | None = None
+
+    @model_validator(mode="after")
+    def _is_a_gas(self) -> Self:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of validity: they come when something is computed
+            try:
+                gas = self.gas
+            except (ArithmeticError, ValueError):  # of formulae far outside of their range
+                gas = None
+        if gas is None or not all(0 < value < math.inf for value in vars(gas).values()):
+            text = "no air has these properties: density, sound speed and viscosity must follow above 0; correct "
+            text += "temperature, pressure or relative_humidity, or give the properties themselves"
+            refuse(self, [((), text, None)])
+        return self
 
     @property
     def gas(self) -> Gas:
@@ -103,8 +120,8 @@ class Stack(Model, metaclass=InWords):
 
     version: Literal[1] = 1
     ambient: Ambient = Ambient()
-    layers: Annotated[tuple[LayerField, ...], Field(min_length=1)]
-    contacts: tuple[LayerContact, ...] = ()
+    layers: Annotated[tuple[LayerField, ...], Field(min_length=1, max_length=LAYERS.usual)]
+    contacts: Annotated[tuple[LayerContact, ...], Field(max_length=CONTACTS.usual)] = ()
     termination: Termination = "rigid"
 
     @classmethod
@@ -134,15 +151,19 @@ class Stack(Model, metaclass=InWords):
         return self
 
     def _names_twice(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
-        names = [layer.name for layer in self.layers]
-        for i, name in enumerate(names):
-            if name is not None and name in names[:i]:
+        seen = set[str]()
+        for i, layer in enumerate(self.layers):
+            if (name := layer.name) is None:
+                continue
+            if name in seen:
                 yield ("layers", i, "name"), f"another layer is called '{name}' already; names must differ", name
+            seen.add(name)
 
     def _loose_contacts(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
+        indices = self._indices()
         for i, contact in enumerate(self.contacts):
             try:
-                self._place(contact)
+                self._place(contact, indices)
             except InputError as error:
                 yield ("contacts", i, "between"), str(error), contact.between
 
@@ -175,16 +196,17 @@ class Stack(Model, metaclass=InWords):
         InputError
             When there is no such layer.
         """
-        names = {layer.name or str(i): i for i, layer in enumerate(self.layers)}
-        names.update({str(i): i for i in range(len(self.layers))})
-        if str(key) not in names:
-            raise InputError(f"there is no layer '{key}'; {suggest(str(key), names)}")
-        return names[str(key)]
+        return _found(key, self._indices())
 
-    def _place(self, contact: LayerContact) -> int:
+    def _indices(self) -> dict[str, int]:
+        """Return the positions of the layers by name, and by index as text."""
+        names = {layer.name or str(i): i for i, layer in enumerate(self.layers)}
+        return names | {str(i): i for i in range(len(self.layers))}
+
+    def _place(self, contact: LayerContact, indices: Mapping[str, int]) -> int:
         """Return the index of a contact's interface; 1 lies behind the first layer."""
         n = len(self.layers)
-        ends = sorted(n if end == "termination" else self.index(end) for end in contact.between)
+        ends = sorted(n if end == "termination" else _found(end, indices) for end in contact.between)
         if ends[1] - ends[0] != 1:
             raise InputError(f"{contact.between[0]} and {contact.between[1]} are no neighbours")
         return ends[1]
@@ -193,8 +215,9 @@ class Stack(Model, metaclass=InWords):
     def interfaces(self) -> tuple[Contact, ...]:
         """Contact at every interface: excitation to first layer, between layers, last layer to termination."""
         kinds: list[Contact] = ["bonded"] * (len(self.layers) + 1)
+        indices = self._indices()
         for contact in self.contacts:
-            kinds[self._place(contact)] = contact.kind
+            kinds[self._place(contact, indices)] = contact.kind
         return tuple(kinds)
 
     @property
@@ -210,9 +233,10 @@ class Stack(Model, metaclass=InWords):
         on_base : bool
             Whether the stack stands on its front face, on a shaken base, rather than on its termination.
         """
-        n = len(self.layers)
-        above = [self.layers[i + 1 :] if on_base else self.layers[:i][::-1] for i in range(n)]
-        return tuple(layer.under(others) for layer, others in zip(self.layers, above, strict=True))
+        return tuple(
+            layer.under(self.layers[i + 1 :] if on_base else self.layers[:i][::-1])
+            for i, layer in enumerate(self.layers)
+        )
 
     def replaced(self, values: Mapping[str, Numeric | Any]) -> Stack:
         """Return a copy with some fields changed.
@@ -238,6 +262,12 @@ class Stack(Model, metaclass=InWords):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that a stack file can hold; `Stack.model_validate` reads it back."""
         return self.model_dump(mode="json", exclude_none=True)
+
+
+def _found(key: str | int, indices: Mapping[str, int]) -> int:
+    if str(key) not in indices:
+        raise InputError(f"there is no layer {show(str(key))}; {suggest(str(key), indices)}")
+    return indices[str(key)]
 
 
 def load_stack(path: str | Path) -> Stack:

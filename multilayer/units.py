@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from multilayer.bounds import NUMBER_CHARACTERS, magnitudes
 from multilayer.errors import show
 from multilayer.json_schema import QUANTITY_TEXT, UNSIGNED_TEXT
 
@@ -64,10 +65,25 @@ def parse_quantity(value: object, unit: str) -> float:
     Raises
     ------
     ValueError
-        When the text is no quantity or its unit does not fit, with what is allowed.
+        When the text is no quantity, its unit does not fit, or it is far from anything physical (`bounds.MAGNITUDES`),
+        with what is allowed.
     """
+    number = _parse_real(value, unit)
+    _refuse_extreme(value, number, unit)
+    return number
+
+
+def _refuse_extreme(value: object, number: complex, unit: str) -> None:
+    """Refuse a number, written as `value`, that is larger or smaller than its unit allows."""
+    if refusal := magnitudes(unit).refusal(number, unit):
+        raise ValueError(f"{show(value)} is not allowed: it {refusal}")
+
+
+def _parse_real(value: object, unit: str) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return _real(value)
+    if isinstance(value, str):
+        _refuse_long(value)
     match = _NUMBER.match(value.strip()) if isinstance(value, str) else None
     if match is None:
         raise ValueError(f"{show(value)} is no number{_in(unit)}; write {_example(unit)}")
@@ -87,15 +103,29 @@ def _real(value: float) -> float:
 
 def parse_complex_quantity(value: object, unit: str) -> complex | float:
     """Return a number in SI that may be complex, as ``"1.2e5+2e4j Pa"``; see `parse_quantity`."""
+    number = _parse_complex(value, unit)
+    _refuse_extreme(value, number, unit)
+    return number
+
+
+def _parse_complex(value: object, unit: str) -> complex | float:
     if isinstance(value, complex):
         return value
+    if isinstance(value, str):
+        _refuse_long(value)
     match = _COMPLEX.match(value.strip()) if isinstance(value, str) else None
     if match is None:
-        return parse_quantity(value, unit)
+        return _parse_real(value, unit)
     real, sign, imaginary = match.groups()
     number = complex(float(real or 0), float(f"{sign}{imaginary or 1}"))
     written = match.string[match.end() :].strip()
     return number * _convert(1.0, written, unit, match.string) if written else number
+
+
+def _refuse_long(text: str) -> None:
+    # ahead of the patterns above, which go back and forth over digits
+    if len(text) > NUMBER_CHARACTERS.most:
+        raise ValueError(f"{show(text)} is too long for a number: at most {NUMBER_CHARACTERS.most} characters")
 
 
 def _convert(number: float, written: str, unit: str, text: str) -> float:

@@ -64,6 +64,7 @@ class _Checked:
 
 
 def _checked(file: Path) -> _Checked:
+    from multilayer.config.validate import placed_in
     from multilayer.errors import InputError
     from multilayer.kinds import kind_of
 
@@ -72,7 +73,8 @@ def _checked(file: Path) -> _Checked:
         if _is_result(file):
             return _checked_result(file)
         kind = kind_of(file)
-        return _Checked(file, kind.name, kind.read(file))
+        with placed_in(file):
+            return _Checked(file, kind.name, kind.read(file))
     except InputError as error:
         return _Checked(file, kind.name if kind else None, problems=error.problems)
 

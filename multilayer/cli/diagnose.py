@@ -93,6 +93,7 @@ def diagnose(
     n_jobs = min(os.cpu_count() or 1, _MOST_JOBS) if jobs is None else jobs
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
+        from multilayer.config.validate import placed_in
         from multilayer.errors import InputError
         from multilayer.fits.sources import open_source
         from multilayer.report.diagnosis import diagnosis_report
@@ -101,7 +102,8 @@ def diagnose(
         if opened.of_stacks and (known or save_law):
             raise InputError(f"--with and --save-law are of campaigns; {source} is of stacks: leave them out")
         ask = _tube if opened.of_stacks else partial(_campaign, known or [])
-        result, folder = ask(opened, out, without or [], law, seed, executor)
+        with placed_in(source):
+            result, folder = ask(opened, out, without or [], law, seed, executor)
         if save_law is not None:
             _save(result, save_law)
         for text in result.record.get("warnings", ()):

@@ -126,11 +126,13 @@ def _fit_one(
 ) -> bool:
     """Fit what one file or folder says, write and print; tell whether all is accepted."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.config.validate import placed_in
     from multilayer.errors import InputError
     from multilayer.fits.run import is_accepted
     from multilayer.report.fits import fit_report
 
-    fit = task.read()
+    with placed_in(task.source):
+        fit = task.read()
     if fit.method.reads == "stack-fit" and (cluster or resume):
         option = "--cluster" if cluster else "--resume"
         raise InputError(f"{option} is of the fit of a campaign; {task.source} is a stack-fit file: leave it out")
@@ -140,7 +142,7 @@ def _fit_one(
             typer.echo((folder / fit.record_name).read_text(encoding="utf-8"), nl=False)
         typer.echo(f"{folder} holds the result of the same input: nothing to do", err=as_json)
         return is_accepted(fit.summary_in(folder))
-    with progress_bar("fit", fit.number_of_steps) as advance:
+    with placed_in(task.source), progress_bar("fit", fit.number_of_steps) as advance:
         result = fit.run(advance)
     for text in result.warnings:
         typer.echo(f"warning: {' '.join(text.split())}", err=True)

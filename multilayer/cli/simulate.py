@@ -34,13 +34,16 @@ def simulate(
 
     Example: multilayer simulate examples/foam_absorption.yaml --out results/foam_absorption
     """
+    from multilayer.config.validate import placed_in
     from multilayer.report.simulation import simulation_report
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.run import plan
 
-    planned = plan(load_simulation(file), file.stem)
+    with placed_in(file):
+        planned = plan(load_simulation(file), file.stem)
     folder = folder_for(out, file.stem)
-    result = run_plan(planned, jobs, cluster)
+    with placed_in(file):
+        result = run_plan(planned, jobs, cluster)
     finish(simulation_report(result), folder, as_json=as_json, figures=figures)
 
 

@@ -23,8 +23,11 @@ def tube(
 
     Example: multilayer tube examples/raw_tube --out results/raw_tube
     """
+    from multilayer.config.validate import placed_in
     from multilayer.report.tube import tube_report
     from multilayer.tube.evaluate import evaluate, name_of
 
     folder = folder_for(out, name_of(file))
-    finish(tube_report(evaluate(file)), folder, as_json=as_json, figures=figures)
+    with placed_in(file):
+        result = evaluate(file)
+    finish(tube_report(result), folder, as_json=as_json, figures=figures)

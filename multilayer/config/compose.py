@@ -18,6 +18,7 @@ from yaml.parser import Parser
 from yaml.reader import Reader, ReaderError
 from yaml.scanner import Scanner
 
+from multilayer.bounds import YAML_NAMES, YAML_VALUES
 from multilayer.errors import InputError, Problem
 
 Place = tuple[int, int]
@@ -25,7 +26,6 @@ Place = tuple[int, int]
 _HALF = re.compile("[\ud800-\udfff]")
 
 DEEPEST = 64  # the parser recurses
-MOST_BORROWED = 100_000  # values that aliases repeat: ten short lines of them can stand for billions
 
 STR, INT, FLOAT, BOOL, NULL, SEQ, MAP = (
     f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "bool", "null", "seq", "map")
@@ -94,7 +94,8 @@ class _Composer(Reader, Scanner, Parser, Composer):
         Scanner.__init__(self)
         Parser.__init__(self)
         Composer.__init__(self)
-        self.depth = self.borrowed = 0
+        self.depth = self.values = 0  # values with those that aliases repeat: ten short lines can stand for billions
+        self.most = YAML_VALUES.most
         self.sizes: dict[int, int] = {}  # values in a finished node, those of aliases counted each time
 
     # PyYAML's resolver, in three methods; the core schema does not depend on where a value stands
@@ -124,6 +125,9 @@ class _Composer(Reader, Scanner, Parser, Composer):
         self.depth += 1
         node = cast(Node, super().compose_node(parent, index))
         self.depth -= 1
+        self._count(1, event.start_mark)
+        if isinstance(node, MappingNode) and len(node.value) > YAML_NAMES.most:
+            _refuse(str(YAML_NAMES.refusal(len(node.value))), event.start_mark)
         self.sizes[id(node)] = 1 + sum(self.sizes[id(child)] for child in _children(node))
         return node
 
@@ -134,10 +138,13 @@ class _Composer(Reader, Scanner, Parser, Composer):
         node = self.anchors[name]
         if id(node) not in self.sizes:
             _refuse(f"'*{name}' stands inside its own '&{name}'; data cannot hold itself", mark)
-        self.borrowed += self.sizes[id(node)]
-        if self.borrowed > MOST_BORROWED:
-            _refuse(f"aliases such as '*{name}' repeat more than {MOST_BORROWED} values", mark)
+        self._count(self.sizes[id(node)], mark)
         return node
+
+    def _count(self, more: int, mark: Any) -> None:
+        self.values += more
+        if self.values > self.most:
+            _refuse(str(YAML_VALUES.refusal(self.values, remedy="keep long tables in files of their own")), mark)
 
 
 def _whole(event: ScalarEvent) -> str:

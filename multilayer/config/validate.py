@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 from warnings import warn
@@ -11,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from multilayer.config.kinds import without_kind
 from multilayer.config.yaml12 import DataPath, Document, read_yaml
-from multilayer.errors import InputError, PlausibilityWarning, Problem, show
+from multilayer.errors import InputError, MultilayerError, PlausibilityWarning, Problem, show
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -36,6 +38,44 @@ def read(path: Path | str, model: type[M], kind: str = "", context: dict[str, An
         When the file cannot be read, is refused, or does not fit the model.
     """
     return validate(read_yaml(path, keep_problems=True), model, kind, context=context)
+
+
+@contextmanager
+def placed_in(source: Path) -> Iterator[None]:
+    """Give every mistake that is told meanwhile a place in a file, where it has none.
+
+    Parameters
+    ----------
+    source : Path
+        The YAML file that a command was given; its lines are looked up for mistakes that know their field. Of anything
+        else mistakes get the name alone.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        yield
+    except MultilayerError as error:
+        problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
+        if all(problem.file or _of_options(problem) for problem in problems):
+            raise
+        raise InputError([_found_in(source, problem) for problem in problems]) from error
+
+
+def _of_options(problem: Problem) -> bool:
+    return problem.message.startswith("--")
+
+
+def _found_in(source: Path, problem: Problem) -> Problem:
+    if problem.file is not None or _of_options(problem):
+        return problem
+    try:
+        document = read_yaml(source, keep_problems=True)
+    except InputError:  # a folder, or a file that has gone since
+        return problem.at(source)
+    path = _walked(document.data, tuple(int(p) if p.isdecimal() else p for p in problem.path.split(".")))
+    return problem.at(source, *document.position(path)) if path else problem.at(source)
 
 
 def validate(document: Document, model: type[M], kind: str = "", *, context: dict[str, Any] | None = None) -> M:

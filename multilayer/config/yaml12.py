@@ -14,6 +14,7 @@ import yaml
 from yaml.error import Mark
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from multilayer.bounds import NUMBER_CHARACTERS, YAML_BYTES
 from multilayer.config.compose import (
     BOOL,
     FLOAT,
@@ -92,12 +93,15 @@ def read_yaml(path: Path | str, *, keep_problems: bool = False) -> Document:
     InputError
         When the file cannot be read or is refused, see `parse_yaml`.
     """
-    file = Path(path)
-    note_input(file)
+    file, most = Path(path), YAML_BYTES.most
     try:
-        raw = file.read_bytes()
+        with file.open("rb") as stream:
+            raw = stream.read(most + 1)  # its size need not be known: it may be a pipe, or a device without end
     except (OSError, ValueError) as error:
         raise InputError(Problem(_unreadable(file, error), file=file)) from None
+    if len(raw) > most:
+        raise YAML_BYTES.refusal(len(raw), file, "keep long tables in files of their own")
+    note_input(file)
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -131,8 +135,8 @@ def parse_yaml(text: str, file: Path, *, keep_problems: bool = False) -> Documen
     ------
     InputError
         For text that is no YAML or is empty, more than one document, duplicate keys, keys that are no text, tags
-        beyond the core schema, merge keys, recursive or exploding aliases, and data nested more than 64 deep.
-        Duplicates, keys and tags are reported all at once.
+        beyond the core schema, merge keys, recursive or exploding aliases, data nested more than 64 deep, and more
+        values than `bounds.YAML_VALUES`. Duplicates, keys and tags are reported all at once.
     """
     root = compose(text, file)
     if root is None:
@@ -186,11 +190,11 @@ class _Builder:
         for key_node, value_node in node.value:
             key = self._key(key_node, path)
             inner = (*path, key)
-            if key in data:
+            if key in data:  # the first one stays, with its places
                 line = self.key_places[inner][0]
                 self._problem(key_node.start_mark, inner, f"stands here a second time; it is in line {line} too")
-            else:
-                self.key_places[inner] = place_of(key_node.start_mark)
+                continue
+            self.key_places[inner] = place_of(key_node.start_mark)
             data[key] = self.build(value_node, inner)
         return data
 
@@ -214,10 +218,9 @@ class _Builder:
         looks, construct = _SCALARS.get(node.tag, (set(), str))
         if core_tag(node.value) not in looks:
             return self._wrong_tag(node, path)
-        try:
-            return construct(node.value)
-        except ValueError:  # Python's limit on the digits of integers
+        if len(node.value) > NUMBER_CHARACTERS.most:
             return self._problem(node.start_mark, path, f"{show(node.value)} has too many digits")
+        return construct(node.value)
 
     def _wrong_tag(self, node: Node, path: DataPath) -> None:
         tag = node.tag.replace(_TAG_PREFIX, "!!", 1)

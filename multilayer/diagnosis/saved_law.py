@@ -21,7 +21,7 @@ from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
-from multilayer.inference.priors import Prior
+from multilayer.inference.priors import WIDEST, Prior
 from multilayer.models import Model
 from multilayer.writing.manifest import note_input
 
@@ -53,8 +53,9 @@ class Interval(Model):
     def prior(self, was: Prior) -> Prior:
         """Return a prior of this value, of the kind that the parameter's prior was."""
         if was.lognormal is not None or was.loguniform is not None:
-            spread = max(np.log(self.high / self.low) / (2 * _REACH), _LEAST) if self.low > 0 else 1.0
-            return Prior(lognormal=(self.value, float(spread)), bounds=was.bounds)
+            decades = np.log(self.high) - np.log(self.low) if self.low > 0 else 2 * _REACH
+            spread = float(np.clip(decades / (2 * _REACH), _LEAST, WIDEST))
+            return Prior(lognormal=(self.value, spread), bounds=was.bounds)
         if was.uniform is not None:
             return was
         return Prior(normal=(self.value, self.std or 1.0), bounds=was.bounds)

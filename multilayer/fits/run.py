@@ -145,7 +145,8 @@ class FitRun:
 
     def run(self, tell: Progress | None = None) -> FitResult:
         """Return the result."""
-        return self.method.run(self.job, tell or (lambda text: None))
+        with np.errstate(all="ignore"):  # trials leave the range of numbers; no minimum lies there
+            return self.method.run(self.job, tell or (lambda text: None))
 
     @property
     def record_name(self) -> str:

@@ -114,7 +114,7 @@ class Prior(Model):
         return float(low), float(high)
 
 
-_WIDEST = 100.0  # spread of a logarithm: beyond it numbers overflow
+WIDEST = 100.0  # spread of a logarithm: beyond it numbers overflow
 _KINDS = ("normal", "lognormal", "uniform", "loguniform", "fixed")
 _FLAT, _LOGARITHMIC = ("uniform", "loguniform"), ("lognormal", "loguniform")
 
@@ -133,10 +133,8 @@ def _mistakes(prior: Prior) -> list[str]:
         mistakes.append(f"loguniform: the lower end {prior.loguniform[0]:g} must be above 0")
     if prior.bounds is not None and prior.kind not in ("normal", "lognormal"):
         mistakes.append(f"bounds: a {prior.kind} prior needs none")
-    if prior.lognormal is not None and prior.lognormal[1] > _WIDEST:
-        mistakes.append(
-            f"lognormal: the spread {prior.lognormal[1]:g} of ln is above {_WIDEST:g}; 1 is a factor of 2.7"
-        )
+    if prior.lognormal is not None and prior.lognormal[1] > WIDEST:
+        mistakes.append(f"lognormal: the spread {prior.lognormal[1]:g} of ln is above {WIDEST:g}; 1 is a factor of 2.7")
     if prior.bounds is not None and not mistakes:
         low, high = prior.shares
         if not low < high:

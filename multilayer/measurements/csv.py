@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, Problem
+from multilayer.bounds import CHANNELS
+from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.tables import name_and_unit, read_text_table
 from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
@@ -76,7 +78,8 @@ def _names(lines: Sequence[Line], layout: Layout, file: Path) -> list[Named]:
         units = layout.cells(lines[layout.header + 1][1])
         named = [(cell, unit.strip("[]() ") or None) for cell, unit in zip(cells, units, strict=True)]
     names = [name for name, _ in named]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    CHANNELS.check(len(names), file)
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         what = f"column '{twice[0]}' is there twice" if twice[0] else "several columns have no name"
         raise _error(file, f"{what}; number the repeats, as base_1, top_1, base_2, top_2", line)
@@ -114,7 +117,7 @@ def _number(cell: str, layout: Layout, file: Path, line: int) -> float:
     try:
         return float(layout.pointed(cell))
     except ValueError:
-        raise _error(file, f"'{cell}' is no number", line) from None
+        raise _error(file, f"{show(cell)} is no number", line) from None
 
 
 def _seconds(time: Named, file: Path, line: int) -> float:

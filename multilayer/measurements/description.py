@@ -181,10 +181,12 @@ class CalibrationCampaign(Description):
 
 
 def _twice(values: Sequence[Any], field: str, part: str, unit: str = "") -> Iterator[tuple[DataPath, str, Any]]:
+    seen = set[Any]()
     for i, value in enumerate(values):
-        if value in values[:i]:
+        if value in seen:
             shown = f"{value:g}{unit}" if isinstance(value, float) else f"'{value}'"
             yield (field, i, part), f"{shown} is there twice; each {part} of {field} must be another", value
+        seen.add(value)
 
 
 def _too_fast(

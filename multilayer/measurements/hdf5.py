@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from multilayer.bounds import CHANNELS, DATA_VALUES
 from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of, spectra_of
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import library, reads
@@ -16,6 +18,7 @@ from multilayer.signals.channels import Channels
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _KIND = "an HDF5 file"
 _UNITS = ("units", "unit")
+_NUMBERS = "biufcV"  # kinds of types; V: complex numbers of MATLAB's
 
 
 def read_hdf5(path: Path | str) -> Channels:
@@ -49,15 +52,31 @@ def read_hdf5_spectra(path: Path | str) -> Spectra:
 
 
 def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return all datasets and their attributes (named as in `named_arrays.channels_of`), and their units, by path."""
+    """Return the datasets of numbers and their attributes (named as in `named_arrays.channels_of`), and units, by path.
+
+    How many numbers there are, the headers tell ahead of the data: unwritten and compressed ones take hardly any room.
+    """
     h5py = library("h5py", file)
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
 
-    def visit(name: str, item: Any) -> None:
-        arrays.update({f"{name}{ATTRIBUTE}{key}": np.asarray(value) for key, value in item.attrs.items()})
-        if not isinstance(item, h5py.Dataset) or _text(item.attrs.get("MATLAB_class", "")) == "char":
+    numbers = 0
+
+    def count(more: int) -> None:
+        nonlocal numbers
+        numbers += more
+        DATA_VALUES.check(numbers, file)
+
+    def visit(path: str | bytes, item: Any) -> None:
+        name = _text(path)  # bytes that are no UTF-8 stay bytes
+        CHANNELS.check(len(arrays), file)
+        for key in item.attrs:
+            count(prod(item.attrs.get_id(key).shape))
+            arrays[f"{name}{ATTRIBUTE}{_text(key)}"] = np.asarray(item.attrs[key])
+        is_text = _text(item.attrs.get("MATLAB_class", "")) == "char"
+        if not isinstance(item, h5py.Dataset) or is_text or item.shape is None or item.dtype.kind not in _NUMBERS:
             return
+        count(max(item.size, item.nbytes // 8))
         arrays[name] = np.asarray(item)
         unit_texts = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
         units.update({name: unit_texts[0]} if unit_texts else {})
@@ -69,7 +88,7 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
 HDF5 = Reader(read_hdf5, read_hdf5_spectra)

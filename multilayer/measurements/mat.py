@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.measurements.hdf5 import SIGNATURE, hdf5_arrays
+from multilayer.measurements.mat_structure import refuse_unsound
 from multilayer.measurements.named_arrays import channels_of, spectra_of
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import reads
@@ -54,6 +55,7 @@ def _arrays(file: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
     from scipy.io import loadmat
 
     with reads(file, _KIND):
+        refuse_unsound(file)
         content = loadmat(file, simplify_cells=True)
         flat = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     units = {name.removeprefix("units/"): str(text) for name, text in flat.items() if isinstance(text, str)}

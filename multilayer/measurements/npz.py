@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 import zipfile
+from math import prod
 from pathlib import Path
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, Problem
+from multilayer.bounds import CHANNELS, DATA_VALUES
+from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.measurements.named_arrays import spectra_of
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.spectra import Spectra
@@ -17,6 +20,7 @@ from multilayer.signals.recording import Waveforms
 _CHANNELS = ("base", "top")
 _WANTED = (*_CHANNELS, "sampling_rate")
 _NOT_READ = np.empty(0)
+_SUFFIX = ".npy"
 
 
 def read_npz(path: Path | str) -> Waveforms:
@@ -64,12 +68,34 @@ def _load(file: Path, wanted: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
     if not zipfile.is_zipfile(file):
         raise _error(file, "is no .npz archive, or one that is cut short; copy or export it again")
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {
-                name: np.asarray(archive[name]) if name in (wanted or [name]) else _NOT_READ for name in archive.files
-            }
+        with warnings.catch_warnings(), zipfile.ZipFile(file) as archive:
+            warnings.simplefilter("ignore")  # of headers that are no Python, ahead of the error
+            entries = [entry for entry in archive.infolist() if entry.filename.endswith(_SUFFIX)]
+            chosen = {entry.filename.removesuffix(_SUFFIX): entry for entry in entries}
+            read = {name: entry for name, entry in chosen.items() if name in (wanted or [name])}
+            CHANNELS.check(len(chosen), file)
+            DATA_VALUES.check(sum(_claimed(archive, entry) for entry in read.values()), file)
+            return {name: _array(archive, read[name]) if name in read else _NOT_READ for name in chosen}
+    except MultilayerError:
+        raise
     except Exception as error:  # a damaged archive fails in many ways
         raise _error(file, f"cannot be read as an .npz archive ({error}); copy or export it again") from None
+
+
+def _claimed(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
+    """Return how many numbers of 8 bytes an array has by its header, or its entry in the archive if that says more."""
+    with archive.open(entry) as stream:
+        version = np.lib.format.read_magic(stream)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read_header(stream)
+    return max(prod(shape), prod(shape) * dtype.itemsize // 8, entry.file_size // 8)
+
+
+def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
+    with archive.open(entry) as stream:
+        array = np.lib.format.read_array(stream, allow_pickle=False)
+        stream.read()  # to its end, where the checksum is
+    return np.asarray(array)
 
 
 def _channel(arrays: dict[str, np.ndarray], name: str, file: Path) -> RealArray:

@@ -11,7 +11,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, Problem
+from multilayer.bounds import FILE_BYTES, OF_OTHER_UNITS, magnitudes
+from multilayer.errors import InputError, Problem, show
 from multilayer.files import is_file
 from multilayer.measurements.accelerometers import acceleration_factor
 from multilayer.measurements.spectra import Spectra
@@ -65,6 +66,7 @@ def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction
     """Return the function that reads such values from a file, which must exist."""
     if not is_file(file):
         raise InputError(Problem("there is no such file", file=file))
+    FILE_BYTES.check(file.stat().st_size, file, "cut it into several files")
     note_input(file)
     reader = READERS[_suffix(file)]
     if not isinstance(reader, Reader):
@@ -99,8 +101,28 @@ def _read(path: Path | str) -> Waveforms | Channels:
         raise InputError(Problem(f"nothing reads '{file.suffix}' files; save the signals as one of {known}", file=file))
     content = _function(file, "waveforms")(file)
     if isinstance(content, Waveforms | Channels):
+        _refuse_absurd(content, file)
         return content
     raise InputError(Problem("is read as values over frequency, and signals over time are wanted", file=file))
+
+
+def _refuse_absurd(content: Waveforms | Channels, file: Path) -> None:
+    """Refuse samples that are no measured values, as flipped bits make them, and sampling rates that are none."""
+    signals = (
+        [("base", content.base), ("top", content.top)]
+        if isinstance(content, Waveforms)
+        else [(channel.name, channel.samples) for channel in content.channels]
+    )
+    for name, samples in signals:
+        largest = float(np.max(np.abs(samples), initial=0.0, where=np.isfinite(samples)))
+        if largest > OF_OTHER_UNITS.most:
+            text = f"{show(name)} holds values as large as {largest:.3g}: it is damaged, or read as another type"
+            raise InputError(Problem(f"{text}; export it again", file=file))
+    rates = [content.sampling_rate] if isinstance(content, Waveforms) else [c.sampling_rate for c in content.channels]
+    for rate in rates:
+        if rate is not None and (refusal := magnitudes("Hz").refusal(rate, "Hz")):
+            text = f"a sampling rate of {rate:.6g} Hz is not allowed: it {refusal}; export it again"
+            raise InputError(Problem(text, file=file))
 
 
 def read_channels(path: Path | str) -> Channels:

@@ -14,8 +14,9 @@ from typing import TypeAlias
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.bounds import OF_OTHER_UNITS
 from multilayer.doors import from_cell
-from multilayer.errors import InputError, Problem
+from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.text_layout import data_lines
 from multilayer.units import parse_quantity
 
@@ -153,9 +154,11 @@ class Table:
             value = cell if isinstance(cell, float) else float(self._pointed(cell))
         except ValueError:
             comma = "; write decimals with a point" if "," in str(cell) else ""
-            raise self.error(f"'{str(cell).strip()}' is no number{comma}", line) from None
+            raise self.error(f"{show(str(cell).strip())} is no number{comma}", line) from None
         if not np.isfinite(value):
-            raise self.error(f"'{str(cell).strip()}' is not finite; leave such rows out", line)
+            raise self.error(f"{show(str(cell).strip())} is not finite; leave such rows out", line)
+        if abs(value) > OF_OTHER_UNITS.most:
+            raise self.error(f"{value:g} is larger than any measured value; correct it, or leave such rows out", line)
         return value
 
     def _pointed(self, cell: str) -> str:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from multilayer.bounds import CHANNELS, DATA_VALUES
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.reading import damaged, library, reads
 from multilayer.signals.channels import Channel, Channels, as_samples, different
@@ -33,8 +34,9 @@ def read_tdms(path: Path | str) -> Channels:
     """
     file = Path(path)
     nptdms = library("nptdms", file)
-    with reads(file, _KIND), _silent_log():
+    with reads(file, _KIND), _no_warnings_logged():
         _refuse_other_kind(file)
+        _refuse_large(nptdms.TdmsFile.read_metadata(file), file)
         tdms = nptdms.TdmsFile.read(file)
         if tdms.file_status.incomplete_final_segment:
             raise damaged(file, _KIND, "its last segment is incomplete")
@@ -49,15 +51,22 @@ def read_tdms(path: Path | str) -> Channels:
 
 
 @contextmanager
-def _silent_log() -> Iterator[None]:
-    """Keep what npTDMS logs about damaged files off the terminal: the error says it."""
-    logger = logging.getLogger("nptdms")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+def _no_warnings_logged() -> Iterator[None]:
+    """Take what npTDMS logs about damaged files, and then goes on with, for an error."""
+    loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.split(".")[0] == "nptdms"]
+    for logger in loggers:
+        logger.addFilter(_refused)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger in loggers:
+            logger.removeFilter(_refused)
+
+
+def _refused(record: logging.LogRecord) -> bool:
+    if record.levelno >= logging.WARNING:
+        raise ValueError(record.getMessage())
+    return True
 
 
 def _refuse_other_kind(file: Path) -> None:
@@ -67,11 +76,21 @@ def _refuse_other_kind(file: Path) -> None:
             raise damaged(file, _KIND, "it does not begin like one")
 
 
+def _refuse_large(metadata: Any, file: Path) -> None:
+    """Refuse more samples than are taken, from what the segments claim to hold."""
+    lengths = [len(channel) for group in metadata.groups() for channel in group.channels()]
+    CHANNELS.check(len(lengths), file)
+    DATA_VALUES.check(sum(lengths), file)
+
+
 def _is_numeric(channel: Any) -> bool:
     return len(channel) > 0 and channel.dtype.kind in "fiu"
 
 
 def _channel(name: str, channel: Any) -> Channel:
+    samples = as_samples(channel[:])
+    if samples.size != len(channel):
+        raise ValueError(f"'{name}' has {samples.size} of {len(channel)} samples")
     step = float(channel.properties.get("wf_increment", 0.0))
     unit = str(channel.properties.get("unit_string", "")).strip() or None
-    return Channel(name, as_samples(channel[:]), unit, 1.0 / step if step > 0 else None)
+    return Channel(name, samples, unit, 1.0 / step if step > 0 else None)

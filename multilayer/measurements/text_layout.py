@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from multilayer.bounds import TEXT_BYTES, TEXT_LINES
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.accelerometers import acceleration_factor, voltage_factor
 from multilayer.writing.manifest import note_input
@@ -57,7 +58,10 @@ def data_lines(file: Path) -> list[Line]:
     """Return the lines that are neither blank nor comments."""
     note_input(file)
     try:
-        text = _decoded(file.read_bytes())
+        TEXT_BYTES.check(file.stat().st_size, file, "save it in a binary format")
+        raw = file.read_bytes()
+        TEXT_LINES.check(raw.count(b"\n"), file, "save it in a binary format")
+        text = _decoded(raw)
     except FileNotFoundError:
         raise InputError(Problem("there is no such file", file=file)) from None
     except (OSError, UnicodeDecodeError) as error:

@@ -37,6 +37,7 @@ class BaseMotion(Tabular):
         return over({"frequency": self.frequency}, {"transmissibility": self.transmissibility}, {"frequency": "Hz"})
 
 
+@np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
 def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:
     """Return how the back face of `stack` follows an imposed motion of its front face.
 
@@ -54,7 +55,7 @@ def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:
     """
     wave = Wave.incident(frequency, 0.0, stack.ambient.gas)
     system = build_system(stack, wave, Wall())
-    solution = solve_or_explain(system)
+    solution = solve_or_explain(system, stack, wave)
     last = system.layers[-1]
     row = _normal_velocity(last.family)
     top = multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0]

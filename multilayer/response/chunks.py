@@ -13,6 +13,7 @@ from multilayer.arrays import RealArray
 from multilayer.stack import Stack
 
 POINTS = 4096  # frequencies times angles solved at once
+_MOST_LAYERS = 50  # of which that many points take 250 MB
 
 T = TypeVar("T")
 
@@ -36,7 +37,8 @@ def in_chunks(
     """
     # threads hand the interpreter to each other between operations: long ones cost them less
     points = POINTS if workers == 1 else 2 * POINTS
-    step = max(1, points // max(n_angles, 1))
+    many = max(1, len(stack.layers) // _MOST_LAYERS)  # all layers' matrices are held at once
+    step = max(1, points // (max(n_angles, 1) * many))
     if frequency.ndim != 1 or len(frequency) <= step or has_arrays(stack):
         return [compute(frequency)]
     pieces = [frequency[i : i + step] for i in range(0, len(frequency), step)]

@@ -236,12 +236,13 @@ class _Directions:
 
         return integrate(integrand, len(which), self.upper, tolerance, self.max_panels, first)
 
+    @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
     def _response(self, which: IndexArray, s: RealArray, azimuth: RealArray) -> tuple[RealArray, RealArray]:
         gas, frequency = self.stack.ambient.gas, self.frequency[which]
         wave = Wave(frequency, 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s), gas, azimuth)
         front = wave_impedance(wave, gas.density, gas.sound_speed)
         system = build_system(self.stack, wave, HalfSpace(front))
-        solution = solve_or_explain(system)
+        solution = solve_or_explain(system, self.stack, wave)
         assert solution.reflected is not None
         reflection, tau = solution.reflected, np.full(s.shape, np.nan)
         if solution.transmitted is not None and isinstance(system.tail, HalfSpace):

@@ -104,11 +104,12 @@ def _joined(parts: list[PlaneWave]) -> PlaneWave:
     return PlaneWave(angle=parts[0].angle, azimuth=parts[0].azimuth, **joined)
 
 
+@np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
 def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike, azimuth: ArrayLike) -> PlaneWave:
     wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
     front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
     system = build_system(stack, wave, HalfSpace(front))
-    solution = solve_or_explain(system)
+    solution = solve_or_explain(system, stack, wave)
     reflection, transmission = solution.reflected, solution.transmitted
     assert reflection is not None  # the head is a half-space
     loss = None

@@ -6,12 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray
-from multilayer.errors import InputError
+from multilayer.arrays import BoolArray, ComplexArray, RealArray
+from multilayer.errors import InputError, Problem
 from multilayer.matrix.couplings import CouplingError, couple
 from multilayer.matrix.solve import HalfSpace, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
+from multilayer.paths import extremes
 from multilayer.stack import FluidHalfSpace, Stack
 
 
@@ -22,39 +23,81 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
     ------
     CouplingError
         When two neighbours cannot touch as the stack says, naming both.
+    InputError
+        When the numbers of a layer overflow, or divide by nothing.
     """
-    layers = [layer.faces(wave) for layer in stack.at_rest(on_base=isinstance(head, Wall))]
+    layers = []
+    for i, layer in enumerate(stack.at_rest(on_base=isinstance(head, Wall))):
+        try:
+            layers.append(layer.faces(wave))
+        except (ArithmeticError, np.linalg.LinAlgError) as error:  # of single numbers; arrays become inf or nan
+            if not has_extremes(stack):  # then its formulae are wrong, perhaps a plugin's
+                raise
+            text = f"layer {layer.name or i} cannot be computed: its numbers are too large or too small ({error})"
+            raise refusal(stack, text) from None
+    interfaces = stack.interfaces
     for i, (front, back) in enumerate(pairwise(layers), start=1):
         try:
-            couple(front.family, back.family, stack.interfaces[i])
+            couple(front.family, back.family, interfaces[i])
         except CouplingError as error:
             first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
             raise CouplingError(f"layers {first} and {second}: {error}") from None
-    return System(head, layers, _tail(stack, wave), stack.interfaces)
+    return System(head, layers, _tail(stack, wave), interfaces)
 
 
-def solve_or_explain(system: System) -> Solution:
-    """Return the solution of `system`.
+def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:
+    """Return the solution of `system`, that of `stack` in the field `wave`.
 
     Raises
     ------
     InputError
-        When there is none that is finite.
+        When there is none that is finite, with the first such frequency.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         try:
             solution = solve(system)
         except np.linalg.LinAlgError:
-            raise InputError(_NO_RESPONSE) from None
-    if not all(np.all(np.isfinite(coefficients)) for coefficients in solution.layers):
-        raise InputError(_NO_RESPONSE)
+            raise refusal(stack, _NO_RESPONSE) from None
+    for coefficients in solution.layers:
+        if not np.all(finite := np.isfinite(coefficients)):
+            raise refusal(stack, _NO_RESPONSE, _first(wave.frequency, ~np.all(finite, axis=0)))
     return solution
+
+
+def _first(frequency: RealArray, wrong: BoolArray) -> float:
+    """Return the frequency, Hz, of the first point that is wrong."""
+    return float(np.broadcast_to(frequency, np.broadcast_shapes(wrong.shape, frequency.shape))[wrong].ravel()[0])
 
 
 _NO_RESPONSE = (
     "the stack has no finite response here: an undamped resonance lies at a frequency asked for, "
     "or nothing between the base and a rigid termination gives way"
 )
+_EXTREME = 5.0  # decades from what is usual
+
+
+def has_extremes(stack: Stack) -> bool:
+    """Tell whether a stack holds numbers that are far from what is usual."""
+    return any(decades >= _EXTREME for _, _, decades in extremes(stack)[:1])
+
+
+def refusal(stack: Stack, text: str, frequency: float | None = None) -> InputError:
+    """Return the error of a stack that cannot be computed, placed at its most extreme field if some are extreme.
+
+    Parameters
+    ----------
+    stack : Stack
+    text : str
+        What is wrong.
+    frequency : float, optional
+        Hz, where it is.
+    """
+    if frequency is not None:
+        text = f"{text} (at {frequency:.6g} Hz)"
+    if not has_extremes(stack):
+        return InputError(text)
+    path, shown, _ = extremes(stack)[0]
+    return InputError(Problem(f"{text}; the most extreme value is {shown}: is it meant?", path))
 
 
 def _tail(stack: Stack, wave: Wave) -> HalfSpace | Wall | Void:

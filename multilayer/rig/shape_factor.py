@@ -11,6 +11,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.bounds import refuse_shape
 from multilayer.errors import InputError
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.assembly import blocks, isotropic, solid_parts
@@ -58,8 +59,7 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
             f"poisson_ratio: {poisson_ratio:g} is not allowed; it must be at least 0 and below 0.5, where a solid is "
             "incompressible"
         )
-    if not 0 < shape < np.inf:
-        raise InputError(f"shape: {shape:g} is not allowed; it must be above 0")
+    refuse_shape(shape)
     radius = 4 * shape * _HALF
     return float(_axial_stiffness(*_assembled(radius, resolution), poisson_ratio) * _HALF / (np.pi * radius**2))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,9 +91,13 @@ def rate_of_step(step: float) -> float:
 
 def different(names: list[str], longer: list[str]) -> list[str]:
     """Return distinct names: the longer form where the short one comes twice, with a number where that does, too."""
-    chosen = [long if names.count(short) > 1 else short for short, long in zip(names, longer, strict=True)]
-    so_far = [chosen[: i + 1].count(name) for i, name in enumerate(chosen)]
-    return [name if chosen.count(name) == 1 else f"{name} {n}" for name, n in zip(chosen, so_far, strict=True)]
+    often = Counter(names)
+    chosen = [long if often[short] > 1 else short for short, long in zip(names, longer, strict=True)]
+    in_all, so_far, told = Counter(chosen), Counter[str](), []
+    for name in chosen:
+        so_far[name] += 1
+        told.append(name if in_all[name] == 1 else f"{name} {so_far[name]}")
+    return told
 
 
 def as_samples(values: object) -> RealArray:

@@ -19,6 +19,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from multilayer.bounds import SAMPLES
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
 from multilayer.json_schema import any_of
@@ -92,7 +93,7 @@ class SimulationFile(Stack):
     reference: Reference | None = None
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)
-    samples: Annotated[int, Field(ge=2, le=1_000_000)] = 200
+    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
     seed: Annotated[int, Field(ge=0)] = 0
 
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:

@@ -11,8 +11,11 @@ from warnings import warn
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.bounds import RESULT_BYTES, SOLVES, counted
 from multilayer.errors import ValidityWarning
 from multilayer.executors import run_all
+from multilayer.log import LOGGER
+from multilayer.response.chunks import POINTS
 from multilayer.simulation.bands import Grid, grid_of
 from multilayer.simulation.file import Case, SimulationFile, load_simulation
 from multilayer.simulation.quantities import columns_of
@@ -25,6 +28,8 @@ from multilayer.simulation.tolerances import draw
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
 _MOST_SAMPLES = 50
 _ANGLES_OF_DIFFUSE_FIELD = 60
+_BYTES_OF_RESULT = 96  # all quantities at one frequency, once more where they are put together
+_BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
 
 @dataclass(frozen=True)
@@ -52,15 +57,36 @@ def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None
     Raises
     ------
     InputError
-        When hardly any draw within the tolerances is allowed.
+        When hardly any draw within the tolerances is allowed, or the simulation needs more memory or solves than
+        `bounds.RESULT_BYTES` and `bounds.SOLVES`.
     """
     grid = grid or grid_of(simulation.frequency)
+    _refuse_endless(simulation, grid)
     tasks, case_of = [], []
     for i, case in enumerate(simulation.cases):
         of_case = list(_tasks(case, grid))
         tasks += of_case
         case_of += [i] * len(of_case)
     return Plan(name, simulation, grid, tuple(tasks), tuple(case_of))
+
+
+def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
+    """Tell how much a simulation takes, and refuse what no machine of ours does."""
+    solves, held, at_once = 0, 0, 0
+    for case in simulation.cases:
+        file = case.simulation
+        samples = file.samples if file.scatter else 0
+        angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
+        points, layers = grid.points.size * angles, len(file.layers)
+        solves += points * layers * (1 + samples)
+        held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
+        # samples are not cut into pieces along the frequencies
+        together = max(grid.points.size, _MOST_VALUES) if samples else min(points, POINTS // max(1, layers // 50))
+        at_once = max(at_once, together * layers * _BYTES_OF_LAYER)
+    LOGGER.info("%s solves of a layer, about %s MB of memory", counted(solves), counted((held + at_once) / 1e6))
+    remedy = "ask for fewer frequencies, cases or samples"
+    SOLVES.check(solves, remedy=remedy)
+    RESULT_BYTES.check(held + at_once, remedy=remedy)
 
 
 def _tasks(case: Case, grid: Grid) -> Iterator[Task]:

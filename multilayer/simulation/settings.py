@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import RealArray
+from multilayer.bounds import FREQUENCIES
 from multilayer.errors import show
 from multilayer.json_schema import NUMBER_TEXT, any_of
 from multilayer.models import Model, refuse, refuse_unknown_keys
@@ -27,15 +28,13 @@ from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
 from multilayer.units import Frequency, Length, Unit, parse_quantity
 
-MOST_POINTS = 100_000
-
 
 class FrequencyRange(Model, populate_by_name=True):
     """Frequencies `from` ... `to`, both included, equally spaced on a logarithmic or linear axis."""
 
     start: Annotated[Frequency, Field(alias="from")] = 100.0
     stop: Annotated[Frequency, Field(alias="to")] = 5000.0
-    points: Annotated[int, Field(ge=1, le=MOST_POINTS)] = 200
+    points: Annotated[int, Field(ge=1, le=FREQUENCIES.usual)] = 200
     spacing: Literal["log", "linear"] = "log"
 
     @model_validator(mode="before")
@@ -103,7 +102,9 @@ def _listed(value: Any) -> Any:
     return value
 
 
-FrequencyList = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=MOST_POINTS), BeforeValidator(_listed)]
+FrequencyList = Annotated[
+    tuple[Frequency, ...], Field(min_length=1, max_length=FREQUENCIES.usual), BeforeValidator(_listed)
+]
 FrequencyGrid = Annotated[
     Annotated[FrequencyRange, Tag("range")] | Annotated[Bands, Tag("bands")] | Annotated[FrequencyList, Tag("list")],
     Discriminator(_kind_of_grid),

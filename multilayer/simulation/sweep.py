@@ -10,13 +10,13 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails
 
+from multilayer.bounds import CASES, SWEPT_VALUES
 from multilayer.errors import InputError, show, suggest
 from multilayer.models import mistake
 from multilayer.paths import with_entry
 
 T = TypeVar("T")
 SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size")
-MOST_CASES = 10_000
 
 
 def expand(
@@ -76,17 +76,30 @@ def mistakes(
         return
     reported = {_key(problem) for problem in without_sweep}
     lists = {path: values for path, values in sweep.items() if isinstance(values, list | tuple)}
+    cases = prod(len(values) for values in lists.values())
+    for bound, count in ((CASES, cases), (SWEPT_VALUES, cases * _size(data))):
+        if count > bound.most:
+            yield mistake("input", ("sweep",), str(bound.refusal(count, remedy="sweep fewer values")), sweep)
+            return
     for path, values in lists.items():
         if path.partition(".")[0] not in SWEPT:
             text = f"leads to nothing that can be swept; {suggest(path.partition('.')[0], SWEPT)}"
             yield mistake("input", ("sweep", path, "[key]"), text, path)
             continue
+        seen = set[Any]()
         for i, value in enumerate(values):
-            if value in values[:i]:
+            key = value if isinstance(value, int | float) else repr(value)  # mappings cannot be in a set
+            if key in seen:
                 yield mistake("input", ("sweep", path, i), "stands here a second time", value)
+            seen.add(key)
             yield from _value_mistakes(data, path, i, value, validated, reported)
-    if prod(len(values) for values in lists.values()) > MOST_CASES:
-        yield mistake("input", ("sweep",), f"makes more than {MOST_CASES} cases; sweep fewer values", sweep)
+
+
+def _size(data: Any) -> int:
+    """Return how many values there are in plain data."""
+    if isinstance(data, Mapping):
+        data = list(data.values())
+    return sum(map(_size, data)) if isinstance(data, list | tuple) else 1
 
 
 def _value_mistakes(

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, MultilayerError
+from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.plane_wave import PlaneWave, plane_wave
+from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.warned import collected_warnings
@@ -65,16 +66,29 @@ def run_task(task: Task) -> Outcome:
     Raises
     ------
     MultilayerError
-        When it has no finite response, naming the case.
+        When it has no finite response, or one that creates energy, naming the case.
     """
-    with collected_warnings() as warnings:
+    with collected_warnings() as warnings, np.errstate(all="ignore"):  # what is not finite is refused
         try:
             quantities = _sampled(task) if task.samples else _respond(task.stack, task)
-        except MultilayerError as error:
-            if not task.label:
+        except ArithmeticError as error:  # of single numbers, as those of the gas; arrays become inf or nan
+            if not has_extremes(task.stack):
                 raise
-            raise InputError(f"{task.label}: {error}") from error
+            raise _of_case(task, refusal(task.stack, f"the stack cannot be computed: {_LOST} ({error})")) from error
+        except MultilayerError as error:
+            raise _of_case(task, error) from error
     return Outcome(quantities, tuple(dict.fromkeys(warnings)))
+
+
+_LOST = "its numbers are too large or too small beside each other"
+
+
+def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
+    """Return an error with the case in front of it; without a sweep, the error itself."""
+    if not task.label:
+        return error
+    problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
+    return InputError([replace(problem, message=f"{task.label}: {problem.message}") for problem in problems])
 
 
 def _sampled(task: Task) -> Arrays:
@@ -116,8 +130,11 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
         field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
+        if window is None:
+            _refuse_unsound(stack, frequency, field.absorption, field.transmission_loss)
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
+    _refuse_unsound(stack, frequency, wave.absorption, wave.transmission_loss)
     quantities = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
@@ -126,6 +143,24 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
         "transmission": wave.transmission,
     }
     return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+
+
+_ROUNDING = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
+
+
+def _refuse_unsound(
+    stack: Stack, frequency: RealArray, absorption: RealArray, transmission_loss: RealArray | None
+) -> None:
+    """Refuse a response of an infinite stack that is no number, or gives back more energy than came in.
+
+    Both come of numbers so far apart that their digits are lost, or of a layer that creates energy.
+    """
+    through = 0.0 if transmission_loss is None else 10 ** (-transmission_loss / 10)
+    # what comes back and what goes through are no more than what came in
+    sound = (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
+    if not np.all(sound):
+        first = float(np.broadcast_to(frequency, sound.shape)[~sound].ravel()[0])
+        raise refusal(stack, f"the response gives back more energy than came in, or is no number: {_LOST}", first)
 
 
 def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict[str, NDArray[Any] | None]:

@@ -105,6 +105,7 @@ def _csv(columns: Mapping[str, NDArray[Any]]) -> str:
     return csv_table(list(columns), zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
+@np.errstate(all="ignore")  # what is no number is refused, whatever made it so
 def evaluate(source: Path) -> TubeResult:
     """Evaluate the measurements of a tube file.
 
@@ -121,9 +122,20 @@ def evaluate(source: Path) -> TubeResult:
     """
     path = tube_file(source)
     file = load_tube(path)
-    if isinstance(file, TwoMicrophones):
-        return _two_microphones(file, path)
-    return _four_microphones(file, path)
+    result = _two_microphones(file, path) if isinstance(file, TwoMicrophones) else _four_microphones(file, path)
+    _refuse_no_numbers(result, path)
+    return result
+
+
+def _refuse_no_numbers(result: TubeResult, path: Path) -> None:
+    """Refuse coefficients that are no finite numbers; an impedance and a loss may be infinite."""
+    for spectra in result.spectra.values():
+        for name in ("reflection", "transmission"):
+            wrong = ~np.isfinite(spectra[name]) if name in spectra else np.zeros(1, dtype=bool)
+            if wrong.any():
+                text = f"the {name} coefficient at {result.frequency[wrong][0]:.6g} Hz is no number: pressures of 0 or "
+                text += "of equal size, or lengths far from any tube; correct the data, or narrow 'from' and 'to'"
+                raise InputError(Problem(text, file=path))
 
 
 def name_of(source: Path) -> str:

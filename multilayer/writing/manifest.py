@@ -13,6 +13,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from multilayer.bounds import FILE_BYTES
+from multilayer.files import is_file
 from multilayer.json_text import json_text
 
 MANIFEST = "manifest.json"
@@ -47,13 +49,14 @@ def running() -> str:
 
 
 def note_input(file: Path) -> None:
-    """Note that a file is read as input, if anything notes; a file that cannot be read is nobody's input."""
+    """Note that a file is read as input, if anything notes; what is no file, or cannot be read, is nobody's input."""
     noted = _inputs.get()
-    if noted is None or file in noted:
+    if noted is None or file in noted or not is_file(file):  # a pipe can be read once, and a device has no end
         return
     try:
-        with file.open("rb") as stream:
-            noted[file] = file_digest(stream, "sha256").hexdigest()
+        if file.stat().st_size <= FILE_BYTES.most:  # a larger one is refused
+            with file.open("rb") as stream:
+                noted[file] = file_digest(stream, "sha256").hexdigest()
     except OSError:
         return
 

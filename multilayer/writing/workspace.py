@@ -236,8 +236,8 @@ def is_claimed(place: Path) -> bool:
 def _locked(place: Path, folder: Path) -> int:
     """Return the open and locked lock of a hidden folder, which is made."""
     while True:
+        folder.mkdir(parents=True, exist_ok=True)
         try:
-            folder.mkdir(exist_ok=True)
             handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o666)
         except FileNotFoundError:  # the run before has removed the folder in between
             continue

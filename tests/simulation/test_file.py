@@ -325,7 +325,7 @@ class TestMistakes:
         values = ", ".join(map(str, range(1, 200)))
         text = f"{FOAM}sweep: {{layers.foam.thickness: [{values}], layers.foam.frame_density: [{values}]}}\n"
         (told,) = refused(text)
-        assert "makes more than 10000 cases" in told
+        assert "39 601 cases of a sweep are too many: at most 10 000 are taken; sweep fewer values" in told
 
     def test_a_reference_that_lets_nothing_through(self, refused, written):
         written(FOAM, "foam.yaml")

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.bounds import refuse_shape
 from multilayer.errors import InputError, MultilayerError, ValidityWarning
 from multilayer.experiments.stacks.measurements import (
     Absorption,
@@ -205,6 +206,7 @@ def response_of(measurement: Measurement, stack: Stack, grid: Grid, is_complex: 
         case Stiffness():
             name, layer = _elastic(stack, measurement.layer)
             thickness = measurement.thickness or layer.thickness
+            refuse_shape(measurement.radius / (2 * thickness))
             return StiffnessResponse(f, name, measurement.radius, thickness, is_complex), False
     return MotionResponse(f), False
 

@@ -12,6 +12,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.bounds import TEXT_BYTES
 from multilayer.errors import InputError
 from multilayer.media.laws.base import LossModulus, ModulusLaw
 from multilayer.units import Frequency, Pressure
@@ -86,6 +87,8 @@ def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
     wanted = "a modulus table has one header line and the columns frequency (Hz), E1 and E2 (Pa)"
     note_input(path)
     try:
+        if (size := path.stat().st_size) > TEXT_BYTES.most:
+            raise ValueError(str(TEXT_BYTES.refusal(size)))
         lines = path.read_text(encoding="utf-8").splitlines()[1:]
         rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip() and line[0] != "#"]
         columns = np.array(rows, dtype=float).reshape(len(rows), 3)

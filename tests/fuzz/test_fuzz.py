@@ -1,0 +1,59 @@
+"""A little of `validation.fuzz`: input that nobody means ends in a message with its place, or in a sound result."""
+
+import numpy as np
+import pytest
+
+from validation.fuzz.corpus import write_corpus
+from validation.fuzz.extremes import ExtremeTarget
+from validation.fuzz.flips import FORMATS, FlipTarget
+from validation.fuzz.sizes import DATA, NAMES, SizeTarget
+from validation.fuzz.watch import REFUSED, Tally, tried, watched
+from validation.fuzz.yaml_mutants import YamlTarget
+
+SEED = 20
+LIBRARIES = {"HDF5": "h5py", "UFF": "pyuff", "TDMS": "nptdms"}
+QUICK = [name for name in DATA if "claims" in name or "links" in name or "pickle" in name]
+
+
+def tally(target, indices):
+    return watched(target, indices, Tally("", SEED))
+
+
+def test_spoiled_yaml_files(tmp_path):
+    found = tally(YamlTarget(write_corpus(tmp_path / "yaml"), SEED, 0.1), range(250))
+    assert found.failures == {}
+    assert found.counts[REFUSED] > 150
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_spoiled_data_files(tmp_path, name):
+    pytest.importorskip(LIBRARIES.get(name.partition(",")[0], "numpy"))
+    found = tally(FlipTarget(name, tmp_path, SEED), range(40))
+    assert found.failures == {}
+
+
+def test_extreme_stacks(tmp_path):
+    found = tally(ExtremeTarget(tmp_path, SEED), range(150))
+    assert found.failures == {}
+    assert found.counts["passed"] > 50
+
+
+@pytest.mark.parametrize("name", [*QUICK, "a complex modulus of 1 000 digits", "aliases of aliases"])
+def test_claims_are_refused_before_they_are_read(tmp_path, name):
+    pytest.importorskip({"HDF5": "h5py", "UFF ": "pyuff", "TDMS": "nptdms"}.get(name[:4], "numpy"))
+    found = tally(SizeTarget(tmp_path), [NAMES.index(name)])
+    assert found.counts[REFUSED] == 1, found.failures
+
+
+def test_the_same_seed_gives_the_same_tries(tmp_path):
+    files = write_corpus(tmp_path / "yaml")
+    assert [YamlTarget(files, 7).text(i) for i in range(50)] == [YamlTarget(files, 7).text(i) for i in range(50)]
+
+
+def test_failures_are_seen():
+    def overflow():
+        np.square(np.float64(1e300))
+        return "passed"
+
+    assert tried(overflow).kind.startswith("RuntimeWarning at")
+    assert tried(lambda: {}["no"]).kind.startswith("KeyError at")

@@ -1,0 +1,92 @@
+"""Input that nobody means, by the thousand: what it must end in is a message with its place, or a sound result.
+
+``python -m validation.fuzz [yaml|files|numbers|sizes ...] [--seed N] [--count N] [--minutes M]`` prints a table in
+Markdown and what failed; the same seed gives the same tries. ``--only N`` shows one try of one target again.
+
+A failure is any exception but those with a message for the user, a message without a file (or without a line, of a
+field in a YAML file), a warning of Python or NumPy, more than 20 s or 1 GB, a result that is no number, or more energy
+than came in.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic
+
+from validation.fuzz.corpus import write_corpus
+from validation.fuzz.extremes import ExtremeTarget
+from validation.fuzz.flips import FORMATS, FlipTarget
+from validation.fuzz.sizes import NAMES, SizeTarget
+from validation.fuzz.watch import HEAD, Outcome, Tally, watched
+from validation.fuzz.yaml_mutants import YamlTarget
+
+COUNTS = {"yaml": 2000, "files": 200, "numbers": 500, "sizes": len(NAMES)}  # of each target, unless --count says more
+
+
+def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, str, Callable[[int], Outcome]]]:
+    """Give kind, title and target of everything that is asked for."""
+    if "yaml" in kinds:
+        files = write_corpus(folder / "yaml")
+        yield "yaml", "YAML files through check, and what passes through its command", YamlTarget(files, seed, 0.3)
+    if "files" in kinds:
+        for number, name in enumerate(FORMATS):
+            place = folder / f"flips{number}"
+            place.mkdir()
+            yield "files", f"{name}: bits flipped, cut short", FlipTarget(name, place, seed)
+    if "numbers" in kinds:
+        yield "numbers", "stacks of extreme numbers through simulate", ExtremeTarget(folder, seed)
+    if "sizes" in kinds:
+        yield "sizes", "sizes of texts, lists, files, claims", SizeTarget(folder)
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(prog="python -m validation.fuzz", description=__doc__.splitlines()[0])
+    parser.add_argument("kinds", nargs="*", metavar="yaml|files|numbers|sizes", help="all of them when left out")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, help="tries of each target")
+    parser.add_argument("--minutes", type=float, help="longest time for each target")
+    parser.add_argument("--only", type=int, metavar="N", help="one try, with what it said")
+    asked = parser.parse_args()
+    if unknown := set(asked.kinds) - set(COUNTS):
+        parser.error(f"there is no {', '.join(sorted(unknown))}; there are: {', '.join(COUNTS)}")
+    with tempfile.TemporaryDirectory(prefix="fuzz") as name:
+        _run(asked, Path(name))
+
+
+def _run(asked: argparse.Namespace, folder: Path) -> None:
+    tallies = []
+    for kind, title, target in targets(asked.kinds or [*COUNTS], asked.seed, folder):
+        if asked.only is not None:
+            _show(title, target, asked.only)
+            continue
+        count = COUNTS[kind] if kind == "sizes" else asked.count or COUNTS[kind]
+        until = monotonic() + 60 * asked.minutes if asked.minutes else float("inf")
+        tallies.append(watched(target, range(count), Tally(title, asked.seed), until))
+    if not tallies:
+        return
+    print("\n".join([HEAD, *(tally.row for tally in tallies)]))
+    for tally in tallies:
+        for kind, cases in sorted(tally.failures.items(), key=lambda item: -len(item[1])):
+            index, text = cases[0]
+            print(f"\n- {tally.target}: **{kind}**, {len(cases)} times; first `--seed {tally.seed} --only {index}`:")
+            print(f"  `{text[:300]}`")
+
+
+def _show(title: str, target: Callable[[int], Outcome], index: int) -> None:
+    """Print what is tried, where it can be printed, and what came of it."""
+    print(f"## {title}")
+    if isinstance(target, YamlTarget):
+        file, text = target.text(index)
+        print(f"{file.name}:\n{text}")
+    if isinstance(target, ExtremeTarget):
+        print(target.data(index))
+    outcome = target(index)
+    print(f"{outcome.kind}: {outcome.text}")
+
+
+if __name__ == "__main__":
+    main()
