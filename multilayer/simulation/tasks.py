@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
 from multilayer.response.diffuse_field import diffuse_field
@@ -138,11 +138,16 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     quantities = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
-        "normalised_impedance": wave.surface_impedance / stack.ambient.gas.impedance,
+        "normalised_impedance": _normalised(wave.surface_impedance, stack.ambient.gas.impedance),
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
     return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+
+
+def _normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
+    # infinite at a rigid face: a quotient of complex numbers would have no number as its imaginary part
+    return np.asarray(np.where(np.isinf(impedance), np.inf, impedance / of_gas))
 
 
 _ROUNDING = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
