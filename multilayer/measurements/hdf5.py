@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 from math import prod
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from multilayer.signals.channels import Channels
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _KIND = "an HDF5 file"
+_HEAP = b"GCOL\1\0\0\0"
 _UNITS = ("units", "unit")
 _NUMBERS = "biufcV"  # kinds of types; V: complex numbers of MATLAB's
 
@@ -81,10 +84,33 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
         unit_texts = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
         units.update({name: unit_texts[0]} if unit_texts else {})
 
-    with reads(file, _KIND), h5py.File(file, "r") as opened:
-        visit("", opened)
-        opened.visititems(visit)
+    with reads(file, _KIND):
+        _refuse_broken_heaps(file)
+        with h5py.File(file, "r") as opened:
+            visit("", opened)
+            opened.visititems(visit)
     return arrays, units
+
+
+def _refuse_broken_heaps(file: Path) -> None:
+    """Refuse a file whose heaps of texts do not add up: the library follows them for ever, or takes gigabytes.
+
+    HDF5 File Format Specification 3.0, section III.E: global heap collections.
+    """
+    with file.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
+        start = content.find(_HEAP)
+        while start >= 0:
+            (size,) = struct.unpack_from("<Q", content, start + len(_HEAP)) if start + 16 <= len(content) else (0,)
+            at, end = start + 16, start + size
+            if end > len(content):
+                raise ValueError("it ends within a heap of texts")
+            while at + 16 <= end:
+                index, _, _, length = struct.unpack_from("<HHIQ", content, at)
+                taken = length if index == 0 else 16 + length + -length % 8  # 0: free space, its head included
+                if not 16 <= taken <= end - at:
+                    raise ValueError("a heap of texts does not add up")
+                at += taken
+            start = content.find(_HEAP, start + len(_HEAP))
 
 
 def _text(value: Any) -> str:

@@ -22,7 +22,7 @@ from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
 from multilayer.simulation.settings import DiffuseIncidence
 from multilayer.simulation.single_numbers import ratings
-from multilayer.simulation.tasks import Arrays, Outcome, Task, run_task
+from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound, run_task
 from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
@@ -120,7 +120,7 @@ def run(
     Raises
     ------
     InputError
-        When a stack has no finite response.
+        When a stack has no finite response, or one that creates energy.
 
     Warns
     -----
@@ -136,6 +136,8 @@ def run(
             progress(cases[plan.case_of[index]].label)
 
     outcomes = run_all(run_task, plan.tasks, executor, done)
+    for task, outcome in zip(plan.tasks, outcomes, strict=True):
+        refuse_unsound(task, outcome, plan.grid.frequency)
     _warn_once(plan.tasks, outcomes)
     grouped: list[list[Outcome]] = [[] for _ in cases]
     for outcome, i in zip(outcomes, plan.case_of, strict=True):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
 from multilayer.response.diffuse_field import diffuse_field
@@ -130,37 +130,54 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
         field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
-        if window is None:
-            _refuse_unsound(stack, frequency, field.absorption, field.transmission_loss)
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
-    _refuse_unsound(stack, frequency, wave.absorption, wave.transmission_loss)
     quantities = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
-        "normalised_impedance": wave.surface_impedance / stack.ambient.gas.impedance,
+        "normalised_impedance": _normalised(wave.surface_impedance, stack.ambient.gas.impedance),
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
     return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
 
 
+def _normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
+    # infinite at a rigid face: a quotient of complex numbers would have no number as its imaginary part
+    return np.asarray(np.where(np.isinf(impedance), np.inf, impedance / of_gas))
+
+
 _ROUNDING = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
 
 
-def _refuse_unsound(
-    stack: Stack, frequency: RealArray, absorption: RealArray, transmission_loss: RealArray | None
-) -> None:
-    """Refuse a response of an infinite stack that is no number, or gives back more energy than came in.
+def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
+    """Refuse results that are no numbers, or give back more energy than came in.
 
-    Both come of numbers so far apart that their digits are lost, or of a layer that creates energy.
+    Both come of numbers so far apart that their digits are lost, or of a layer that creates energy. Only results that
+    are kept are looked at: an inverse problem may pass through such stacks on its way.
+
+    Parameters
+    ----------
+    task : Task
+    outcome : Outcome
+        Its result.
+    frequency : array, shape (n_frequency,)
+        Hz, of the result.
+
+    Raises
+    ------
+    InputError
+        With the first such frequency and the most extreme field.
     """
-    through = 0.0 if transmission_loss is None else 10 ** (-transmission_loss / 10)
-    # what comes back and what goes through are no more than what came in
-    sound = (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
+    absorption, loss = outcome.quantities["absorption"], outcome.quantities.get("transmission_loss")
+    sound = ~np.any([np.isnan(values) for values in outcome.quantities.values()], axis=0)
+    if task.size is None:  # edges add to what a sample takes in
+        through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
+        sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
     if not np.all(sound):
-        first = float(np.broadcast_to(frequency, sound.shape)[~sound].ravel()[0])
-        raise refusal(stack, f"the response gives back more energy than came in, or is no number: {_LOST}", first)
+        first = float(np.broadcast_to(frequency, sound.shape)[~sound][0])
+        text = f"the response gives back more energy than came in, or is no number: {_LOST}"
+        raise _of_case(task, refusal(task.stack, text, first))
 
 
 def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict[str, NDArray[Any] | None]:
