@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.bounds import CHANNELS, DATA_VALUES
+from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of, spectra_of
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import library, reads
@@ -79,6 +80,9 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
         is_text = _text(item.attrs.get("MATLAB_class", "")) == "char"
         if not isinstance(item, h5py.Dataset) or is_text or item.shape is None or item.dtype.kind not in _NUMBERS:
             return
+        if item.is_virtual or item.external:
+            text = f"{show(name)} takes its numbers from other files, which are not read; copy them into this one"
+            raise InputError(Problem(text, file=file))
         count(max(item.size, item.nbytes // 8))
         arrays[name] = np.asarray(item)
         unit_texts = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]

@@ -129,6 +129,23 @@ class TestArrays:
         found = read_channels(tmp_path / "run.h5")
         assert (found["fast"].sampling_rate, found["slow"].sampling_rate) == (51200.0, 10.0)
 
+    @pytest.mark.parametrize("kind", ["external", "virtual"])
+    def test_numbers_of_other_files(self, tmp_path, kind):
+        import h5py
+
+        (tmp_path / "secret.bin").write_bytes(bytes(8 * 300))
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            file["ai1"] = SIGNALS["ai0"]
+            if kind == "external":
+                file.create_dataset("ai0", (300,), "f8", external=[(str(tmp_path / "secret.bin"), 0, 2400)])
+            else:
+                layout = h5py.VirtualLayout((300,), "f8")
+                layout[:] = h5py.VirtualSource(str(tmp_path / "other.h5"), "ai0", (300,))
+                file.create_virtual_dataset("ai0", layout)
+            file["elsewhere"] = h5py.ExternalLink("other.h5", "/ai0")
+        with pytest.raises(InputError, match="'ai0' takes its numbers from other files, which are not read"):
+            read_channels(tmp_path / "run.h5")
+
     def test_uneven_times(self, tmp_path):
         from scipy.io import savemat
 
