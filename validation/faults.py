@@ -1,6 +1,6 @@
 """Every step of every command's writing fails once, in every way: part of ``docs/validation/reliability.md``.
 
-Run it as ``python -m validation.faults``; about ten minutes.
+Run it as ``python -m validation.faults``; about ten minutes. With commands as arguments: of these only.
 
 Each command computes once. Where it writes, a copy of the process writes for every fault: its k-th call of the system
 is preceded or followed by a signal (KILL, INT, TERM), or fails (disk full, input and output error), once on an empty
@@ -44,7 +44,7 @@ COMMANDS = (
     "diagnose examples/foam_b",
     "rig examples/virtual_rig.yaml",
     "tube examples/raw_tube",
-    "shape-factor --radius 22.5mm --thickness 25mm --poisson-ratio 0.3",
+    "import examples/foam_b/signals/h25mm-t1mm_0200Hz.npz --base base_1 --top top_1 --rate 25600Hz",
     "schema",
     "plugins new my-foam --kind layer",
     "examples foam_b",
@@ -368,7 +368,7 @@ def rows(command: str, faults: Sequence[str] = FAULTS) -> Iterator[str]:
 def main() -> None:
     """Print the table."""
     sys.stdout.write(f"{HEADING}\n")
-    for command in COMMANDS:
+    for command in sys.argv[1:] or COMMANDS:
         for row in rows(command):
             sys.stdout.write(f"{row}\n")
             sys.stdout.flush()
