@@ -1,6 +1,6 @@
 """Every step of every command's writing fails once, in every way: part of ``docs/validation/reliability.md``.
 
-Run it as ``python -m validation.faults``; about ten minutes. With commands as arguments: of these only.
+Run it as ``python -m validation.faults``; about half an hour. With commands as arguments: of these only.
 
 Each command computes once. Where it writes, a copy of the process writes for every fault: its k-th call of the system
 is preceded or followed by a signal (KILL, INT, TERM), or fails (disk full, input and output error), once on an empty

@@ -101,6 +101,7 @@ def diagnose(
         opened = open_source(source)
         if opened.of_stacks and (known or save_law):
             raise InputError(f"--with and --save-law are of campaigns; {source} is of stacks: leave them out")
+        _check_without(without or [])
         ask = _tube if opened.of_stacks else partial(_campaign, known or [])
         with placed_in(source):
             result, folder = ask(opened, out, without or [], law, seed, executor)
@@ -132,6 +133,15 @@ def _save(result: Diagnosis, file: Path) -> None:
     except InputError as error:
         raise InputError(f"--save-law: {error}".replace("another folder with --out", "another file")) from None
     typer.echo(f"law written to {file}", err=True)
+
+
+def _check_without(names: list[str]) -> None:
+    from multilayer.diagnosis.effects.base import EFFECTS
+    from multilayer.errors import InputError, suggest
+
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(f"--without: there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
 
 
 def _campaign(

@@ -58,17 +58,17 @@ def placed_in(source: Path) -> Iterator[None]:
         yield
     except MultilayerError as error:
         problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
-        if all(problem.file or _of_options(problem) for problem in problems):
+        if all(_has_place(problem, source) for problem in problems):
             raise
         raise InputError([_found_in(source, problem) for problem in problems]) from error
 
 
-def _of_options(problem: Problem) -> bool:
-    return problem.message.startswith("--")
+def _has_place(problem: Problem, source: Path) -> bool:
+    return problem.file is not None or problem.message.startswith(("--", f"{source}:"))
 
 
 def _found_in(source: Path, problem: Problem) -> Problem:
-    if problem.file is not None or _of_options(problem):
+    if _has_place(problem, source):
         return problem
     try:
         document = read_yaml(source, keep_problems=True)

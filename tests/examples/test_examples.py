@@ -12,7 +12,7 @@ from multilayer.media.rod import rod_transmissibility
 from multilayer.response import base_motion, plane_wave
 from multilayer.rig.file import load_rig
 from multilayer.stack import load_stack
-from tests.cli.command import run
+from tests.cli.command import result_names, run
 from tests.examples.make_foam_tube import table as foam_tube_table
 from tests.examples.make_raw_tube import tables as raw_tube_tables
 
@@ -154,7 +154,7 @@ def raw_tube(source, folder):
     """Two unlike microphones, exchanged, give the reflection of the foam that they were computed from."""
     done = run("tube", source, "--out", folder)
     assert (done.status, done.err) == (0, "")
-    assert {path.name for path in folder.iterdir()} == {"tube.csv", "tube.png"}
+    assert result_names(folder) == {"tube.csv", "tube.png"}
     rows = list(csv.DictReader((folder / "tube.csv").read_text().splitlines()))
     truth = plane_wave(load_stack(EXAMPLES / "foam_tube" / "truth.yaml"), [float(row["frequency_hz"]) for row in rows])
     found = np.array([complex(float(row["reflection_re"]), float(row["reflection_im"])) for row in rows])

@@ -12,9 +12,9 @@ from multilayer.rig.synthesis import make_campaign
 from multilayer.rig.writer import write_campaign
 from tests.cli.campaigns import edit
 from tests.cli.campaigns import write_campaign as write_one_plate
-from tests.cli.command import run
+from tests.cli.command import result_names, run
 from tests.cli.test_bad_input import assert_refused
-from tests.cli.test_fit import names, strict_json
+from tests.cli.test_fit import strict_json
 from tests.rig.virtual import rig_file
 
 SERIES = {
@@ -47,7 +47,7 @@ class TestPreload:
     def test_files_and_table(self, series, tmp_path):
         done = run("preload", series, "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
-        assert names(tmp_path / "out") == {"preload.csv", "preload.json", "preload.png"}
+        assert result_names(tmp_path / "out") == {"preload.csv", "preload.json", "preload.png"}
         assert "E1 changes by +5." in done.out
         found = rows(tmp_path / "out" / "preload.csv")
         assert [float(row["frequency_hz"]) for row in found] == [200.0, 400.0]
@@ -62,7 +62,7 @@ class TestPreload:
         assert found == json.loads((tmp_path / "out" / "preload.json").read_text())
         assert found["E1_slope"]["verdict"] == "seen"
         assert found["campaigns"] == ["foam"]
-        assert names(tmp_path / "out") == {"preload.csv", "preload.json"}
+        assert result_names(tmp_path / "out") == {"preload.csv", "preload.json"}
 
     def test_one_plate(self, tmp_path):
         done = run("preload", write_one_plate(tmp_path / "foam"), "--out", tmp_path / "out")
@@ -87,7 +87,7 @@ class TestAnisotropy:
     def test_files_and_table(self, axes, tmp_path):
         done = run("anisotropy", *axes, "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
-        assert names(tmp_path / "out") == {"anisotropy.csv", "anisotropy.json", "anisotropy.png"}
+        assert result_names(tmp_path / "out") == {"anisotropy.csv", "anisotropy.json", "anisotropy.png"}
         assert "no anisotropy is seen (p = 1)" in done.out
         found = rows(tmp_path / "out" / "anisotropy.csv")
         assert [(row["axis"], row["campaign"]) for row in found[::2]] == [
