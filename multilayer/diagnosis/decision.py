@@ -17,6 +17,7 @@ from multilayer.diagnosis.thresholds import (
     LEAST_SHRINKAGE_ONE,
     RIGHT_GUARDED,
     RIGHT_NO_GAP,
+    SECOND_SHARE,
     SECOND_TERM,
     SEEN_HELD_OUT,
     TIED,
@@ -175,20 +176,28 @@ def _single_where_enough(
 
     For instance, a plate bends under an accelerometer: this is no second cause.
     """
-    least = comparison.score(best) - SECOND_TERM
     parts = [names for names in shrinkages if len(names) < len(best) and set(names) <= set(best)]
-    parts = [names for names in parts if comparison.score(names) > least]
     shares = {names: _visible_share(names, shrinkages) for names in parts}
     parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
-    enough = [names for names in parts if not lack_of_fit(comparison.fitted[names])]
-    if parts and not enough and lack_of_fit(comparison.fitted[best]):  # two are not better than one
+    near = [names for names in parts if comparison.score(best) - comparison.score(names) < SECOND_TERM]
+    # what a law misses of a huge gap must not be taken for a second effect
+    remains = [names for names in parts if _second_share(comparison, names, best) < SECOND_SHARE]
+    enough = [names for names in {*near, *remains} if not lack_of_fit(comparison.fitted[names])]
+    if not enough:  # nor two effects be taken for better than one where they leave a misfit, too
+        allowed = {*near, *remains} if lack_of_fit(comparison.fitted[best]) else set(remains)
         enough = [
             names
-            for names in parts
+            for names in allowed
             if _explains_enough(comparison, names, shares[names])
             and not lack_of_fit(comparison.fitted[names], is_misfit_allowed=True)
         ]
     return max(enough, key=comparison.score, default=best)
+
+
+def _second_share(comparison: ModelComparison, single: tuple[str, ...], both: tuple[str, ...]) -> float:
+    """Return what a second effect adds to the evidence, over what the first explains."""
+    first = comparison.evidence[single] - comparison.evidence[()]
+    return (comparison.evidence[both] - comparison.evidence[single]) / first if first > 0 else float("inf")
 
 
 def _group(comparison: ModelComparison, best: tuple[str, ...]) -> list[tuple[str, ...]]:
