@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
@@ -56,8 +57,9 @@ def place_in(text: str, index: int) -> Place:
     return text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index)
 
 
+@lru_cache(maxsize=1)  # its kind is told from a file first, then it is read: parsing takes longer than all that follows
 def compose(text: str, file: Path) -> Node | None:
-    """Return the root node of the one document in `text`, or None for an empty one.
+    """Return the root node of the one document in `text`, or None for an empty one; nobody may change it.
 
     Raises
     ------

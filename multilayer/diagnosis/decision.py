@@ -122,7 +122,7 @@ def _objection(
 ) -> str:
     """Return why the best cause is not named; empty where it is named."""
     share = _visible_share(best, shrinkages)
-    is_misfit_allowed = len(best) == 1 and _explains_enough(comparison, best, share)
+    is_misfit_allowed = _explains_enough(comparison, best, share)
     if reason := lack_of_fit(comparison.fitted[best], is_misfit_allowed=is_misfit_allowed):
         return f"{in_words(best)} explains most, but {reason}"
     if reason := _held_out_objection(comparison, best, shrinkages):
@@ -162,10 +162,15 @@ def _visible_share(best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], S
 
 
 def _explains_enough(comparison: ModelComparison, best: tuple[str, ...], share: float | None) -> bool:
-    """Tell whether an effect may be right although it leaves a misfit, because it explains so much of a huge gap."""
+    """Tell whether a cause may be right although it leaves a misfit, because it explains so much of a huge gap.
+
+    Two effects must explain more than one: all but what the law of one may miss.
+    """
     if share is None:
         return False
     before, after = (fit.minimum.cost_per_datum - 1 for fit in (comparison.nominal, comparison.fitted[best]))
+    if len(best) > 1:
+        return share > FULL_SHRINKAGE and after < SECOND_SHARE * before
     return share > FULL_SHRINKAGE or (share > LEAST_SHRINKAGE and after < (1 - FULL_FIT) * before)
 
 

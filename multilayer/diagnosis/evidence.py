@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 from scipy.special import logsumexp
@@ -42,9 +43,10 @@ from multilayer.executors import run_all
 from multilayer.inference.pulls import nuisance_p_value, stated_pulls
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
+PairTasks = dict[tuple[str, ...], tuple[Fitted, BaseEffect]]  # a fit to begin at, and the second effect
 _LARGE = (0.01, 0.02, 0.04, 0.08)  # those of an unknown cause
 _FAR_BEHIND = 10.0  # times the least misfit, above which an effect is not combined with a second one
-_PAIR_BEHIND = 2.0  # times the least misfit, above which a pair is given up after its first steps
+_PAIR_BEHIND = 10.0  # times the least misfit, above which a pair is given up after its first steps
 _MOST_TIMES = 10.0  # largest size of an effect, relative to its usual one, in the estimate of its gain
 
 
@@ -241,13 +243,18 @@ def compare(
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or is_unfit):
         near = [names for names in best if evidence[best[0]] - evidence[names] < NEAR]
         pairs = _promising(singles, best if is_unfit else near, effects, several=several, is_unfit=is_unfit)
-        tasks = [(singles[names], effects[second]) for names, second in pairs]
-        started = dict(zip(pairs, run_all(_begin_pair, tasks, executor), strict=True))
-        coarse = finish_all(started, executor, behind=_PAIR_BEHIND)
-        for (names, second), pair in polish_fits(coarse, executor, UNEXPLAINED).items():
-            score = tolerant_evidence(pair)
-            if score > max(evidence[names], evidence[second,]) + SECOND_EVIDENCE:
-                fitted[pair.names], evidence[pair.names] = pair, score
+        tasks = {(*names, second): (singles[names], effects[second]) for names, second in pairs}
+        seen: set[frozenset[str]] = set()
+        while tasks:
+            seen |= {frozenset(names) for names in tasks}
+            before = _best_pair(fitted, evidence)
+            for names, pair in _fit_pairs(tasks, executor).items():
+                score = tolerant_evidence(pair)
+                if score > max(evidence[name,] for name in names) + SECOND_EVIDENCE:
+                    fitted[names], evidence[names] = pair, score
+            after = _best_pair(fitted, evidence)
+            more = _exchanged(fitted[after], effects, singles) if is_unfit and after and after != before else {}
+            tasks = {names: task for names, task in more.items() if frozenset(names) not in seen}
     free = [fit.log_evidence for fit in (places or {}).values()]
     evidences = [discrepancy_evidence(nominal, _LARGE)[0], *free]
     evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
@@ -277,6 +284,32 @@ def _promising(
         for second in others if is_lost else _likely(singles[names], others):
             pairs.setdefault(frozenset((*names, second)), (names, second))
     return list(pairs.values())
+
+
+def _best_pair(fitted: Mapping[tuple[str, ...], Fitted], evidence: Mapping[tuple[str, ...], float]) -> tuple[str, ...]:
+    return max((names for names in fitted if len(names) > 1), key=evidence.__getitem__, default=())
+
+
+def _fit_pairs(tasks: PairTasks, executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
+    """Return fits of pairs; such as are far behind others are given up."""
+    started = dict(zip(tasks, run_all(_begin_pair, list(tasks.values()), executor), strict=True))
+    return polish_fits(finish_all(started, executor, behind=_PAIR_BEHIND), executor, UNEXPLAINED)
+
+
+def _exchanged(pair: Fitted, effects: Mapping[str, BaseEffect], singles: Mapping[tuple[str, ...], Fitted]) -> PairTasks:
+    """Return the pairs that have one effect of the best pair, each to begin at that without the other effect.
+
+    What single effects promise may mislead where neither explains anything alone.
+    """
+    tasks: PairTasks = {}
+    for other, kept in permutations(pair.hypothesis.effects):
+        is_kept = [not parameter.name.startswith(f"{other.name}.") for parameter in pair.hypothesis.parameters]
+        minimum = replace(pair.minimum, z=pair.minimum.z[is_kept])
+        base = replace(pair, hypothesis=pair.hypothesis.with_effects(kept), minimum=minimum)
+        for (name,) in singles:
+            if name not in pair.names:
+                tasks[kept.name, name] = base, effects[name]
+    return tasks
 
 
 def _likely(fitted: Fitted, others: Mapping[str, BaseEffect]) -> list[str]:

@@ -29,6 +29,9 @@ _JUNK: tuple[Any, ...] = (
 )  # fmt: skip
 _PIECES = "{}[]:,-#&*!|>'\"%@`\n \t\\0123456789.eE+?~é\x00\ufeff"
 _FACTORS = (0.5, 2, -1, 10, 0.1, 1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9, 1e12, 1e-12, 1e30, 1e-30)
+# libyaml's are several times as fast
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 MOST_POINTS = 20_000  # of what passes, what takes longer is not computed
 
 
@@ -38,10 +41,14 @@ def mutant(text: str, rng: np.random.Generator, others: list[str]) -> str:
         for _ in range(int(rng.integers(1, 5))):
             text = _spoilt_text(text, rng)
         return text
-    data = yaml.safe_load(text)
+    data = _loaded(text)
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
         data = _spoilt_data(data, rng, others)
-    return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
+    return yaml.dump(data, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
+
+
+def _loaded(text: str) -> Any:
+    return yaml.load(text, Loader=_LOADER)  # noqa: S506  # the safe one
 
 
 def _spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
@@ -120,7 +127,7 @@ class YamlTarget:
     def __init__(self, files: list[Path], seed: int, deep: float = 1.0) -> None:
         self.files, self.seed, self.deep = files, seed, deep
         self.texts = [file.read_text(encoding="utf-8") for file in files]
-        keys = {key for text in self.texts for path in _paths(yaml.safe_load(text)) for key in path}
+        keys = {key for text in self.texts for path in _paths(_loaded(text)) for key in path}
         self.names = sorted(key for key in keys if isinstance(key, str))
 
     def text(self, index: int) -> tuple[Path, str]:
