@@ -182,6 +182,8 @@ def _single_where_enough(
     For instance, a plate bends under an accelerometer: this is no second cause.
     """
     parts = [names for names in shrinkages if len(names) < len(best) and set(names) <= set(best)]
+    if not parts:
+        return best
     shares = {names: _visible_share(names, shrinkages) for names in parts}
     parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
     near = [names for names in parts if comparison.score(best) - comparison.score(names) < SECOND_TERM]

@@ -33,6 +33,7 @@ from multilayer.diagnosis.result import Curves, Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
@@ -135,12 +136,18 @@ def diagnose_campaign(
         nominal, places = _with_rim_place(nominal, minima, usable, places)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
+    both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),
         "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **assessment.misfit_entries()},
         **({"with": [effect.name for effect in given]} if given else {}),
+        "two_causes": two_causes_entry(both) if both else None,
     }
+    if both:
+        record["sentence"] = f"{record['sentence']} {record['two_causes']['text']}"
+        order = record["two_causes"]["places"]
+        record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
     best = assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
     return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, moduli)

@@ -91,6 +91,15 @@ def test_two_effects_are_named_where_the_second_adds_much(lead, gap, named):
     assert len(decision.best) == named
 
 
+def test_something_unknown_is_no_sum_of_effects():
+    one = ("channel_gain",)
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted = fit_effects(nominal, {one[0]: EFFECTS[one[0]]()})
+    evidence = {(): -1000.0, one: -500.0, UNKNOWN: -10.0}
+    decision = decide(ModelComparison(nominal, fitted, evidence, 1), {one: Shrinkage(100.0, 50.0, "all")})
+    assert (decision.verdict, decision.best) == ("unknown", UNKNOWN)
+
+
 def test_two_effects_at_one_place_count_once_there():
     both = ("skin", "delamination")
     fitted = SimpleNamespace(hypothesis=SimpleNamespace(effects=[EFFECTS[name]() for name in both]))
