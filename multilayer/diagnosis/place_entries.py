@@ -100,7 +100,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
         factor = (2 * math.pi * law.centre) ** (-term.order)
         parameters = law.parameters[position : position + count]
         first = position - len(law.parameters)
-        intervals = [_interval(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
+        intervals = [interval_at(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
         entry: dict[str, Any] = {"term": named, "kind": term.kind, "order": term.order, "parameters": {}}
         for name, (value, low, high), parameter in zip(_keys(parameters), intervals, parameters, strict=True):
             entry["parameters"][name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
@@ -144,7 +144,8 @@ def _keys(parameters: Sequence[Parameter]) -> list[str]:
     return [parameter.name.partition(".")[2] for parameter in parameters]
 
 
-def _interval(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
+def interval_at(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
+    """Return value and ends of the 90 % interval of the parameter at an index of a fit's unknowns."""
     z, spread = fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index])
     reach = float(ndtri(0.5 + _PROBABILITY / 2)) * spread
     value, low, high = (float(parameter.prior.value(z + step)) for step in (0.0, -reach, reach))
