@@ -17,9 +17,8 @@ from scipy.special import ndtri
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.place_fits import PlaceFit
+from multilayer.diagnosis.thresholds import NOT_CAUSAL_P, NOT_PASSIVE_P
 
-_LEAST_P = 0.001  # probability below which a law is told not to be causal
-_OUTSIDE = 0.1  # probability that the band of a law on the edge of passivity excludes it anywhere
 _POWERS = (-2, -1, 0, 1, 2)  # of i w
 _RELAXATIONS = (3, 10.0)  # poles per decade, and the factor by which they lie beyond the band
 _RESONANCES = (8, 2.0)
@@ -37,7 +36,7 @@ def is_passive(fit: PlaceFit) -> bool | None:
     sign, part = fit.place.passive_sign, fit.place.passive_part
     if not sign or (part == "imag" and np.all(fit.law().real < 0)):
         return None
-    low, high = fit.band(float(ndtri(1 - _OUTSIDE / len(fit.drawn.nodes))))
+    low, high = fit.band(float(ndtri(1 - NOT_PASSIVE_P / len(fit.drawn.nodes))))
     edge = getattr(high, part) if sign > 0 else -getattr(low, part)
     return bool(np.all(edge >= 0))
 
@@ -57,7 +56,7 @@ def is_causal(fit: PlaceFit) -> bool | None:
     z = fit.fitted.minimum.z[-count:]
     both = np.kron(np.eye(2), basis)
     covariance = both @ fit.fitted.minimum.covariance[-count:, -count:] @ both.T
-    return causal_p_value(frequency, drawn.drawn(z, frequency), covariance) >= _LEAST_P
+    return causal_p_value(frequency, drawn.drawn(z, frequency), covariance) >= NOT_CAUSAL_P
 
 
 def causal_p_value(frequency: RealArray, law: ComplexArray, covariance: RealArray) -> float:

@@ -16,12 +16,11 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
-from multilayer.diagnosis.thresholds import TIED
+from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
 
 _PROBABILITY = 0.9  # of intervals
-_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "passive": is_passive(fit),
         "causal": is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
-        "form_is_enough": drawn.form.log_evidence > fit.log_evidence - _AS_WELL,
+        "form_is_enough": drawn.form.log_evidence > fit.log_evidence - FORM_AS_WELL,
     }  # fmt: skip
 
 

@@ -13,10 +13,10 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
+from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.thresholds import LEAST_SCORE, NEAR, SECOND_TERM
+from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, SECOND_TERM, UNEXPLAINED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
@@ -25,7 +25,6 @@ from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
 
-SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
 # evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
 _ROUGH = 0.25  # share of its cost by which a coarse descent may be short: places are given up farther behind only
@@ -218,7 +217,7 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     """
     place = SampleShape(needs_finite_elements=True)
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     at = np.concatenate([start, np.zeros(len(law.parameters))])
     free = _finished(nominal, Fitted(nominal.hypothesis.with_effects(law), _unmoved(nominal, law, at)))
     better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
@@ -282,7 +281,7 @@ def _scale(nominal: Fitted, place: BasePlace) -> tuple[float, RealArray]:
 def _first_step(nominal: Fitted, place: BasePlace) -> Fitted:
     """Return a place with a free law of the larger size, one Gauss-Newton step from the nominal model."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     hypothesis = nominal.hypothesis.with_effects(law)
     z = np.concatenate([nominal.minimum.z, np.zeros(len(law.parameters))])
     residual, jacobian = hypothesis.linearised(z)
@@ -299,7 +298,7 @@ def _gains(nominal: Fitted, step: Fitted) -> bool:
 def _begun(nominal: Fitted, place: BasePlace, length: float = LENGTH) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale, length)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length)
     start = np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))])
     return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
 
@@ -316,8 +315,8 @@ def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
         np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))]),
     )
     fits = [_descended(begun.hypothesis, begun.minimum.z, *_FINE)]
-    for size in SIZES[:-1]:
-        sized = replace(law, size=law.size * size / SIZES[-1])
+    for size in LAW_SIZES[:-1]:
+        sized = replace(law, size=law.size * size / LAW_SIZES[-1])
         z = fits[0].minimum.z.copy()
         z[-count:] *= law.size / sized.size
         hypothesis = nominal.hypothesis.with_effects(sized)
