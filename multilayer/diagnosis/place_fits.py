@@ -22,6 +22,7 @@ from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
+from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
 
@@ -31,6 +32,7 @@ _ROUGH = 0.25  # share of its cost by which a coarse descent may be short: place
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
+_CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
@@ -299,8 +301,10 @@ def _begun(nominal: Fitted, place: BasePlace, length: float = LENGTH) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
     law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length)
-    start = np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))])
-    return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
+    hypothesis, at_rest = nominal.hypothesis.with_effects(law), nominal.hypothesis.at_rest(nominal.minimum.z)
+    constants = [law.constant(value) for value in (_CONSTANTS if place.detunes else (0j,))]
+    starts = np.stack([np.concatenate([at_rest, constant]) for constant in constants])
+    return _descended(hypothesis, starts[np.argmin(costs_per_datum(hypothesis.residual, starts))], *_COARSE)
 
 
 def _unfinished(begun: Fitted) -> PlaceFit:

@@ -29,7 +29,7 @@ FIT_P = 0.001  # least p-value of the misfit (with TOLERANCE), of stated quantit
 TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the errors of solvers
 MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the data's covariance
 TEMPERATURE = 6.0  # nats of evidence per nat of stated probability: from development runs
-# relative sizes of a smooth discrepancy in place of any cause; correlation lengths in ln f of that, and of the errors of
+# relative sizes of a smooth discrepancy in place of any cause; correlation lengths in ln f of that and of the errors of
 # laws, which vary more slowly, as those of power laws do
 UNKNOWN_SIZES = (0.01, 0.02, 0.04, 0.08)
 DISCREPANCY_LENGTH, LAW_LENGTH = 0.4, 1.0

@@ -25,6 +25,7 @@ FOAM = {
     "type": "equivalent_fluid", "name": "foam", "porosity": 0.97, "flow_resistivity": 1e4, "tortuosity": 1.3,
     "viscous_length": 1e-4, "thermal_length": 2e-4,
 }  # fmt: skip
+FRAME = {"type": "poroelastic", "frame_density": 40.0, "young_modulus": 2e5, "poisson_ratio": 0.3, "loss_factor": 0.1}
 NOISE = 0.003
 
 
@@ -45,11 +46,11 @@ def test_a_backing_that_reflects_nothing_is_open_air():
     assert np.abs(seen - setting.reflection(into_air)).max() < 1e-12
 
 
-def measured(place, term, values):
+def measured(place, term, values, foam=FOAM):
     """Return a foam of two thicknesses in a tube, with a simple law at a place, and noise."""
     rng, n = np.random.default_rng(1), len(F)
     stacks = {
-        name: Stack.model_validate({"version": 1, "layers": [{**FOAM, "thickness": thickness}]})
+        name: Stack.model_validate({"version": 1, "layers": [{**foam, "thickness": thickness}]})
         for name, thickness in (("thin", 0.03), ("thick", 0.06))
     }
 
@@ -71,7 +72,7 @@ def measured(place, term, values):
     shown = blank.with_effects(law).predict(z)
     noise = NOISE * (rng.standard_normal((2, n)) + 1j * rng.standard_normal((2, n)))
     nominal = problem({name: s + e for name, s, e in zip(stacks, shown, noise, strict=True)})
-    return Fitted(nominal, minimise(nominal, nominal.start))
+    return Fitted(nominal, minimise(nominal, nominal.start))  # nothing is unknown: the gap stays as it is
 
 
 @pytest.mark.parametrize(
@@ -82,19 +83,26 @@ def measured(place, term, values):
         ("beside", Term("power", 0), [0.1]),
         ("layer_density", Term("power", 0), [-0.3]),
         ("layer_bulk_modulus", Term("power", 0), [0.2]),
+        ("layer_modulus", Term("power", 0), [-0.5]),
+        ("layer_modulus", Term("fractional"), [0.6, 0.4]),  # a modulus that rises with frequency, and its losses
     ],
 )
 def test_the_place_and_the_simple_form_of_its_law(name, term, values):
     place = TUBE_PLACES[name]("foam") if name.startswith("layer") else TUBE_PLACES[name]()
-    nominal = measured(place, term, values)
+    nominal = measured(place, term, values, FOAM | FRAME if name == "layer_modulus" else FOAM)
     first, second = [*fit_places(nominal).values()][:2]
     assert first.place.name == name
     assert first.log_evidence - second.log_evidence > 5
     form = simple_form(nominal, first)
     assert form.form.terms == (term,)
-    deviation = np.sqrt(form.fitted.minimum.covariance[-1, -1])
-    true = form.form.parameters[0].prior.coordinate(values[0])
-    assert abs(form.fitted.minimum.z[-1] - true) < 4 * deviation
+    deviations = np.sqrt(np.diag(form.fitted.minimum.covariance))[-len(values) :]
+    true = [p.prior.coordinate(value) for p, value in zip(form.form.parameters, values, strict=True)]
+    assert np.all(np.abs(form.fitted.minimum.z[-len(values) :] - true) < 4 * deviations)
+
+
+def test_a_gap_beside_nothing_unknown_is_seen():
+    nominal = measured(TUBE_PLACES["in_front"](), Term("power", 0), [80.0])
+    assert nominal.minimum.cost > 10 * len(F)
 
 
 def test_without_a_gap_no_place_is_better_than_none():

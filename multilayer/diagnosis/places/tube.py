@@ -12,7 +12,13 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.places.base import TubePlace, TubeSetting
-from multilayer.experiments.stacks.places import before_backing, pore_layers, with_other_pores
+from multilayer.experiments.stacks.places import (
+    before_backing,
+    elastic_layers,
+    pore_layers,
+    with_other_modulus,
+    with_other_pores,
+)
 from multilayer.stack import Stack
 
 
@@ -132,6 +138,35 @@ class LayerBulkModulus(InLayer):
     def stack(self, setting: TubeSetting, stack: Stack, values: ComplexArray) -> Stack:
         """Return the stack with another bulk modulus in that layer's pores."""
         return with_other_pores(stack, self.configuration, bulk_modulus=np.exp(values))
+
+
+@dataclass(frozen=True)
+class LayerModulus(TubePlace):
+    """Young's modulus of a layer's skeleton, by a factor exp(law), in every stack that has it; Poisson's ratio stays.
+
+    Attributes
+    ----------
+    configuration : str
+        The layer's name, or its position in the stack.
+    """
+
+    configuration: str = ""
+
+    name = "layer_modulus"
+    title = "in a layer, by the modulus of its skeleton"
+    quantity = "change of ln E"
+    detunes = True
+    terms: ClassVar = {0: ("factor", "")}
+
+    @classmethod
+    def instances(cls, settings: tuple[TubeSetting, ...]) -> list[Self]:
+        """Return a place for each isotropic elastic or poroelastic layer."""
+        names = [name for setting in settings for _, name in elastic_layers(setting.stack)]
+        return [cls(name) for name in dict.fromkeys(names)]
+
+    def stack(self, setting: TubeSetting, stack: Stack, values: ComplexArray) -> Stack:
+        """Return the stack with another modulus of that layer."""
+        return with_other_modulus(stack, self.configuration, np.exp(values))
 
 
 class TubeReading(TubePlace):

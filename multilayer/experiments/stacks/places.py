@@ -12,6 +12,7 @@ from pydantic import PrivateAttr
 from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.experiments.places import BasePlace
 from multilayer.experiments.stacks.effects import TubeEffect, TubeSetting, with_layer, with_layers
+from multilayer.layers.base import ElasticLayer
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer
 from multilayer.matrix.wave import Wave
@@ -81,6 +82,47 @@ def pore_layers(stack: Stack) -> Iterator[tuple[int, str]]:
     for index, layer in enumerate(stack.layers):
         if isinstance(layer, PoreLayer):
             yield index, layer.name or str(index)
+
+
+def elastic_layers(stack: Stack) -> Iterator[tuple[int, str]]:
+    """Yield position and name, or position as text, of every layer with an isotropic elastic skeleton."""
+    for index, layer in enumerate(stack.layers):
+        if isinstance(layer, ElasticLayer):
+            yield index, layer.name or str(index)
+
+
+def with_other_modulus(stack: Stack, name: str, factor: Numeric) -> Stack:
+    """Return the stack with another Young's modulus of a layer; unchanged where it has no such elastic layer.
+
+    Parameters
+    ----------
+    stack : Stack
+    name : str
+        The layer's name, or its position as text.
+    factor : complex or array, shape (m, n)
+        On the complex modulus.
+    """
+    for index, label in elastic_layers(stack):
+        if label == name:
+            layer = stack.layers[index]
+            other = _with_stiffness(type(layer)).model_construct(**dict(layer))
+            other._stiffness = factor
+            return with_layer(stack, index, other)
+    return stack
+
+
+@cache
+def _with_stiffness(kind: type[ElasticLayer]) -> Any:
+    """Return a layer type whose skeleton has another modulus."""
+
+    class OtherModulus(kind):  # type: ignore[valid-type, misc]
+        _stiffness: Any = PrivateAttr(default=1.0)
+
+        def complex_modulus(self, wave: Wave) -> Numeric:
+            modulus: Numeric = super().complex_modulus(wave) * self._stiffness
+            return modulus
+
+    return OtherModulus
 
 
 def with_other_pores(stack: Stack, name: str, density: Numeric = 1.0, bulk_modulus: Numeric = 1.0) -> Stack:
