@@ -22,6 +22,16 @@ from multilayer.simulation.bands import Grid
 from multilayer.simulation.quantities import QUANTITIES
 
 _LOW_TO_HIGH = "50-5000"
+
+
+def _enlarged(bands: Mapping[float, float]) -> str:
+    terms = enlarged_adaptation_terms(bands)
+    if _LOW_TO_HIGH not in terms:
+        raise InputError(f"these terms need the bands {_LOW_TO_HIGH} Hz")
+    c, ctr = terms[_LOW_TO_HIGH]
+    return f"{c}; {ctr} dB"
+
+
 _LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], object]]] = {
     ("absorption", "third octaves"): {
@@ -30,7 +40,7 @@ _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], ob
     },
     ("transmission_loss", "third octaves"): {
         "Rw (C; Ctr)": weighted_reduction_index,
-        f"C{_LOW_TO_HIGH}; Ctr{_LOW_TO_HIGH}": lambda bands: _enlarged(bands),
+        f"C{_LOW_TO_HIGH}; Ctr{_LOW_TO_HIGH}": _enlarged,
         "STC": sound_transmission_class,
         "OITC": outdoor_indoor_transmission_class,
     },
@@ -59,14 +69,6 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
         except InputError:  # a band is missing
             continue
     return rated
-
-
-def _enlarged(bands: Mapping[float, float]) -> str:
-    terms = enlarged_adaptation_terms(bands)
-    if _LOW_TO_HIGH not in terms:
-        raise InputError(f"these terms need the bands {_LOW_TO_HIGH} Hz")
-    c, ctr = terms[_LOW_TO_HIGH]
-    return f"{c}; {ctr} dB"
 
 
 def _band_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float, float]:
