@@ -16,6 +16,7 @@ from multilayer.layers.base import ElasticLayer
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer
 from multilayer.matrix.wave import Wave
+from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 _LEAST = 1e-12  # difference of reflections of the stack before different walls that is rounding
@@ -94,7 +95,9 @@ def elastic_layers(stack: Stack) -> Iterator[tuple[int, str]]:
 def pore_fluid(setting: TubeSetting, name: str, frequency: RealArray) -> tuple[ComplexArray, ComplexArray] | None:
     """Return density, kg/m3, and bulk modulus, Pa, of the air in a layer's pores, shape (n,); None without such."""
     layers = (setting.stack.layers[index] for index, label in pore_layers(setting.stack) if label == name)
-    return next((layer.pore_fluid(_wave(setting, frequency)) for layer in layers if isinstance(layer, PoreLayer)), None)
+    with collected_warnings():  # the nominal model's warnings are reported
+        fluids = (layer.pore_fluid(_wave(setting, frequency)) for layer in layers if isinstance(layer, PoreLayer))
+        return next(fluids, None)
 
 
 def skeleton_modulus(setting: TubeSetting, name: str, frequency: RealArray) -> ComplexArray | None:
