@@ -121,8 +121,12 @@ def test_effects_of_tubes_name_places():
 
 
 RISING = {
-    "law": "fractional_zener", "relaxed_modulus": 1.2e5, "unrelaxed_modulus": 9e5, "relaxation_time": 2e-4, "order": 0.7,
-}  # fmt: skip
+    "law": "fractional_zener",
+    "relaxed_modulus": 1.2e5,
+    "unrelaxed_modulus": 9e5,
+    "relaxation_time": 2e-4,
+    "order": 0.7,
+}
 
 
 def test_a_modulus_of_the_frame_that_varies_with_frequency_is_told_and_drawn(tmp_path):
