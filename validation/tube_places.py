@@ -28,8 +28,8 @@ HEADING = """# Where the gap of measured tubes lies
 Made by `python -m validation.tube_places`. Plants in a tube before a cavity of 1 to 5 cm (TU Delft, 200 to 1600 Hz, one
 measurement each), the plant known from its series on the wall, as on the page of measured tubes; the library has no
 `rear_air_gap`. Tied: places within 6 nats, which such data cannot tell apart: of one measurement a backing and a
-reading whose phase lags are nearly the same. Drawn: the impedance of the backing, from the law at `behind`, whether that
-is first or not, beside -i Z0 cot(k d) with the stated depth d: share of the law's frequencies (even in ln f) at which it
+reading whose phase lags are nearly the same. Drawn: the impedance of the backing, from the law at `behind` (be that
+first or not), beside -i Z0 cot(k d) with the stated depth d: share of the law's frequencies (even in ln f) at which it
 is off by at most 20 %, median, and depth by the slope of its phase. A cotangent passes through 0, where any error of
 depth is large beside it. The best rear air gaps of these series are 1 to 5 mm off the stated depths, too (measured
 tubes).
