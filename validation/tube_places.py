@@ -92,12 +92,12 @@ def conclusions(found: Sequence[Case]) -> str:
     """Return what is met of the targets: `behind` in all series, its impedance off by 20 % at most."""
     count, off = len(found), [float(np.median(case.off)) for case in found]
     met = sum(bool(np.all(case.off <= WITHIN)) for case in found)
+    every = percent(float(np.mean([case.off <= WITHIN for case in found])))
     return f"""
-- `behind` first: {sum(case.is_first for case in found)} of {count}, aimed at {count}; first, or tied with the first:
-  {sum(case.is_first or case.is_tied for case in found)}.
-- Impedance within {WITHIN:.0%} at all frequencies: {met} of {count}, aimed at {count}; in the median over frequency:
-  {sum(median <= WITHIN for median in off)}; at {percent(float(np.mean([case.off <= WITHIN for case in found])))} of all
-  frequencies.
+- `behind` first: {sum(case.is_first for case in found)} of {count}, aimed at {count}.
+- `behind` first, or tied with the first: {sum(case.is_first or case.is_tied for case in found)} of {count}.
+- Impedance within {percent(WITHIN)} at all frequencies: {met} of {count}, aimed at {count}.
+- In the median over frequency: {sum(median <= WITHIN for median in off)} of {count}; at {every} of all frequencies.
 """
 
 

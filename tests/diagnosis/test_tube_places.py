@@ -185,3 +185,20 @@ def test_changes_of_one_layer_add_up():
         stack = with_factors(stack, "foam", **{name: factor})
     np.testing.assert_allclose(setting.reflection(stack), at_once, rtol=1e-12)
     assert with_factors(stack, "other", density=2.0) is stack
+
+
+@pytest.mark.parametrize("kind", ["poroelastic", "elastic_solid", "elastic_plate"])
+def test_a_factor_on_the_modulus_is_another_modulus(kind):
+    skeleton = {name: FRAME[name] for name in ("young_modulus", "poisson_ratio")}
+    slab = {"type": kind, "name": "foam", "thickness": 0.02, "density": 40.0, **skeleton}
+    layer = {**FOAM, **FRAME, "thickness": 0.02, "loss_factor": 0.0} if kind == "poroelastic" else slab
+
+    def reflection(young_modulus, factor):
+        before_air = [layer | {"young_modulus": young_modulus}, {"type": "fluid", "thickness": 0.05}]
+        stack = Stack.model_validate({"version": 1, "layers": before_air})
+        setting = TubeSetting("tube", F, 60.0, stack, Tube())
+        return setting.reflection(with_factors(stack, "foam", young_modulus=factor))
+
+    plain, changed = (reflection(2e5, factor) for factor in (1.0, 1.5 + 0.6j))
+    np.testing.assert_allclose(changed, reflection(2e5 * (1.5 + 0.6j), 1.0), rtol=1e-12)
+    assert np.abs(changed - plain).max() > 1e-3
