@@ -34,6 +34,17 @@ def slit_end_length(slit_width: Numeric, perforation: Numeric) -> Numeric:
     return length
 
 
+def duct_end_length(hole_radius: Numeric, duct_radius: Numeric) -> Numeric:
+    """Return the length, m, by which the air at its end lengthens a round hole that opens into a round duct.
+
+    J. Kergomard & A. Garcia, J. Sound Vib. 114 (1987) 465-479: ``0.82 r (1 - 1.35 x + 0.31 x^3)``, x = r / R, on one
+    axis; it vanishes near x = 0.9.
+    """
+    x = hole_radius / duct_radius
+    length: Numeric = 0.82 * hole_radius * (1 - 1.35 * x + 0.31 * x**3)
+    return length
+
+
 def hole_pitch(hole_radius: Numeric, perforation: Numeric) -> Numeric:
     """Return the distance, m, between the centres of holes in a square array."""
     return hole_radius * np.sqrt(np.pi / perforation)

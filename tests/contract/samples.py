@@ -150,6 +150,14 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("loud", {**_MICRO, "hole_velocity": 5.0, "discharge_coefficient": 0.8}, False),
         ("in a flow", {**_MICRO, "bias_velocity": 2.0, "grazing_mach": 0.1, "density": 1400.0}, False),
     ],
+    "helmholtz_resonators": [
+        (
+            "bottles",
+            {"neck_radius": 5e-3, "neck_length": 0.02, "pitch": 0.1, "cavity_depth": 0.1, "cavity_radius": 0.04},
+            False,
+        ),
+        ("honeycomb", {"neck_radius": 5e-4, "neck_length": 1e-3, "pitch": 0.01, "cavity_depth": 0.04}, False),
+    ],
     "viscothermal_fluid": [
         ("gap", {"thickness": 1e-4}, False),
         ("honeycomb", {"thickness": 0.03, "tube_radius": 3e-4, "open_area": 0.8}, False),
