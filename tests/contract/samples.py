@@ -97,6 +97,19 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
             False,
         ),
         (
+            "holes in wool",
+            {
+                **{"model": "double_porosity", "thickness": 0.1, "perforation": 0.1, "hole_radius": 5e-3},
+                **{**_PORES, "flow_resistivity": 1e5},
+            },
+            False,
+        ),
+        (
+            "slits in a foam",
+            {"model": "double_porosity", "thickness": 0.1, "perforation": 0.2, "slit_width": 4e-3, **_DENSE_PORES},
+            False,
+        ),
+        (
             "horoshenkov-swift",
             {
                 "model": "horoshenkov_swift",
