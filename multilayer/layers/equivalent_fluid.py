@@ -31,6 +31,9 @@ class EquivalentFluid(AnyPoreLayer):
     `jcapl`               those of `jcal` and static_viscous_tortuosity, static_thermal_tortuosity
     `wilson`              porosity, tortuosity, and flow_resistivity or vorticity_time, entropy_time (s)
     `horoshenkov_swift`   porosity, median_pore_size (m), pore_size_deviation (of its logarithm to base 2)
+    `fibres`              porosity, fibre_diameter (m); fibre_orientation (0 in the plane of the layer, 1/3 random)
+    `open_cells`          porosity, cell_size (m)
+    `grains`              porosity, grain_diameter (m)
     `double_porosity`     those of `jca` of the material between holes, perforation, hole_radius or slit_width (m)
     ===================== ==============================================================================================
     """

@@ -47,6 +47,7 @@ _JCAL = {"model": "jcal", "thermal_permeability": 6e-9}
 _JCAPL = {**_JCAL, "model": "jcapl", "static_viscous_tortuosity": 1.3, "static_thermal_tortuosity": 1.4}
 _WILSON = {"porosity": 0.98, "tortuosity": 1.05}
 _MICRO = {"model": "maa", "thickness": 2e-4, "hole_radius": 1e-4, "perforation": 0.01}
+_FELT = {"model": "fibres", "porosity": 0.9, "fibre_diameter": 2e-5, "fibre_orientation": 1 / 3}
 _WOOD = {
     "thickness": 0.01,
     "density": 450.0,
@@ -84,6 +85,11 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("by a law", {"thickness": 0.05, **_MELAMINE, "young_modulus": _ZENER, "loss_factor": 0.0}, False),
         ("thermal permeability", {"thickness": 0.03, **_MELAMINE, **_JCAL}, False),
         ("static tortuosities", {"thickness": 0.03, **_MELAMINE, **_JCAPL}, False),
+        (
+            "felt",
+            {"thickness": 0.02, **_FELT, "frame_density": 120.0, "young_modulus": 1e5 + 1e4j, "poisson_ratio": 0.0},
+            False,
+        ),
     ],
     "equivalent_fluid": [
         ("johnson-champoux-allard", {"thickness": 0.05, **_PORES}, False),
@@ -96,6 +102,14 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
             {"model": "wilson", "thickness": 0.05, **_WILSON, "vorticity_time": 1e-4, "entropy_time": 2e-4},
             False,
         ),
+        ("fibres", {"model": "fibres", "thickness": 0.05, "porosity": 0.97, "fibre_diameter": 1e-5}, False),
+        (
+            "random fibres",
+            {**_FELT, "thickness": 0.02},
+            False,
+        ),
+        ("cells", {"model": "open_cells", "thickness": 0.05, "porosity": 0.98, "cell_size": 6e-4}, False),
+        ("gravel", {"model": "grains", "thickness": 0.1, "porosity": 0.4, "grain_diameter": 5e-3}, False),
         (
             "holes in wool",
             {
@@ -125,6 +139,7 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("johnson-champoux-allard", {"thickness": 0.05, **_PORES, "frame_density": 30.0}, False),
         ("dense", {"thickness": 0.02, **_DENSE_PORES, "frame_density": 600.0}, False),
         ("lafarge", {"thickness": 0.05, **_PORES, **_JCAL, "frame_density": 9.0}, False),
+        ("felt", {"thickness": 0.02, **_FELT, "frame_density": 120.0}, False),
     ],
     "screen": [
         ("held still", {"flow_resistance": 400.0}, False),
