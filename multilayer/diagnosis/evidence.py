@@ -17,7 +17,7 @@ from scipy.special import logsumexp
 
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, StartedFit, begin, finish_all, polish_fits
+from multilayer.diagnosis.fitting import Fitted, StartedFit, begin, finish_all, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit, misfit_p_value
 from multilayer.diagnosis.place_fits import PlaceFit
 from multilayer.diagnosis.thresholds import (
@@ -37,6 +37,8 @@ from multilayer.diagnosis.thresholds import (
     SECOND_EVIDENCE,
     TEMPERATURE,
     TIED,
+    UNEXPLAINED,
+    UNKNOWN_SIZES,
 )
 from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
@@ -44,7 +46,6 @@ from multilayer.inference.pulls import nuisance_p_value, stated_pulls
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
 PairTasks = dict[tuple[str, ...], tuple[Fitted, BaseEffect]]  # a fit to begin at, and the second effect
-_LARGE = (0.01, 0.02, 0.04, 0.08)  # those of an unknown cause
 _FAR_BEHIND = 10.0  # times the least misfit, above which an effect is not combined with a second one
 _PAIR_BEHIND = 10.0  # times the least misfit, above which a pair is given up after its first steps
 _MOST_TIMES = 10.0  # largest size of an effect, relative to its usual one, in the estimate of its gain
@@ -84,13 +85,17 @@ class ModelComparison:
         The prior probability of each kind of causes is shared by its members. Of two causes that fit, the evidence
         depends on how wrong their laws may be; the prediction of held-out data hardly does.
         """
+        return self.fitted_score(names) + self.held_out.get(names, 0.0)
+
+    def fitted_score(self, names: tuple[str, ...]) -> float:
+        """Return the logarithm of evidence times prior."""
         if names == ():
             return self.evidence[names] + float(np.log(PRIOR_NONE))
         if names == UNKNOWN:
             return self.evidence[names] + float(np.log(PRIOR_UNKNOWN))
         n = max(self.n_effects, 1)
         prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
-        return self.evidence[names] + float(np.log(prior)) + self.held_out.get(names, 0.0)
+        return self.evidence[names] + float(np.log(prior))
 
     @property
     def near(self) -> list[tuple[str, ...]]:
@@ -256,7 +261,7 @@ def compare(
             more = _exchanged(fitted[after], effects, singles) if is_unfit and after and after != before else {}
             tasks = {names: task for names, task in more.items() if frozenset(names) not in seen}
     free = [fit.log_evidence for fit in (places or {}).values()]
-    evidences = [discrepancy_evidence(nominal, _LARGE)[0], *free]
+    evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES)[0], *free]
     evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
     return ModelComparison(nominal, fitted, evidence, len(singles), places or {})
 

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
-from multilayer.diagnosis.thresholds import NEAR
+from multilayer.diagnosis.thresholds import NEAR, UNEXPLAINED
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, minimise_bfgs
@@ -34,7 +34,6 @@ COARSELY = (_SOME, _COARSE)  # steps and tolerance of minima that are only compa
 _FOLLOWED = 2  # valleys that are followed to their minimum
 _BEHIND = 10.0  # times the least misfit in the valleys of all effects, above which an effect is given up
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # times the least misfit, up to which coarse minima are polished, and how many at most
-UNEXPLAINED = 10.0  # cost per datum, errors of laws included, above which a hypothesis explains nothing
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of sizes of either sign
 

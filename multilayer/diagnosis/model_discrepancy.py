@@ -13,14 +13,13 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.thresholds import DISCREPANCY_LENGTH, LAW_LENGTH
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.derivative import FINE, Stencil
 from multilayer.inference.low_rank import LowRank
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
 
-_LAW_LENGTH = 1.0  # correlation length of a law's error in ln f: errors of power laws vary slowly
-_LENGTH = 0.4  # correlation length of a discrepancy of unknown origin
 _KEPT = 1e-4  # least eigenvalue of its covariance that is kept, relative to the largest
 _MOST = 3.0  # limit of changes of ln(ratio) where the reading nearly vanishes: larger ones are not first-order errors
 _TINY = 1e-12
@@ -102,7 +101,7 @@ def smooth_basis(hypothesis: Hypothesis) -> RealArray:
     first = 0
     for i, data in enumerate(hypothesis.data):
         n = len(data.frequency)
-        distance = np.subtract.outer(np.log(data.frequency), np.log(data.frequency)) / _LENGTH
+        distance = np.subtract.outer(np.log(data.frequency), np.log(data.frequency)) / DISCREPANCY_LENGTH
         sizes, vectors = np.linalg.eigh(np.exp(-0.5 * distance**2))
         kept = sizes > _KEPT * sizes[-1]
         columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T
@@ -180,11 +179,11 @@ def _sizes(hypothesis: Hypothesis, configurations: int) -> list[float]:
 def _shapes(hypothesis: Hypothesis, all_data: Sequence[Data]) -> list[RealArray]:
     """Return by configuration smooth functions of ln f, shape (k, n), whose sum with normal weights is an error."""
     at = np.log(np.concatenate([data.frequency for data in all_data]))
-    knots = np.arange(at.min(), at.max() + _LAW_LENGTH / 2, _LAW_LENGTH / 2)
-    sizes, vectors = np.linalg.eigh(_kernel(knots, knots, _LAW_LENGTH))
+    knots = np.arange(at.min(), at.max() + LAW_LENGTH / 2, LAW_LENGTH / 2)
+    sizes, vectors = np.linalg.eigh(_kernel(knots, knots, LAW_LENGTH))
     kept = sizes > 1e-3 * sizes[-1]
     weights = vectors[:, kept] / np.sqrt(sizes[kept])
-    return [(_kernel(np.log(data.frequency), knots, _LAW_LENGTH) @ weights).T for data in hypothesis.data]
+    return [(_kernel(np.log(data.frequency), knots, LAW_LENGTH) @ weights).T for data in hypothesis.data]
 
 
 def _factors(hypothesis: Hypothesis, amounts: RealArray) -> list[list[ComplexArray]]:

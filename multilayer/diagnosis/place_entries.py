@@ -16,12 +16,11 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
-from multilayer.diagnosis.thresholds import TIED
+from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
 
 _PROBABILITY = 0.9  # of intervals
-_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "passive": is_passive(fit),
         "causal": is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
-        "form_is_enough": drawn.form.log_evidence > fit.log_evidence - _AS_WELL,
+        "form_is_enough": drawn.form.log_evidence > fit.log_evidence - FORM_AS_WELL,
     }  # fmt: skip
 
 
@@ -100,7 +99,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
         factor = (2 * math.pi * law.centre) ** (-term.order)
         parameters = law.parameters[position : position + count]
         first = position - len(law.parameters)
-        intervals = [_interval(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
+        intervals = [interval_at(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
         entry: dict[str, Any] = {"term": named, "kind": term.kind, "order": term.order, "parameters": {}}
         for name, (value, low, high), parameter in zip(_keys(parameters), intervals, parameters, strict=True):
             entry["parameters"][name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
@@ -144,7 +143,8 @@ def _keys(parameters: Sequence[Parameter]) -> list[str]:
     return [parameter.name.partition(".")[2] for parameter in parameters]
 
 
-def _interval(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
+def interval_at(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
+    """Return value and ends of the 90 % interval of the parameter at an index of a fit's unknowns."""
     z, spread = fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index])
     reach = float(ndtri(0.5 + _PROBABILITY / 2)) * spread
     value, low, high = (float(parameter.prior.value(z + step)) for step in (0.0, -reach, reach))

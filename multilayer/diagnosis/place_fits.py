@@ -13,25 +13,26 @@ from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import UNEXPLAINED, Fitted, begin, best_of, minimise_scaled
+from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.thresholds import LEAST_SCORE, NEAR, SECOND_TERM
+from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, SECOND_TERM, UNEXPLAINED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
+from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum, Scaled
 
-SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
 # evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
 _ROUGH = 0.25  # share of its cost by which a coarse descent may be short: places are given up farther behind only
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
+_CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
@@ -97,6 +98,13 @@ class PlaceFit:
             law, z, _ = self._resonance
             return law.curve(z, self.grid)
         return self.drawn.drawn(self.fitted.minimum.z[-2 * len(self.drawn.nodes) :], self.grid)
+
+    def departs_from(self) -> ComplexArray | None:
+        """Return what the law changes, at `grid`, shape (n,); None where the law is all there is."""
+        fit = self.explanation
+        settings = fit.hypothesis.settings_at(fit.minimum.z)
+        found = (self.place.departs_from(setting, self.grid) for setting in settings)
+        return next((values for values in found if values is not None), None)
 
     def band(self, deviations: float = 1.645) -> tuple[ComplexArray, ComplexArray]:
         """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each."""
@@ -218,7 +226,7 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     """
     place = SampleShape(needs_finite_elements=True)
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     at = np.concatenate([start, np.zeros(len(law.parameters))])
     free = _finished(nominal, Fitted(nominal.hypothesis.with_effects(law), _unmoved(nominal, law, at)))
     better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
@@ -282,7 +290,7 @@ def _scale(nominal: Fitted, place: BasePlace) -> tuple[float, RealArray]:
 def _first_step(nominal: Fitted, place: BasePlace) -> Fitted:
     """Return a place with a free law of the larger size, one Gauss-Newton step from the nominal model."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     hypothesis = nominal.hypothesis.with_effects(law)
     z = np.concatenate([nominal.minimum.z, np.zeros(len(law.parameters))])
     residual, jacobian = hypothesis.linearised(z)
@@ -299,9 +307,11 @@ def _gains(nominal: Fitted, step: Fitted) -> bool:
 def _begun(nominal: Fitted, place: BasePlace, length: float = LENGTH) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, SIZES[-1] * scale, length)
-    start = np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))])
-    return _descended(nominal.hypothesis.with_effects(law), start, *_COARSE)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length)
+    hypothesis, at_rest = nominal.hypothesis.with_effects(law), nominal.hypothesis.at_rest(nominal.minimum.z)
+    constants = [law.constant(value) for value in (_CONSTANTS if place.detunes else (0j,))]
+    starts = np.stack([np.concatenate([at_rest, constant]) for constant in constants])
+    return _descended(hypothesis, starts[np.argmin(costs_per_datum(hypothesis.residual, starts))], *_COARSE)
 
 
 def _unfinished(begun: Fitted) -> PlaceFit:
@@ -316,8 +326,8 @@ def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
         np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))]),
     )
     fits = [_descended(begun.hypothesis, begun.minimum.z, *_FINE)]
-    for size in SIZES[:-1]:
-        sized = replace(law, size=law.size * size / SIZES[-1])
+    for size in LAW_SIZES[:-1]:
+        sized = replace(law, size=law.size * size / LAW_SIZES[-1])
         z = fits[0].minimum.z.copy()
         z[-count:] *= law.size / sized.size
         hypothesis = nominal.hypothesis.with_effects(sized)

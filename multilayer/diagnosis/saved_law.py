@@ -198,22 +198,30 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
     """
     if record["verdict"] == "effect":
         first = next(cause for cause in record["causes"] if cause["effects"] == record["group"][0])
-        parameters = {name: Interval(**value) for name, value in first["parameters"].items()}
-        effects = tuple(
-            SavedEffect(
-                effect=name,
-                parameters={
-                    key.partition(".")[2]: value for key, value in parameters.items() if key.startswith(f"{name}.")
-                },
-            )
-            for name in first["effects"]
-        )
-        return RigLaw(campaign=campaign, effects=effects)
+        return RigLaw(campaign=campaign, effects=_saved_effects(first))
     if record["verdict"] == "no_gap" or not record["law"]:
         raise InputError(
             "--save-law: the diagnosis shows no law to save: there is no gap, or no place that explains it"
         )
+    if both := record.get("two_causes"):
+        if not both["effects"]:
+            text = "two unknown laws at once are drawn to be looked at; to save one, find the cause of the other first"
+            raise InputError(f"--save-law: {text}")
+        return RigLaw(campaign=campaign, effects=_saved_effects(both), laws=(_saved(both["law"]),))
     return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))
+
+
+def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
+    parameters = {name: Interval(**value) for name, value in cause["parameters"].items()}
+    return tuple(
+        SavedEffect(
+            effect=name,
+            parameters={
+                key.partition(".")[2]: value for key, value in parameters.items() if key.startswith(f"{name}.")
+            },
+        )
+        for name in cause["effects"]
+    )
 
 
 def _saved(law: Mapping[str, Any]) -> SavedLaw:
@@ -308,13 +316,11 @@ def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
         saved = saved_law(record, file.stem)
     except InputError as error:
         raise InputError(Problem(str(error).removeprefix("--save-law: "), file=file)) from None
-    if not saved.effects:
-        return saved.applied(file)
-    effects = []
+    effects: list[Acting] = []
     for one in saved.effects:
         effect = _rig_effect(one.effect, file)
         effects.append(_with_priors(effect, {name: _Wide(found) for name, found in one.parameters.items()}))
-    return tuple(effects)
+    return (*effects, *(_of_law(law, file) for law in saved.laws))
 
 
 class _Wide:

@@ -29,6 +29,15 @@ FIT_P = 0.001  # least p-value of the misfit (with TOLERANCE), of stated quantit
 TOLERANCE = 0.005  # relative size of a smooth discrepancy that every hypothesis may keep: the errors of solvers
 MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the data's covariance
 TEMPERATURE = 6.0  # nats of evidence per nat of stated probability: from development runs
+# relative sizes of a smooth discrepancy in place of any cause; correlation lengths in ln f of that and of the errors of
+# laws, which vary more slowly, as those of power laws do
+UNKNOWN_SIZES = (0.01, 0.02, 0.04, 0.08)
+DISCREPANCY_LENGTH, LAW_LENGTH = 0.4, 1.0
+LAW_SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
+UNEXPLAINED = 10.0  # cost per datum, errors of laws included, above which a hypothesis explains nothing
+FORM_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
+# probability below which a law is told not to be causal, and of calling a law on the edge of passivity not passive
+NOT_CAUSAL_P, NOT_PASSIVE_P = 0.001, 0.1
 DETECTED = 5.0  # standard deviations of an effect that would be detected
 N_FIRST, N_SECOND = 3, 3  # effects that are tried in pairs, and number of partners of each
 # prior probability of each kind of causes, all of its members together
@@ -38,6 +47,7 @@ PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
 RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_NAMED_ONE, RIGHT_GUARDED = 0.99, 0.97, 0.9, 0.8  # seeds 5 and 6: 20 of 20 named
 
 
-def in_force() -> dict[str, float]:
-    """Return all thresholds by name."""
-    return {name: value for name, value in globals().items() if name.isupper()}
+def in_force() -> dict[str, float | list[float]]:
+    """Return all thresholds by name, as JSON has them."""
+    named = {name: value for name, value in globals().items() if name.isupper()}
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in named.items()}

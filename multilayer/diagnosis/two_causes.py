@@ -15,7 +15,7 @@ from multilayer.diagnosis.decision import in_words
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, at_minimum
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
-from multilayer.diagnosis.place_entries import DrawnPlace, law_entry
+from multilayer.diagnosis.place_entries import DrawnPlace, interval_at, law_entry
 from multilayer.diagnosis.place_fits import PlaceFit, fit_places, simple_form
 from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_SHARE, SECOND_TERM
 from multilayer.experiments.two_plate.campaign import CampaignProblem
@@ -51,8 +51,8 @@ class TwoCauses:
 def two_causes(comparison: ModelComparison, executor: Executor | None = None) -> TwoCauses | None:
     """Return the best known effect or free law with a free law at another place, where both together explain the data.
 
-    They must fit, or leave no more of the gap than a law may miss; have more evidence than any single cause; and foretell
-    configurations that were left out. A single configuration cannot tell two causes apart.
+    They must fit, or leave no more of the gap than a law may miss; have more evidence than any single cause; and
+    foretell configurations that were left out. A single configuration cannot tell two causes apart.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
         return None
     known = [names for names in comparison.ranked if len(names) == 1 and names in comparison.fitted]
     firsts = [comparison.fitted[names] for names in known[:1]] + [best_alone.explanation]
-    pairs = [(first, *_beside(comparison.nominal, first, executor)) for first in firsts]
+    pairs = [(first, *_beside(comparison, first, executor)) for first in firsts]
     first, base, second = max(pairs, key=lambda pair: pair[2].log_evidence)
     alone = max(best_alone.log_evidence, *(comparison.evidence[names] for names in known))
     if second.log_evidence < alone + SECOND_TERM or not _is_enough(comparison.nominal, second.explanation):
@@ -81,15 +81,15 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
     return TwoCauses(None if is_known else best_alone, first.names if is_known else (), place, drawn)
 
 
-def _beside(nominal: Fitted, first: Fitted, executor: Executor | None) -> tuple[Fitted, PlaceFit]:
+def _beside(comparison: ModelComparison, first: Fitted, executor: Executor | None) -> tuple[Fitted, PlaceFit]:
     """Return the nominal model with the first cause as part of it, and the best free law at another place."""
-    problem = nominal.hypothesis_as(CampaignProblem)
+    problem = comparison.nominal.hypothesis_as(CampaignProblem)
     effects = first.hypothesis_as(CampaignProblem).effects
     rigs = problem.finite if any(effect.needs_finite_elements for effect in effects) else problem.rigs
     whole = replace(problem, rigs=rigs, given=(*problem.given, *effects))
     base = at_minimum(whole, first.minimum.z)
     taken = {str(getattr(effect, "place", "") or getattr(effect, "name", "")) for effect in effects}
-    places = fit_places(base, executor)
+    places = fit_places(base, executor, [fit.place.name for fit in comparison.places.values()])
     return base, next(fit for label, fit in places.items() if label not in taken)
 
 
@@ -101,7 +101,8 @@ def _is_enough(nominal: Fitted, fitted: Fitted) -> bool:
 def two_causes_entry(two: TwoCauses) -> dict[str, Any]:
     """Return the entry ``two_causes`` of ``diagnosis.json``: the first cause, place and law of the second one.
 
-    `law` has the keys of the entry of the same name; a first cause that is a free law has its place only.
+    `law` has the keys of the entry of the same name; a first cause that is a free law has its place only. `parameters`
+    are those of a known effect, with 90 % intervals.
     """
     law, share = law_entry(two.drawn), two.drawn.shrinkage.share
     known = in_words(two.names) if two.first is None else f"a law of its own {two.first.place.title}"
@@ -110,7 +111,17 @@ def two_causes_entry(two: TwoCauses) -> dict[str, Any]:
     return {
         "text": f"Two causes at once explain {100 * share:.0f} % of the gap on held-out data: {known}, and {second}.",
         "effects": list(two.names),
+        "parameters": _parameters(two) if two.names else {},
         "places": [two.place, two.drawn.free.place.name],
         "shrinkage": round(share, 4),
         "law": law,
     }
+
+
+def _parameters(two: TwoCauses) -> dict[str, dict[str, Any]]:
+    entries = {}
+    for index, parameter in enumerate(two.explanation.hypothesis.parameters):
+        if parameter.name.startswith(f"{two.names[0]}."):
+            value, low, high = interval_at(two.explanation, parameter, index)
+            entries[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
+    return entries

@@ -56,8 +56,11 @@ class BasePlace:
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
     needs_finite_elements : bool
         Whether the law stands beside a free rim in finite elements.
+    detunes : bool
+        Whether a law moves a resonance so far that a search from none goes astray: it begins at the best constant.
     passive_sign : int
-        Sign of the real or imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
+        Sign of the real or imaginary part of the law of a passive thing, of a change together with what it changes
+        (`departs_from`); 0 where the law is not that of a thing.
     passive_part : {'imag', 'real'}
         Which part that is.
     """
@@ -70,6 +73,7 @@ class BasePlace:
     configuration: str = ""
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
+    detunes: ClassVar[bool] = False
     passive_sign: ClassVar[int] = 0
     passive_part: ClassVar[Literal["imag", "real"]] = "imag"
 
@@ -98,6 +102,13 @@ class BasePlace:
             The nominal model's, absolute, Pa; 1 of a tube.
         """
         return 1.0
+
+    def departs_from(self, setting: Any, frequency: RealArray) -> ComplexArray | None:
+        """Return what the law is a change of, at frequencies in Hz of shape (n,), in the law's unit.
+
+        None where the law is all there is, or the configuration lacks what changes.
+        """
+        return None
 
 
 class LawAtPlace(BaseEffect):
@@ -194,6 +205,11 @@ class DrawnLaw(LawAtPlace):
         kernel = _kernel(nodes, nodes) + _JITTER * np.eye(len(nodes))
         root = np.linalg.cholesky(kernel)
         return np.asarray(np.linalg.solve(root, _kernel(nodes, np.log(frequency) / self.length)).T)
+
+    def constant(self, value: complex) -> RealArray:
+        """Return the coordinates, shape (2 k,), of a law that is the same at all nodes, in standard deviations."""
+        weights = np.linalg.solve(self.basis(np.exp(self.nodes)), np.ones(len(self.nodes)))
+        return np.concatenate([value.real * weights, value.imag * weights])
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""

@@ -76,7 +76,8 @@ def minimise(
         with_priors, start, scale="jac" if scaled else 1.0, method=method, most=most,
         ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
     )  # fmt: skip
-    values, slopes = minimum.residual[:-n], minimum.jacobian[:-n]
+    count = len(minimum.residual) - n
+    values, slopes = minimum.residual[:count], minimum.jacobian[:count]
     return Minimum(minimum.z, float(values @ values), values, slopes, minimum.converged)
 
 

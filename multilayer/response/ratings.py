@@ -25,6 +25,20 @@ _SPECTRA = {
     "C": (-29, -26, -23, -21, -19, -17, -15, -13, -12, -11, -10, -9, -9, -9, -9, -9),
     "Ctr": (-20, -20, -18, -16, -15, -14, -13, -12, -11, -9, -8, -9, -10, -11, -13, -15),
 }
+# ISO 717-1:2020, table B.1: spectra of enlarged ranges from 50 Hz, dB
+_ENLARGED = (50, 63, 80, *THIRD_OCTAVES)
+_C_TO_3150 = (-40, -36, -33, *_SPECTRA["C"])
+_C_TO_5000 = (
+    -41, -37, -34, -30, -27, -24, -22, -20, -18, -16, -14, -13, -12, -11, -10, -10, -10, -10, -10, -10, -10,
+)  # fmt: skip
+_CTR = (-25, -23, -21, *_SPECTRA["Ctr"], -16, -18)
+_RANGES = {"50-3150": (_C_TO_3150, 0), "50-5000": (_C_TO_5000, 0), "100-5000": (_C_TO_5000, 3)}  # first band left out
+# ASTM E1332: A-weighted levels of road, rail and air traffic, dB, 80 to 4000 Hz; all together 100.13 dB
+_OITC_BANDS = (80, *THIRD_OCTAVES[:17])
+_OITC_SOURCE = (103, 102, 101, 98, 97, 95, 94, 93, 93, 91, 90, 89, 89, 88, 88, 87, 85, 84)
+_A_WEIGHTING = (
+    -22.5, -19.1, -16.1, -13.4, -10.9, -8.6, -6.6, -4.8, -3.2, -1.9, -0.8, 0.0, 0.6, 1.0, 1.2, 1.3, 1.2, 1.0,
+)  # fmt: skip
 # ASTM E413: the contour relative to its value at 500 Hz, from 125 to 4000 Hz
 _STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
 # ISO 11654:1997, table 1
@@ -85,11 +99,54 @@ def weighted_reduction_index(reduction: Bands) -> ReductionIndex:
     bands = THIRD_OCTAVES[:16]
     values = np.floor(10 * _values(reduction, bands) + 0.5) / 10
     rw = 52 + _shift(values, np.array(_ISO717_THIRDS), most=32.0)
-    terms = {}
-    for name, spectrum in _SPECTRA.items():
-        level = -10 * np.log10(np.sum(10 ** ((np.array(spectrum) - values) / 10)))
-        terms[name] = int(np.floor(level + 0.5)) - rw
-    return ReductionIndex(rw, terms["C"], terms["Ctr"])
+    c, ctr = (_adapted(values, spectrum) - rw for spectrum in _SPECTRA.values())
+    return ReductionIndex(rw, c, ctr)
+
+
+def _adapted(values: RealArray, spectrum: tuple[int, ...]) -> int:
+    """Return the A-weighted difference of levels for a source's spectrum, in whole dB."""
+    return int(np.floor(-10 * np.log10(np.sum(10 ** ((np.array(spectrum) - values) / 10))) + 0.5))
+
+
+def enlarged_adaptation_terms(reduction: Bands) -> dict[str, tuple[int, int]]:
+    """Return C and Ctr of ISO 717-1 (annex B) by enlarged range, as ``50-5000``; of those that the bands allow.
+
+    Parameters
+    ----------
+    reduction : mapping
+        As of `weighted_reduction_index`, with the bands from 50 to 80 Hz, with 4000 and 5000 Hz, or with all of them.
+
+    Raises
+    ------
+    InputError
+        When a band from 100 to 3150 Hz is missing.
+    """
+    rw, there, terms = weighted_reduction_index(reduction).rw, set(map(float, reduction)), {}
+    for name, (spectrum, first) in _RANGES.items():
+        bands = _ENLARGED[first : len(spectrum)]
+        if there.issuperset(bands):
+            values = np.floor(10 * _values(reduction, bands) + 0.5) / 10
+            c, ctr = (_adapted(values, each[first : len(spectrum)]) - rw for each in (spectrum, _CTR))
+            terms[name] = c, ctr
+    return terms
+
+
+def outdoor_indoor_transmission_class(loss: Bands) -> int:
+    """Return the OITC of ASTM E1332 from third-octave bands, 80 to 4000 Hz.
+
+    Parameters
+    ----------
+    loss : mapping
+        Transmission loss, dB, by nominal frequency, Hz; rounded to whole dB first.
+
+    Raises
+    ------
+    InputError
+        When a band is missing.
+    """
+    values = np.floor(_values(loss, _OITC_BANDS) + 0.5)
+    source = np.array(_OITC_SOURCE) + np.array(_A_WEIGHTING)
+    return int(np.floor(100.13 - 10 * np.log10(np.sum(10 ** ((source - values) / 10))) + 0.5))
 
 
 def weighted_reduction_index_octaves(reduction: Bands) -> int:
@@ -188,4 +245,7 @@ def _values(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int
     missing = [f"{band} Hz" for band in bands if float(band) not in table]
     if missing:
         raise InputError(f"this rating needs the bands {', '.join(missing)} as well")
-    return np.array([table[float(band)] for band in bands], dtype=float)
+    values = np.array([table[float(band)] for band in bands], dtype=float)
+    if not np.all(np.isfinite(values)):
+        raise InputError("this rating needs finite values in all of its bands")
+    return values

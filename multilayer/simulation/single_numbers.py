@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from multilayer.errors import InputError
 from multilayer.response.bands import Width, band_means
 from multilayer.response.ratings import (
+    enlarged_adaptation_terms,
     noise_reduction_coefficient,
+    outdoor_indoor_transmission_class,
     sound_transmission_class,
     weighted_absorption,
     weighted_absorption_octaves,
@@ -18,6 +20,17 @@ from multilayer.response.ratings import (
 )
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.quantities import QUANTITIES
+
+_LOW_TO_HIGH = "50-5000"
+
+
+def _enlarged(bands: Mapping[float, float]) -> str:
+    terms = enlarged_adaptation_terms(bands)
+    if _LOW_TO_HIGH not in terms:
+        raise InputError(f"these terms need the bands {_LOW_TO_HIGH} Hz")
+    c, ctr = terms[_LOW_TO_HIGH]
+    return f"{c}; {ctr} dB"
+
 
 _LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], object]]] = {
@@ -27,7 +40,9 @@ _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], ob
     },
     ("transmission_loss", "third octaves"): {
         "Rw (C; Ctr)": weighted_reduction_index,
+        f"C{_LOW_TO_HIGH}; Ctr{_LOW_TO_HIGH}": _enlarged,
         "STC": sound_transmission_class,
+        "OITC": outdoor_indoor_transmission_class,
     },
     ("absorption", "octaves"): {"alpha_w": weighted_absorption_octaves},
     ("transmission_loss", "octaves"): {},  # C, Ctr and STC are defined in third octaves

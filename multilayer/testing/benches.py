@@ -37,9 +37,10 @@ def bench(effect: BaseEffect) -> Hypothesis:
 
 
 @cache
-def tube_bench() -> StackProblem:
-    """Return a foam of two thicknesses on the wall of a tube; nothing is unknown."""
-    stacks = {name: Stack.model_validate(_foam(thickness)) for name, thickness in (("thin", 0.025), ("thick", 0.05))}
+def tube_bench(*, elastic: bool = False) -> StackProblem:
+    """Return a foam of two thicknesses on the wall of a tube, with a rigid or an elastic frame; nothing is unknown."""
+    sizes = (("thin", 0.025), ("thick", 0.05))
+    stacks = {name: Stack.model_validate(_foam(thickness, elastic=elastic)) for name, thickness in sizes}
     f, n = np.array(_FREQUENCIES), len(_FREQUENCIES)
     ones = np.ones(n, dtype=complex)
     noise = ValueNoise(np.full(n, 1e-3), np.full(n, 1e-3))
@@ -54,12 +55,19 @@ def tube_bench() -> StackProblem:
     return StackProblem(stacks, (), data)
 
 
-def _foam(thickness: float) -> dict[str, Any]:
+def _foam(thickness: float, *, elastic: bool) -> dict[str, Any]:
     foam = {
         "type": "equivalent_fluid", "name": "foam", "thickness": thickness, "porosity": 0.97, "flow_resistivity": 1e4,
         "tortuosity": 1.3, "viscous_length": 1e-4, "thermal_length": 2e-4,
     }  # fmt: skip
-    return {"version": 1, "layers": [foam]}
+    frame = {
+        "type": "poroelastic",
+        "frame_density": 30.0,
+        "young_modulus": 1e5,
+        "poisson_ratio": 0.3,
+        "loss_factor": 0.1,
+    }
+    return {"version": 1, "layers": [foam | frame if elastic else foam]}
 
 
 @cache

@@ -83,8 +83,11 @@ def campaign():
     return Campaign.model_validate({**described, "configurations": configurations})
 
 
-def measured(place, term, values, seed=0):
-    """Return a nominal fit to readings with a noise of 0.4 %, of a campaign where a simple law acts at a place."""
+def measured(*acting, seed=0):
+    """Return a nominal fit to readings with a noise of 0.4 %, of a campaign where simple laws act at places.
+
+    Each is a place, a term, and its values.
+    """
     rng, described = np.random.default_rng(seed), campaign()
     ones, bursts = np.ones(F.size), np.arange(F.size) // 4
     flat = [
@@ -95,9 +98,14 @@ def measured(place, term, values, seed=0):
     space = law_space("fractional_zener", F, np.full(F.size, 3e5 * (1 + 0.3j)))
     problem = CampaignProblem(described, flat, rigs, space, Uncertainty(top_plate_mass=0.002, thickness=5e-5))
     z = soft_sample(problem)
-    law = SimpleLaw.at(place, (term,), F, place.scale(problem.settings, 3e5))
-    effect = [parameter.prior.coordinate(value) for parameter, value in zip(law.parameters, values, strict=True)]
-    shown = problem.with_effects(law).differences(np.concatenate([z, effect]))
+    laws = [SimpleLaw.at(place, (term,), F, place.scale(problem.settings, 3e5)) for place, term, _ in acting]
+    pairs = [
+        (p.prior, v)
+        for law, (*_, values) in zip(laws, acting, strict=True)
+        for p, v in zip(law.parameters, values, strict=True)
+    ]
+    effects = [prior.coordinate(value) for prior, value in pairs]
+    shown = problem.with_effects(*laws).differences(np.concatenate([z, effects]))
     noise = 0.004 * (rng.standard_normal((len(flat), F.size)) + 1j * rng.standard_normal((len(flat), F.size)))
     data = [replace(d, ratio=np.exp(s + n)) for d, s, n in zip(flat, shown, noise, strict=True)]
     nominal = replace(problem, configurations=data)
@@ -116,7 +124,7 @@ def measured(place, term, values, seed=0):
     ],
 )
 def test_the_place_and_the_simple_form_of_its_law(name, term, values):
-    nominal = measured(PLACES[name](), term, values)
+    nominal = measured((PLACES[name](), term, values))
     places = fit_places(nominal, names=TRIED)
     if not is_explained(place.fitted for place in places.values()):
         places = with_resonances(nominal, places)
@@ -133,7 +141,7 @@ def test_the_place_and_the_simple_form_of_its_law(name, term, values):
 
 
 def test_the_band_of_a_drawn_law_holds_the_true_one():
-    nominal = measured(PLACES["beside"](), Term("lossy"), [2e3, 0.2])
+    nominal = measured((PLACES["beside"](), Term("lossy"), [2e3, 0.2]))
     place = fit_places(nominal, names=("beside",))["beside"]
     low, high = place.band()
     true = 2e3 * (1 + 0.2j)
@@ -143,7 +151,7 @@ def test_the_band_of_a_drawn_law_holds_the_true_one():
 
 
 def test_nothing_is_drawn_without_a_gap():
-    nominal = measured(PLACES["reading"](), Term("power", 0), [0.0])
+    nominal = measured((PLACES["reading"](), Term("power", 0), [0.0]))
     best = next(iter(fit_places(nominal, names=TRIED).values()))
     assert best.log_evidence < tolerant_evidence(nominal)
 

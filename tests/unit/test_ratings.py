@@ -24,6 +24,34 @@ def test_weighted_reduction_index_of_the_standard() -> None:
     assert str(found) == "30 (-2; -3) dB"
 
 
+def test_the_source_of_the_outdoor_indoor_class_is_that_of_the_standard() -> None:
+    # without any insulation OITC is 0: all A-weighted levels add up to the 100.13 dB that the standard prints
+    bands = [80, *rt.THIRD_OCTAVES[:17]]
+    assert rt.outdoor_indoor_transmission_class(dict.fromkeys(bands, 0.0)) == 0
+    assert rt.outdoor_indoor_transmission_class(dict.fromkeys(bands, 30.2)) == 30
+    levels = np.array(rt._OITC_SOURCE) + np.array(rt._A_WEIGHTING)
+    assert 10 * np.log10(np.sum(10 ** (levels / 10))) == pytest.approx(100.13, abs=0.005)
+
+
+def test_terms_of_enlarged_ranges() -> None:
+    bands = [50, 63, 80, *rt.THIRD_OCTAVES]
+    # a spectrum is normalised to 0 dB: a flat insulation of 40 dB is 40 dB in every range
+    flat = dict.fromkeys(bands, 40.0)
+    rw = rt.weighted_reduction_index(flat).rw
+    assert rt.enlarged_adaptation_terms(flat) == dict.fromkeys(("50-3150", "50-5000", "100-5000"), (40 - rw, 40 - rw))
+    # a window that lets through the lowest bands: only ranges that begin at 50 Hz see it, the heavier the traffic
+    leaky = flat | dict.fromkeys((50, 63, 80), 10.0)
+    terms = rt.enlarged_adaptation_terms(leaky)
+    assert terms["100-5000"] == (40 - rw, 40 - rw)
+    assert terms["50-5000"][1] < terms["50-5000"][0] < 40 - rw
+    assert rt.enlarged_adaptation_terms(dict.fromkeys(rt.THIRD_OCTAVES[:16], 40.0)) == {}
+
+
+def test_nothing_is_rated_that_lets_no_sound_through() -> None:
+    with pytest.raises(InputError, match="finite"):
+        rt.weighted_reduction_index(ISO_717 | {500: np.inf})
+
+
 def test_sound_transmission_class_of_a_published_example() -> None:
     assert rt.sound_transmission_class(STC) == 29
 

@@ -178,8 +178,11 @@ def _detection_lines(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def _threshold_lines() -> list[str]:
-    values = in_force()
-    return ["| name | value |", "|---|---|", *(f"| {name} | {value:g} |" for name, value in values.items())]
+    rows = [
+        f"| {name} | {', '.join(f'{each:g}' for each in (value if isinstance(value, list) else [value]))} |"
+        for name, value in in_force().items()
+    ]
+    return ["| name | value |", "|---|---|", *rows]
 
 
 def _record(outcomes: Sequence[Outcome], seed: int) -> dict[str, Any]:

@@ -1,0 +1,51 @@
+"""Two causes at once, of which the library knows one or none."""
+
+from pathlib import Path
+
+import pytest
+
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
+from multilayer.diagnosis.fitting import fit_effects, polish_fits
+from multilayer.diagnosis.place_fits import fit_places
+from multilayer.diagnosis.places import PLACES
+from multilayer.diagnosis.saved_law import saved_law
+from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
+from multilayer.diagnosis.unknown_cause import tolerant_evidence
+from multilayer.errors import InputError
+from multilayer.experiments.places import Term
+from tests.diagnosis.test_places import TRIED, measured
+
+SHARE = (PLACES["added_reading"](), Term("power", 0), [0.03])
+SPRING = (PLACES["beside"](), Term("lossy"), [2e3, 0.2])
+
+
+def compared(nominal, names):
+    singles = polish_fits(fit_effects(nominal, {name: EFFECTS[name]() for name in names}))
+    evidence = {(): tolerant_evidence(nominal), **{key: tolerant_evidence(fit) for key, fit in singles.items()}}
+    places = fit_places(nominal, names=TRIED)
+    best = next(iter(places.values())).log_evidence
+    return ModelComparison(nominal, singles, {**evidence, UNKNOWN: best}, len(singles), places)
+
+
+@pytest.mark.parametrize("known", ["crosstalk", "high_pass"])
+def test_both_places_and_the_law_of_the_unknown_one(known):
+    """Crosstalk is there, and a known effect; a high pass is not there: then both causes are laws of their own."""
+    two = two_causes(compared(measured(SHARE, SPRING), [known]))
+    entry = two_causes_entry(two)
+    assert set(entry["places"]) == {"added_reading", "beside"}
+    assert entry["effects"] == (["crosstalk"] if known == "crosstalk" else [])
+    assert entry["shrinkage"] > 0.95
+    assert two.explanation.minimum.misfit / len(two.explanation.minimum.residual) < 1.1
+    record = {"verdict": "unknown", "law": entry["law"], "two_causes": entry}
+    if known == "crosstalk":
+        assert entry["law"]["form"]["terms"][0]["value"] == pytest.approx(2e3, rel=0.03)
+        crosstalk, spring = saved_law(record, "foam").applied(Path("rig.yaml"))
+        assert (crosstalk.name, spring.name) == ("crosstalk", "known_beside")
+    else:
+        with pytest.raises(InputError, match="two unknown laws"):
+            saved_law(record, "foam")
+
+
+def test_one_cause_is_not_taken_for_two():
+    assert two_causes(compared(measured(SPRING), ["high_pass"])) is None
