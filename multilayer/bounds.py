@@ -117,6 +117,9 @@ SOLVES = Bound(
 RESULT_BYTES = Bound(
     4 * 10**9, "bytes of memory that a simulation needs", "what a laptop has, all samples of a case are held", True
 )
+ACROSS_PANEL = Bound(
+    100_000, "radians of phase across a finite panel", "8000 wavelengths there and back; 1 ms at each frequency", True
+)
 FILE_BYTES = Bound(400_000_000, "bytes of a data file", "an hour of two channels at 25 kHz and 16 bits", True)
 TEXT_BYTES = Bound(100_000_000, "bytes of a text table", "five times that in memory; a binary format takes less", True)
 TEXT_LINES = Bound(2_000_000, "lines of a text table", "5 µs and 200 bytes each, whatever stands in them", True)
@@ -138,6 +141,7 @@ SIZES = (
     SAMPLES,
     SOLVES,
     RESULT_BYTES,
+    ACROSS_PANEL,
     FILE_BYTES,
     TEXT_BYTES,
     TEXT_LINES,

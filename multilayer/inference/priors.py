@@ -123,7 +123,10 @@ _FLAT, _LOGARITHMIC = ("uniform", "loguniform"), ("lognormal", "loguniform")
 def _widths(prior: Prior) -> list[tuple[str, tuple[float, float], float]]:
     """Return kind, numbers and width of priors whose width may be lost beside their values."""
     widths = [("normal", (prior.normal[0], 0.0), prior.normal[1])] if prior.normal is not None else []
-    ends = [(kind, pair) for kind in ("uniform", "loguniform") if (pair := getattr(prior, kind)) is not None]
+    if prior.lognormal is not None:
+        median, spread = prior.lognormal
+        widths.append(("lognormal", (median, 0.0), spread * median))
+    ends = [(kind, pair) for kind in ("uniform", "loguniform", "bounds") if (pair := getattr(prior, kind)) is not None]
     return widths + [(kind, pair, pair[1] - pair[0]) for kind, pair in ends]
 
 

@@ -13,7 +13,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy.special import j0
 
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray
-from multilayer.errors import InputError
+from multilayer.bounds import ACROSS_PANEL
+from multilayer.errors import InputError, Problem
 
 _NODES, _WEIGHTS = leggauss(24)
 _RADIANS = 32.0  # of phase that a panel of nodes resolves to many digits
@@ -67,6 +68,11 @@ def radiation_impedance(window: Window, wavenumber: ArrayLike, trace: ArrayLike)
     complex array
         Averaged over the azimuth of the motion. Its real part is the radiation efficiency. For a very large panel it
         tends to 1/cos(angle), for a very small one to k0^2 S/(2 pi) + i ...
+
+    Raises
+    ------
+    InputError
+        For a panel of more wavelengths than `bounds.ACROSS_PANEL` allows.
 
     Notes
     -----
@@ -160,6 +166,10 @@ def _nodes(window: Window, fastest: float, n_values: int) -> Iterator[tuple[Real
 
     They come in pieces that bound the memory that an integrand of `n_values` at each node takes.
     """
+    across = fastest * window.diagonal
+    if not across <= ACROSS_PANEL.most:
+        told = str(ACROSS_PANEL.refusal(across, remedy="leave the size out: such a panel is as an infinite one"))
+        raise InputError(Problem(told, "finite_size"))
     short, long = sorted((window.width, window.height))
     for low, high in pairwise((0.0, short, long, window.diagonal)):
         n = _LEAST_PANELS + int(2 * fastest * (high - low) / _RADIANS)

@@ -180,3 +180,8 @@ def test_a_window_does_not_move_the_limit_angle() -> None:
     )
     assert default == at_78
     assert [at_78, at_90] == pytest.approx([19.6, 19.3], abs=0.05)
+
+
+def test_panels_of_too_many_wavelengths_are_refused_at_once() -> None:
+    with pytest.raises(InputError, match="finite_size: .* radians of phase across a finite panel are too many"):
+        radiation_impedance(Window(1.0, 1e6), np.array([1.0, 90.0]), np.array([0.5, 45.0]))
