@@ -124,8 +124,7 @@ def _widths(prior: Prior) -> list[tuple[str, tuple[float, float], float]]:
     """Return kind, numbers and width of priors whose width may be lost beside their values."""
     widths = [("normal", (prior.normal[0], 0.0), prior.normal[1])] if prior.normal is not None else []
     if prior.lognormal is not None:
-        median, spread = prior.lognormal
-        widths.append(("lognormal", (median, 0.0), spread * median))
+        widths.append(("lognormal", (1.0, 0.0), prior.lognormal[1]))  # relative
     ends = [(kind, pair) for kind in ("uniform", "loguniform", "bounds") if (pair := getattr(prior, kind)) is not None]
     return widths + [(kind, pair, pair[1] - pair[0]) for kind, pair in ends]
 

@@ -80,7 +80,7 @@ BAD = {
     ),
     "spread": ("1e4, 0.5", "1e4, 0", "lognormal: the spread 0 must be above 0"),
     "no spread": ("lognormal: [1e4, 0.5]", "normal: [1e12, 0.01]", "is lost in rounding beside 1e+12"),
-    "no spread of ln": ("lognormal: [1e4, 0.5]", "lognormal: [1e4, 1e-20]", "is lost in rounding beside 10000"),
+    "no spread of ln": ("lognormal: [1e4, 0.5]", "lognormal: [1e4, 1e-20]", "1e-20 is lost in rounding beside 1;"),
     "two priors": (
         "[1e4, 0.5]",
         "[1e4, 0.5], uniform: [1, 2]",

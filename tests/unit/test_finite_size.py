@@ -183,5 +183,5 @@ def test_a_window_does_not_move_the_limit_angle() -> None:
 
 
 def test_panels_of_too_many_wavelengths_are_refused_at_once() -> None:
-    with pytest.raises(InputError, match="finite_size: .* radians of phase across a finite panel are too many"):
+    with pytest.raises(InputError, match=r"finite_size: .* radians of phase across a finite panel are too many"):
         radiation_impedance(Window(1.0, 1e6), np.array([1.0, 90.0]), np.array([0.5, 45.0]))
