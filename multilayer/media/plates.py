@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import Numeric
+from multilayer.arrays import Numeric, RealArray
 
 _STEPS = 128  # along a period: the trapezoidal rule converges exponentially for smooth profiles
 
@@ -139,7 +139,7 @@ def ribbed(
 
 def _torsion(one: Numeric, other: Numeric) -> Numeric:
     """Return the torsional constant of a rectangle, m4."""
-    long, short = np.asarray(np.maximum(one, other)), np.asarray(np.minimum(one, other))
+    long, short = np.maximum(one, other), np.minimum(one, other)
     ratio = short / long
     constant: Numeric = long * short**3 * (1 / 3 - 0.21 * ratio * (1 - ratio**4 / 12))
     return constant
@@ -149,6 +149,7 @@ def flat_resonance(
     young_modulus: Numeric, poisson_ratio: Numeric, thickness: Numeric, density: Numeric, width: Numeric
 ) -> Numeric:
     """Return the first resonance, Hz, of a strip of plate whose long edges are hinged: pi / (2 w^2) sqrt(D / m)."""
-    stiffness = np.real(young_modulus) * thickness**2 / (12 * (1 - poisson_ratio**2) * density)
+    modulus: RealArray = np.real(np.asarray(young_modulus))
+    stiffness = modulus * thickness**2 / (12 * (1 - poisson_ratio**2) * density)
     resonance: Numeric = np.pi / (2 * width**2) * np.sqrt(stiffness)
     return resonance
