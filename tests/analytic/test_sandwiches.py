@@ -1,4 +1,4 @@
-"""Bonded solids in bending against Oberst's plate with a free layer and Ross, Kerwin & Ungar's with a constrained one."""
+"""Bonded solids in bending: Oberst's free damping layer, the constrained one of Ross, Kerwin & Ungar."""
 
 import numpy as np
 import pytest
