@@ -2,7 +2,8 @@
 
 Convention exp(+i w t). A passive thing takes power: of a dynamic mass m = F/a the mean of F v is
 ``-|a|^2 Im(m)/(2 w)``, so Im(m) <= 0; of a stiffness Im(k) >= 0, of a compliance Im(c) <= 0. Of an acoustic impedance
-or admittance the real part is at least 0, of ln of a reflection coefficient at most 0.
+or admittance the real part is at least 0, of ln of a reflection coefficient at most 0. Of a change of ln E, or of ln of
+a bulk modulus, the loss angle of the changed modulus tells: Im(ln E) + Im(law) >= 0; of a density that is at most 0.
 
 Causal: real and imaginary part of a response that begins with its cause belong together (H. M. Nussenzveig, Causality
 and Dispersion Relations, Academic Press 1972, ch. 1). In a band alone they may be off by what lies beyond it; so the
@@ -34,10 +35,11 @@ def is_passive(fit: PlaceFit) -> bool | None:
     for that.
     """
     sign, part = fit.place.passive_sign, fit.place.passive_part
-    if not sign or (part == "imag" and np.all(fit.law().real < 0)):
+    changed = fit.departs_from() if sign else None
+    if not sign or (changed is None and part == "imag" and np.all(fit.law().real < 0)):
         return None
     low, high = fit.band(float(ndtri(1 - NOT_PASSIVE_P / len(fit.drawn.nodes))))
-    edge = getattr(high, part) if sign > 0 else -getattr(low, part)
+    edge = sign * getattr((high if sign > 0 else low) + (0.0 if changed is None else changed), part)
     return bool(np.all(edge >= 0))
 
 

@@ -186,7 +186,8 @@ def _single_where_enough(
         return best
     shares = {names: _visible_share(names, shrinkages) for names in parts}
     parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
-    near = [names for names in parts if comparison.score(best) - comparison.score(names) < SECOND_TERM]
+    # by the fitted data alone: both foretell held-out data, where a little that a law misses costs as much again
+    near = [names for names in parts if comparison.fitted_score(best) - comparison.fitted_score(names) < SECOND_TERM]
     # what a law misses of a huge gap must not be taken for a second effect
     remains = [names for names in parts if _second_share(comparison, names, best) < SECOND_SHARE]
     enough = [names for names in {*near, *remains} if not lack_of_fit(comparison.fitted[names])]

@@ -85,13 +85,17 @@ class ModelComparison:
         The prior probability of each kind of causes is shared by its members. Of two causes that fit, the evidence
         depends on how wrong their laws may be; the prediction of held-out data hardly does.
         """
+        return self.fitted_score(names) + self.held_out.get(names, 0.0)
+
+    def fitted_score(self, names: tuple[str, ...]) -> float:
+        """Return the logarithm of evidence times prior."""
         if names == ():
             return self.evidence[names] + float(np.log(PRIOR_NONE))
         if names == UNKNOWN:
             return self.evidence[names] + float(np.log(PRIOR_UNKNOWN))
         n = max(self.n_effects, 1)
         prior = PRIOR_ONE / n if len(names) == 1 else PRIOR_TWO / max(n * (n - 1) / 2, 1)
-        return self.evidence[names] + float(np.log(prior)) + self.held_out.get(names, 0.0)
+        return self.evidence[names] + float(np.log(prior))
 
     @property
     def near(self) -> list[tuple[str, ...]]:

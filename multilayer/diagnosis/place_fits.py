@@ -99,6 +99,13 @@ class PlaceFit:
             return law.curve(z, self.grid)
         return self.drawn.drawn(self.fitted.minimum.z[-2 * len(self.drawn.nodes) :], self.grid)
 
+    def departs_from(self) -> ComplexArray | None:
+        """Return what the law changes, at `grid`, shape (n,); None where the law is all there is."""
+        fit = self.explanation
+        settings = fit.hypothesis.settings_at(fit.minimum.z)
+        found = (self.place.departs_from(setting, self.grid) for setting in settings)
+        return next((values for values in found if values is not None), None)
+
     def band(self, deviations: float = 1.645) -> tuple[ComplexArray, ComplexArray]:
         """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each."""
         if self._resonance is not None:

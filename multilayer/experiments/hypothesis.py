@@ -56,6 +56,10 @@ class Hypothesis(Experiments):
     def settings(self) -> tuple[Any, ...]:
         """Every configuration in use, as effects see it."""
 
+    def settings_at(self, z: RealArray) -> tuple[Any, ...]:
+        """Return the `settings` with what they hold of the nominal model at coordinates of shape (n,)."""
+        return self.settings
+
     def at_rest(self, z: RealArray) -> RealArray:
         """Return coordinates of the nominal model from which a gap has not dragged what is stated off, shape (n,)."""
         is_nuisance = np.array([parameter.nuisance for parameter in self.nominal_parameters], dtype=bool)

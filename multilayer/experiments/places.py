@@ -59,7 +59,8 @@ class BasePlace:
     detunes : bool
         Whether a law moves a resonance so far that a search from none goes astray: it begins at the best constant.
     passive_sign : int
-        Sign of the real or imaginary part of the law of a passive thing; 0 where the law is not that of a thing.
+        Sign of the real or imaginary part of the law of a passive thing, of a change together with what it changes
+        (`departs_from`); 0 where the law is not that of a thing.
     passive_part : {'imag', 'real'}
         Which part that is.
     """
@@ -101,6 +102,13 @@ class BasePlace:
             The nominal model's, absolute, Pa; 1 of a tube.
         """
         return 1.0
+
+    def departs_from(self, setting: Any, frequency: RealArray) -> ComplexArray | None:
+        """Return what the law is a change of, at frequencies in Hz of shape (n,), in the law's unit.
+
+        None where the law is all there is, or the configuration lacks what changes.
+        """
+        return None
 
 
 class LawAtPlace(BaseEffect):

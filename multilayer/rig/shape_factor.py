@@ -26,7 +26,9 @@ _ITERATIONS, _PROBE = 40, 1e-7
 
 
 @lru_cache(maxsize=256)
-def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float = 1.0) -> float:
+def static_shape_factor(
+    poisson_ratio: float, shape: float, *, resolution: float = 1.0, radial_stiffness: float = 1.0
+) -> float:
     """Return g = E_apparent / E of a disc glued between rigid plates, in slow compression.
 
     Parameters
@@ -37,6 +39,9 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
         S = radius / (2 thickness): loaded area over free area.
     resolution : float
         Above 1 for a finer mesh.
+    radial_stiffness : float
+        E_r / E_z, Young's modulus along the radius over that along the axis, of a disc that is transversely isotropic
+        as `assembly.transversely_isotropic` has it; E is E_z.
 
     Returns
     -------
@@ -53,6 +58,11 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
     -----
     Axisymmetric finite elements of the upper half, after C. Langlois, R. Panneton & N. Atalla, J. Acoust. Soc. Am. 110
     (2001) 3032-3040. The energy is an upper bound, so g comes from above.
+
+    With t = E_r / E_z the stiffness is C_rr = t c_rr, C_rz = t^(1/2) c_rz, C_zz = c_zz, G = t^(1/2) g, the small
+    letters being the isotropic ones. In the coordinates r = t^(1/4) r', u_r = t^(-1/4) u_r' the energy is that of an
+    isotropic disc, but for the factor of the area: g(nu, S, t) = g(nu, t^(-1/4) S). Coordinates stretched likewise: S.
+    G. Lekhnitskii, Theory of Elasticity of an Anisotropic Elastic Body, Holden-Day 1963.
     """
     if not 0 <= poisson_ratio < 0.5:
         raise InputError(
@@ -60,7 +70,7 @@ def static_shape_factor(poisson_ratio: float, shape: float, *, resolution: float
             "incompressible"
         )
     refuse_shape(shape)
-    radius = 4 * shape * _HALF
+    radius = 4 * shape * radial_stiffness**-0.25 * _HALF
     return float(_axial_stiffness(*_assembled(radius, resolution), poisson_ratio) * _HALF / (np.pi * radius**2))
 
 

@@ -39,6 +39,7 @@ def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     fit = SimpleNamespace(
         place=SimpleNamespace(passive_sign=sign, passive_part="imag"),
         drawn=SimpleNamespace(nodes=np.arange(9)),
+        departs_from=lambda: None,
         law=lambda: np.ones(3) + 0j,
         band=lambda deviations: (1 + 1j * (imag - 0.01 * deviations), 1 + 1j * (imag + 0.01 * deviations)),
     )
@@ -52,6 +53,7 @@ def test_passivity_of_an_impedance_is_the_sign_of_the_real_part(sign, real, told
     fit = SimpleNamespace(
         place=SimpleNamespace(passive_sign=sign, passive_part="real"),
         drawn=SimpleNamespace(nodes=np.arange(9)),
+        departs_from=lambda: None,
         law=lambda: np.full(3, real) + 1j,
         band=lambda deviations: (real - 0.01 * deviations + 1j, real + 0.01 * deviations + 1j),
     )
@@ -62,6 +64,7 @@ def test_a_law_within_its_uncertainty_of_passive_is_passive():
     fit = SimpleNamespace(
         place=SimpleNamespace(passive_sign=1, passive_part="imag"),
         drawn=SimpleNamespace(nodes=np.arange(9)),
+        departs_from=lambda: None,
         law=lambda: np.array([1 - 0.02j]),
         band=lambda d: (1 - 0.02j - 0.01j * d, 1 - 0.02j + 0.01j * d),
     )
@@ -70,8 +73,23 @@ def test_a_law_within_its_uncertainty_of_passive_is_passive():
 
 def test_nobody_asks_what_is_missing_for_power():
     place = SimpleNamespace(passive_sign=1, passive_part="imag")
-    fit = SimpleNamespace(place=place, law=lambda: np.array([-1.0 - 1j]))
+    fit = SimpleNamespace(place=place, departs_from=lambda: None, law=lambda: np.array([-1.0 - 1j]))
     assert is_passive(fit) is None
+
+
+@pytest.mark.parametrize(
+    ("sign", "angle", "told"), [(1, 0.2, True), (1, 0.05, False), (-1, -0.2, True), (-1, 0.0, False)]
+)
+def test_passivity_of_a_change_is_that_of_what_is_changed(sign, angle, told):
+    law = np.full(3, -1 - 0.1j * sign)  # lower, with less losses
+    fit = SimpleNamespace(
+        place=SimpleNamespace(passive_sign=sign, passive_part="imag"),
+        drawn=SimpleNamespace(nodes=np.arange(9)),
+        departs_from=lambda: np.full(3, 11 + 1j * angle),
+        law=lambda: law,
+        band=lambda deviations: (law - (0.001 + 0.001j) * deviations, law + (0.001 + 0.001j) * deviations),
+    )
+    assert is_passive(fit) is told
 
 
 @pytest.mark.parametrize("error", [0.1, 0.03, 0.01])

@@ -16,11 +16,8 @@ from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.testing.benches import joint_bench
 
 
-@pytest.mark.parametrize(("shape", "tolerance"), [(0.1, 1e-4), (0.5, 3e-4), (1.0, 3e-4)])
-def test_poissons_ratio_between_those_that_are_solved(shape: float, tolerance: float):
-    """Of discs from slender to flat, over all that an error of Poisson's ratio may be."""
-    stated, errors = 0.3, np.array([-0.55, -0.2, 0.0, 0.13, 0.42, 0.6])
-    exact = [static_shape_factor(stated * (1 + error), shape) for error in errors]
+def changed(shape, stated, errors, stiffness):
+    """Return the modulus over that with the stated ratio, of a disc in slow compression."""
     joint = joint_bench()
     campaign = joint.campaign
     specimen = campaign.specimen.model_copy(update={"poisson_ratio": stated})
@@ -30,8 +27,28 @@ def test_poissons_ratio_between_those_that_are_solved(shape: float, tolerance: f
         campaign=campaign.model_copy(update={"specimen": specimen}),
         configuration=campaign.configurations[0].model_copy(update=slender),
     )
-    found = FiniteSize().modulus(setting, np.ones(1, dtype=complex), {"poisson_error": errors})
-    np.testing.assert_allclose(found.real, np.array(exact) / exact[2], rtol=tolerance)
+    values = {"poisson_error": errors, "radial_stiffness": stiffness}
+    return FiniteSize().modulus(setting, np.ones(1, dtype=complex), values).real
+
+
+@pytest.mark.parametrize(("shape", "tolerance"), [(0.1, 1e-4), (0.5, 3e-4), (1.0, 3e-4)])
+def test_poissons_ratio_between_those_that_are_solved(shape: float, tolerance: float):
+    """Of discs from slender to flat, over all that an error of Poisson's ratio may be."""
+    stated, errors = 0.3, np.array([-0.55, -0.2, 0.0, 0.13, 0.42, 0.6])
+    exact = [static_shape_factor(stated * (1 + error), shape) for error in errors]
+    found = changed(shape, stated, errors, np.ones(1))
+    np.testing.assert_allclose(found, np.array(exact) / exact[2], rtol=tolerance)
+
+
+@pytest.mark.parametrize(("stated", "shape"), [(0.2, 1.8), (0.3, 0.24), (0.3, 0.9), (0.4, 0.45)])
+def test_a_sample_that_is_stiffer_along_its_radius(stated: float, shape: float):
+    errors, stiffness = (part.ravel() for part in np.meshgrid([-0.15, 0.0, 0.15], [0.5, 0.75, 1.0, 1.5, 2.0]))
+    exact = [
+        static_shape_factor(stated * (1 + error), shape, radial_stiffness=float(t))
+        for error, t in zip(errors, stiffness, strict=True)
+    ]
+    found = changed(shape, stated, errors, stiffness)
+    np.testing.assert_allclose(found, np.array(exact) / static_shape_factor(stated, shape), rtol=1.5e-3)
 
 
 @pytest.mark.reference

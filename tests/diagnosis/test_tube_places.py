@@ -7,18 +7,21 @@ from multilayer.diagnosis.diagnose import chosen_effects
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import fit_places, simple_form
 from multilayer.diagnosis.places import TUBE_PLACES
+from multilayer.diagnosis.tube.diagnose import diagnose_tube
 from multilayer.experiments.places import SimpleLaw, Term
-from multilayer.experiments.stacks.effects import with_layers
+from multilayer.experiments.stacks.effects import Tube, TubeSetting, with_layers
 from multilayer.experiments.stacks.observations import Observation, Scale
-from multilayer.experiments.stacks.places import before_backing
+from multilayer.experiments.stacks.places import before_backing, with_factors
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.inference.least_squares import minimise
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
 from multilayer.layers.fluid import Fluid
+from multilayer.media.laws import complex_modulus
 from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
 from multilayer.testing.benches import tube_bench
+from tests.diagnosis import tubes
 
 F = np.geomspace(200.0, 1600.0, 24)
 FOAM = {
@@ -115,3 +118,87 @@ def test_effects_of_tubes_name_places():
     named = {name: effect.place for name, effect in chosen_effects().items() if effect.kind == "tube"}
     assert named["rear_air_gap"] == "behind"
     assert named["facing"] == "in_front"
+
+
+RISING = {
+    "law": "fractional_zener",
+    "relaxed_modulus": 1.2e5,
+    "unrelaxed_modulus": 9e5,
+    "relaxation_time": 2e-4,
+    "order": 0.7,
+}
+
+
+def test_a_modulus_of_the_frame_that_varies_with_frequency_is_told_and_drawn(tmp_path):
+    layer = tubes.with_modulus(RISING)
+    record = diagnose_tube(
+        tubes.measured(tmp_path, {}, seed=7, smooth=0.005, layer=layer, nominal=tubes.ELASTIC)
+    ).record
+    assert record["verdict"] == "unknown", record["sentence"]
+    first, *others = record["places"]
+    assert (first["place"], first["configuration"]) == ("layer_modulus", "foam")
+    assert min(place["behind"] for place in others) > 30
+    drawn = {key: np.array(value) for key, value in record["law"].items() if isinstance(value, list)}
+    modulus = Stack.model_validate(tubes.foam(0.03, layer)).layers[0].young_modulus
+    nominal = tubes.ELASTIC["young_modulus"] * (1 + 1j * tubes.ELASTIC["loss_factor"])
+    true = np.log(complex_modulus(modulus, 0.0, drawn["frequency_hz"]) / nominal)
+    assert np.ptp(true.real) > 0.5
+    for part, values in (("real", true.real), ("imag", true.imag)):
+        assert np.mean((drawn[f"{part}_low"] < values) & (values < drawn[f"{part}_high"])) >= 0.8
+    assert np.min(drawn["real_high"] - drawn["real_low"]) < 0.3  # where the frame moves it is known well
+    assert record["law"]["passive"]
+    assert record["law"]["causal"]
+
+
+def test_an_elastic_frame_as_stated_is_no_gap(tmp_path):
+    record = diagnose_tube(tubes.measured(tmp_path, {}, smooth=0.005, layer=tubes.ELASTIC)).record
+    assert record["verdict"] == "no_gap", record["sentence"]
+
+
+def test_what_changes_depart_from():
+    stack = Stack.model_validate({"version": 1, "layers": [{**FOAM, **FRAME, "thickness": 0.03}]})
+    setting, f = TubeSetting("tube", F, 0.0, stack, Tube()), np.array([1e-3, 300.0, 2e5])
+    nominal = {}
+    for name in ("layer_modulus", "layer_density", "layer_bulk_modulus"):
+        place = TUBE_PLACES[name]("foam")
+        nominal[name] = np.exp(place.departs_from(setting, f))
+        assert np.all(place.passive_sign * nominal[name].imag > 0)
+        assert TUBE_PLACES[name]("other").departs_from(setting, f) is None
+    gas, porosity = setting.gas, FOAM["porosity"]
+    np.testing.assert_allclose(nominal["layer_modulus"], 2e5 * (1 + 0.1j))
+    # friction at low frequencies, inertia at high ones
+    resistivity = (2j * np.pi * f[0] * nominal["layer_density"][0]).real
+    np.testing.assert_allclose(resistivity, FOAM["flow_resistivity"], rtol=1e-3)
+    inertia = FOAM["tortuosity"] * gas.density / porosity
+    np.testing.assert_allclose(nominal["layer_density"][-1].real, inertia, rtol=0.08)
+    adiabatic = gas.heat_capacity_ratio * gas.pressure / porosity
+    ends = np.array([adiabatic / gas.heat_capacity_ratio, adiabatic])
+    np.testing.assert_allclose(nominal["layer_bulk_modulus"][[0, -1]].real, ends, rtol=0.03)
+
+
+def test_changes_of_one_layer_add_up():
+    bench = tube_bench(elastic=True)
+    setting, (stack, *_) = bench.settings[0], bench.stacks.values()
+    factors = {"density": 1.2 - 0.1j, "bulk_modulus": 0.9 + 0.1j, "young_modulus": 2 + 0.3j}
+    at_once = setting.reflection(with_factors(stack, "foam", **factors))
+    for name, factor in factors.items():
+        stack = with_factors(stack, "foam", **{name: factor})
+    np.testing.assert_allclose(setting.reflection(stack), at_once, rtol=1e-12)
+    assert with_factors(stack, "other", density=2.0) is stack
+
+
+@pytest.mark.parametrize("kind", ["poroelastic", "elastic_solid", "elastic_plate"])
+def test_a_factor_on_the_modulus_is_another_modulus(kind):
+    skeleton = {name: FRAME[name] for name in ("young_modulus", "poisson_ratio")}
+    slab = {"type": kind, "name": "foam", "thickness": 0.02, "density": 40.0, **skeleton}
+    layer = {**FOAM, **FRAME, "thickness": 0.02, "loss_factor": 0.0} if kind == "poroelastic" else slab
+
+    def reflection(young_modulus, factor):
+        before_air = [layer | {"young_modulus": young_modulus}, {"type": "fluid", "thickness": 0.05}]
+        stack = Stack.model_validate({"version": 1, "layers": before_air})
+        setting = TubeSetting("tube", F, 60.0, stack, Tube())
+        return setting.reflection(with_factors(stack, "foam", young_modulus=factor))
+
+    plain, changed = (reflection(2e6, factor) for factor in (1.0, 1.5 + 0.6j))
+    np.testing.assert_allclose(changed, reflection(2e6 * (1.5 + 0.6j), 1.0), rtol=1e-12)
+    assert np.abs(changed - plain).max() > 1e-3

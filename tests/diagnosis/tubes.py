@@ -12,6 +12,8 @@ FOAM = {
     "type": "equivalent_fluid", "name": "foam", "thickness": 0.03, "porosity": 0.97, "flow_resistivity": 1.2e4,
     "tortuosity": 1.3, "viscous_length": 1e-4, "thermal_length": 2e-4,
 }  # fmt: skip
+FRAME = {"type": "poroelastic", "frame_density": 30.0, "young_modulus": 1.2e5, "poisson_ratio": 0.3, "loss_factor": 0.1}
+ELASTIC = FOAM | FRAME
 PRIORS = {
     "layers.foam.flow_resistivity": {"lognormal": [1.1e4, 0.1]},
     "layers.foam.tortuosity": {"normal": [1.32, 0.05]},
@@ -31,9 +33,9 @@ CASES = {
 }
 
 
-def reflection(thickness, effects, frequency=F):
-    """Return R of the foam as a tube with some effects (values by name) reports it."""
-    stack = Stack.model_validate(foam(thickness))
+def reflection(thickness, effects, frequency=F, layer=FOAM):
+    """Return R of a foam as a tube with some effects (values by name) reports it."""
+    stack = Stack.model_validate(foam(thickness, layer))
     setting = TubeSetting("tube", frequency, 0.0, stack, Tube())
     acting = [
         (EFFECTS[name](), {key: np.array([[v]]) for key, v in values.items()}) for name, values in effects.items()
@@ -48,8 +50,13 @@ def reflection(thickness, effects, frequency=F):
     return np.broadcast_to(r, (1, len(frequency)))[0]
 
 
-def foam(thickness):
-    return {"version": 1, "layers": [FOAM | {"thickness": thickness}]}
+def foam(thickness, layer=FOAM):
+    return {"version": 1, "layers": [layer | {"thickness": thickness}]}
+
+
+def with_modulus(law):
+    """Return the elastic foam with a modulus that varies with frequency."""
+    return {name: value for name, value in ELASTIC.items() if name != "loss_factor"} | {"young_modulus": law}
 
 
 def table(r, frequency=F):
@@ -57,21 +64,24 @@ def table(r, frequency=F):
     return f"frequency_hz,reflection_re,reflection_im\n{rows}"
 
 
-def measured(folder, acting, thicknesses=(0.03, 0.06), seed=1, smooth=0.0, **more):
-    """Write measurements of some thicknesses with noise and smooth errors, and return their diagnosis file."""
+def measured(folder, acting, thicknesses=(0.03, 0.06), seed=1, smooth=0.0, layer=FOAM, nominal=None, **more):
+    """Write measurements of some thicknesses with noise and smooth errors, and return their diagnosis file.
+
+    The file holds the `nominal` layer where it is not the one that was measured.
+    """
     rng = np.random.default_rng(seed)
     distance = np.abs(np.subtract.outer(np.log(F), np.log(F)))
     factor = smooth * np.linalg.cholesky(np.exp(-distance / 0.3))
     measurements, stacks = [], {}
     for thickness in thicknesses:
         name = f"mm{1e3 * thickness:.0f}"
-        r = reflection(thickness, acting)
+        r = reflection(thickness, acting, layer=layer)
         r = r + NOISE * (rng.standard_normal(r.shape) + 1j * rng.standard_normal(r.shape))
         r = r + factor @ (rng.standard_normal(r.shape) + 1j * rng.standard_normal(r.shape))
         (folder / f"{name}.csv").write_text(table(r))
         noise = {"absolute": NOISE}
         measurements.append({"kind": "reflection", "name": name, "file": f"{name}.csv", "stack": name, "noise": noise})
-        stacks[name] = foam(thickness)
+        stacks[name] = foam(thickness, nominal or layer)
     search = {"starts": 1, "candidates": 8}
     data = {"stacks": stacks, "measurements": measurements, "unknowns": PRIORS, "search": search, **more}
     return diagnosis_file(folder, **data)

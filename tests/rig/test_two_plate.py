@@ -99,6 +99,17 @@ def test_a_wide_disc_is_confined_like_a_layer():
     assert static_shape_factor(0.0, 3.0) == pytest.approx(1.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_a_disc_that_is_stiffer_along_its_radius_is_a_slimmer_one(ratio):
+    """The stretched coordinates of `static_shape_factor`, against the rig's own anisotropic elements."""
+    plain, other = (
+        dynamic_shape_factor(disc(transverse_ratio=t, plate_modulus=2e11), [5.0], MODULUS)[0] for t in (1.0, ratio)
+    )
+    change = static_shape_factor(0.3, 0.45, radial_stiffness=ratio) / static_shape_factor(0.3, 0.45)
+    assert abs(change - 1) > 0.01
+    assert other / plain == pytest.approx(change, rel=1e-4)
+
+
 def test_dynamic_shape_factors_start_at_the_static_one():
     found = dynamic_shape_factor(disc(), [5.0, 1000.0], MODULUS)
     # on the soft base of a rod's mass: an elastic plate, so not to all digits

@@ -16,6 +16,7 @@ from multilayer.layers.base import ElasticLayer
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer
 from multilayer.matrix.wave import Wave
+from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 _LEAST = 1e-12  # difference of reflections of the stack before different walls that is rounding
@@ -91,69 +92,65 @@ def elastic_layers(stack: Stack) -> Iterator[tuple[int, str]]:
             yield index, layer.name or str(index)
 
 
-def with_other_modulus(stack: Stack, name: str, factor: Numeric) -> Stack:
-    """Return the stack with another Young's modulus of a layer; unchanged where it has no such elastic layer.
+def pore_fluid(setting: TubeSetting, name: str, frequency: RealArray) -> tuple[ComplexArray, ComplexArray] | None:
+    """Return density, kg/m3, and bulk modulus, Pa, of the air in a layer's pores, shape (n,); None without such."""
+    layers = (setting.stack.layers[index] for index, label in pore_layers(setting.stack) if label == name)
+    with collected_warnings():  # the nominal model's warnings are reported
+        fluids = (layer.pore_fluid(_wave(setting, frequency)) for layer in layers if isinstance(layer, PoreLayer))
+        return next(fluids, None)
+
+
+def skeleton_modulus(setting: TubeSetting, name: str, frequency: RealArray) -> ComplexArray | None:
+    """Return the complex modulus of a layer's skeleton, Pa, shape (n,); None without such a layer."""
+    layers = (setting.stack.layers[index] for index, label in elastic_layers(setting.stack) if label == name)
+    moduli = (layer.complex_modulus(_wave(setting, frequency)) for layer in layers if isinstance(layer, ElasticLayer))
+    return next((np.broadcast_to(modulus, frequency.shape) for modulus in moduli), None)
+
+
+def _wave(setting: TubeSetting, frequency: RealArray) -> Wave:
+    return Wave.incident(frequency, setting.angle, setting.gas)
+
+
+def with_factors(
+    stack: Stack, name: str, density: Numeric = 1.0, bulk_modulus: Numeric = 1.0, young_modulus: Numeric = 1.0
+) -> Stack:
+    """Return the stack with another medium in a layer, beside what was changed of it before.
 
     Parameters
     ----------
     stack : Stack
     name : str
-        The layer's name, or its position as text.
-    factor : complex or array, shape (m, n)
-        On the complex modulus.
-    """
-    for index, label in elastic_layers(stack):
-        if label == name:
-            layer = stack.layers[index]
-            other = _with_stiffness(type(layer)).model_construct(**dict(layer))
-            other._stiffness = factor
-            return with_layer(stack, index, other)
-    return stack
-
-
-@cache
-def _with_stiffness(kind: type[ElasticLayer]) -> Any:
-    """Return a layer type whose skeleton has another modulus."""
-
-    class OtherModulus(kind):  # type: ignore[valid-type, misc]
-        _stiffness: Any = PrivateAttr(default=1.0)
-
-        def complex_modulus(self, wave: Wave) -> Numeric:
-            modulus: Numeric = super().complex_modulus(wave) * self._stiffness
-            return modulus
-
-    return OtherModulus
-
-
-def with_other_pores(stack: Stack, name: str, density: Numeric = 1.0, bulk_modulus: Numeric = 1.0) -> Stack:
-    """Return the stack with other air in the pores of a layer; unchanged where it has no such layer with pores.
-
-    Parameters
-    ----------
-    stack : Stack
-    name : str
-        The layer's name, or its position as text.
+        The layer's name, or its position as text; without such a layer the stack stays as it is.
     density, bulk_modulus : complex or array, shape (m, n)
-        Factors on the effective density and bulk modulus of the air in the pores.
+        Factors on the effective density and bulk modulus of the air in the layer's pores, if it has some.
+    young_modulus : complex or array, shape (m, n)
+        Factor on the complex modulus of its skeleton, if it has one; Poisson's ratio stays.
     """
-    for index, label in pore_layers(stack):
-        if label == name:
-            layer = stack.layers[index]
-            other = _with_factors(type(layer)).model_construct(**dict(layer))
-            other._factors = (density, bulk_modulus)
+    for index, layer in enumerate(stack.layers):
+        if (layer.name or str(index)) == name:
+            before = getattr(layer, "_factors", None)
+            kind = _with_factors(type(layer)) if before is None else type(layer)
+            other: Any = kind.model_construct(**dict(layer))
+            other._factors = tuple(
+                a * b for a, b in zip(before or (1.0, 1.0, 1.0), (density, bulk_modulus, young_modulus), strict=True)
+            )
             return with_layer(stack, index, other)
     return stack
 
 
 @cache
-def _with_factors(kind: type[PoreLayer]) -> Any:
-    """Return a layer type whose pores hold air of another density and bulk modulus."""
+def _with_factors(kind: Any) -> Any:
+    """Return a layer type with another density and bulk modulus of the air in its pores, and another modulus."""
 
-    class OtherPores(kind):  # type: ignore[valid-type, misc]
-        _factors: tuple[Any, Any] = PrivateAttr(default=(1.0, 1.0))
+    class Changed(kind):  # type: ignore[misc]
+        _factors: tuple[Any, Any, Any] = PrivateAttr(default=(1.0, 1.0, 1.0))
 
         def pore_fluid(self, wave: Wave) -> tuple[ComplexArray, ComplexArray]:
             density, bulk = super().pore_fluid(wave)
             return density * self._factors[0], bulk * self._factors[1]
 
-    return OtherPores
+        def complex_modulus(self, wave: Wave) -> Numeric:
+            modulus: Numeric = super().complex_modulus(wave) * self._factors[2]
+            return modulus
+
+    return Changed

@@ -167,6 +167,12 @@ class StackProblem(UnknownFields, Hypothesis):
         """Every measurement in use, as effects see it."""
         return self._settings
 
+    def settings_at(self, z: RealArray) -> tuple[TubeSetting, ...]:
+        """Return the `settings` with the stacks at coordinates of shape (n,)."""
+        stacks = at_values(self, z)
+        pairs = zip(self.settings, self.data, strict=True)
+        return tuple(replace(setting, stack=stacks[data.stack]) for setting, data in pairs)
+
     @cached_property
     def _settings(self) -> tuple[TubeSetting, ...]:
         return tuple(
