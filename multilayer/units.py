@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -129,31 +129,42 @@ def _refuse_long(text: str) -> None:
 
 
 def _convert(number: float, written: str, unit: str, text: str) -> float:
-    spelled = _POWER.sub(r"^\1", written.translate(_SPELLINGS))
-    known = len(spelled) <= _LONGEST_UNIT and _UNIT.fullmatch(spelled)
-    try:
-        result = _in_si(number, spelled, unit) if known else None
-    except Exception:  # pint raises many kinds for text that is no unit
-        known, result = None, None
-    if not known and _RAYL.search(spelled):
+    factor = _factor(written, unit)
+    if factor is None and _RAYL.search(written):
         raise ValueError(f"{show(text)}: a rayl is 1 Pa s/m (MKS) or 10 Pa s/m (CGS); write {_RAYLS.get(unit, unit)}")
-    if not known:
+    if factor is None:
         raise ValueError(f"{show(written)} in {show(text)} is no unit known here; write {_example(unit)}")
-    if result is None:
+    if factor == 0:
         what = f"a quantity{_in(unit)}" if unit else "a pure number"
         raise ValueError(f"{show(text)} has the wrong unit: this is {what}, as {_example(unit)}")
-    return result
+    return number * factor if math.isfinite(factor) else _in_si(number, _spelled(written), unit)
 
 
-def _in_si(number: float, spelled: str, unit: str) -> float | None:
-    """Return `number` in `unit`, or None when the units do not fit."""
-    registry = _registry()
-    # base units, not dimensions: for pint rad/s and Hz are of one dimension, and 2 pi would be lost
-    if registry.get_root_units(spelled)[1] != registry.get_root_units(unit)[1]:
+def _spelled(written: str) -> str:
+    """Return a unit as pint spells it."""
+    return _POWER.sub(r"^\1", written.translate(_SPELLINGS))
+
+
+@lru_cache(maxsize=1000)  # pint takes 0.2 ms for what a file says a hundred times
+def _factor(written: str, unit: str) -> float | None:
+    """Return a unit as written in `unit`: 0 when it does not fit, NaN when its zero is another, None when unknown."""
+    spelled = _spelled(written)
+    if len(spelled) > _LONGEST_UNIT or not _UNIT.fullmatch(spelled):
         return None
-    if not unit and registry.Quantity(0.0, spelled).to(unit).magnitude != 0:
-        return None  # dB: of power or of amplitude?
-    return float(registry.Quantity(number, spelled).to(unit).magnitude)
+    registry = _registry()
+    try:
+        # base units, not dimensions: for pint rad/s and Hz are of one dimension, and 2 pi would be lost
+        if registry.get_root_units(spelled)[1] != registry.get_root_units(unit)[1]:
+            return 0.0
+        if _in_si(0.0, spelled, unit) != 0:
+            return math.nan if unit else 0.0  # dB: of power or of amplitude?
+        return _in_si(1.0, spelled, unit)
+    except Exception:  # pint raises many kinds for text that is no unit
+        return None
+
+
+def _in_si(number: float, spelled: str, unit: str) -> float:
+    return float(_registry().Quantity(number, spelled).to(unit).magnitude)
 
 
 def _in(unit: str) -> str:

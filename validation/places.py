@@ -11,7 +11,6 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
@@ -29,8 +28,8 @@ Made by `python -m validation.places`. Campaigns of an independent finite-elemen
 effect each; each is diagnosed with all effects of the library, and with the true one deleted from it. Shrinkage is that
 of the gap on configurations left out, with the law drawn at the place.
 
-| campaign | library | verdict | place | true place | nats to the next | law | shrinkage | time |
-|---|---|---|---|---|---|---|---|---|
+| campaign | library | verdict | place | true place | nats to the next | law | shrinkage |
+|---|---|---|---|---|---|---|---|
 """
 
 
@@ -60,12 +59,11 @@ def place_of(effect: str) -> str:
 
 def row(folder: Path, truth: dict[str, Any], without: Sequence[str], executor: Executor | None) -> str:
     """Return a row of the report."""
-    job, begin = read_fit(folder), perf_counter()
+    job = read_fit(folder)
     effects = chosen_effects(None, without)
-    result = diagnose_campaign(
+    record = diagnose_campaign(
         job.campaign, job.recordings, effects, calibration=job.calibration, executor=executor
-    )  # fmt: skip
-    seconds, record = perf_counter() - begin, result.record
+    ).record
     places = record["places"]
     shares = [place["shrinkage"] for place in places if place["shrinkage"] is not None]
     cells = [
@@ -77,7 +75,6 @@ def row(folder: Path, truth: dict[str, Any], without: Sequence[str], executor: E
         significant(min(place["behind"] for place in places[1:])) if len(places) > 1 else "–",
         record["law"]["form"]["text"] if record["law"] else "–",
         percent(shares[0]) if shares else "–",
-        f"{seconds:.0f} s",
     ]
     return f"| {' | '.join(cells)} |\n"
 

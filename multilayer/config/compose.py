@@ -1,6 +1,9 @@
 """YAML text to a graph of nodes: PyYAML's parser, the core schema of YAML 1.2, bounds, errors in plain words.
 
 Nothing of PyYAML's construction of objects is used, so a file can name no class and run no code.
+
+Events come from libyaml, where PyYAML was built with it, in a quarter of the time. PyYAML's own parser reads what
+libyaml refuses, so that a mistake is told in the same words everywhere, and the few texts that they read differently.
 """
 
 from __future__ import annotations
@@ -11,8 +14,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
+import yaml
 from yaml.composer import Composer
-from yaml.error import Mark, MarkedYAMLError
+from yaml.error import Mark, MarkedYAMLError, YAMLError
 from yaml.events import AliasEvent, ScalarEvent
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from yaml.parser import Parser
@@ -24,7 +28,10 @@ from multilayer.errors import InputError, Problem
 
 Place = tuple[int, int]
 
+_LIBYAML: Any = getattr(yaml, "CBaseLoader", None)  # only its events are taken
 _HALF = re.compile("[\ud800-\udfff]")
+# a tab or a '?' between values stops PyYAML's own parser and not libyaml; of the others they count lines differently
+_DISPUTED = re.compile("[\t?\x85\u2028\u2029\ufeff]|" + Reader.NON_PRINTABLE.pattern)
 
 DEEPEST = 64  # the parser recurses
 
@@ -40,10 +47,13 @@ _CORE_SCHEMA = {
         r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
     ),
 }
+_FIRST = frozenset("nNtTfF~.+-0123456789")  # characters that something else than text begins with
 
 
 def core_tag(text: str) -> str:
     """Return the tag of a plain scalar."""
+    if text and text[0] not in _FIRST:  # most texts
+        return STR
     return next((tag for tag, pattern in _CORE_SCHEMA.items() if pattern.fullmatch(text)), STR)
 
 
@@ -67,18 +77,25 @@ def compose(text: str, file: Path) -> Node | None:
         For text that is no YAML, a second document, recursive or exploding aliases, and data nested too deeply: only
         the first mistake, as later ones may follow from it.
     """
+    if _LIBYAML and not _DISPUTED.search(text):
+        try:
+            return _Composer(_LIBYAML(text)).get_single_node()
+        except (YAMLError, ValueError, OverflowError) as error:  # told below
+            if isinstance(error, _RefusedError):
+                message, mark = _in_words(error)
+                raise InputError(Problem(message, "", file, *place_of(mark))) from None
     try:
-        composer = _Composer(text)
+        parser = _Parser(text)
     except ReaderError as error:
         character = f"U+{ord(text[error.position]):04X}"
         message = f"the character {character} is not allowed; is this a text file?"
         raise InputError(Problem(message, "", file, *place_in(text, error.position))) from None
     try:
-        return composer.get_single_node()
+        return _Composer(parser).get_single_node()
     except MarkedYAMLError as error:
         message, mark = _in_words(error)
     except (ValueError, OverflowError):  # of PyYAML's own chr and int: "\UFFFFFFFF"
-        message, mark = "this number is out of range", composer.get_mark()
+        message, mark = "this number is out of range", parser.get_mark()
     raise InputError(Problem(message, "", file, *place_of(mark)))
 
 
@@ -90,12 +107,17 @@ def _refuse(message: str, mark: Any) -> NoReturn:
     raise _RefusedError(problem=message, problem_mark=mark)
 
 
-class _Composer(Reader, Scanner, Parser, Composer):
+class _Parser(Reader, Scanner, Parser):
     def __init__(self, text: str) -> None:
         Reader.__init__(self, text)
         Scanner.__init__(self)
         Parser.__init__(self)
-        Composer.__init__(self)
+
+
+class _Composer(Composer):
+    def __init__(self, parser: Any) -> None:
+        super().__init__()
+        self.check_event, self.peek_event, self.get_event = parser.check_event, parser.peek_event, parser.get_event
         self.depth = self.values = 0  # values with those that aliases repeat: ten short lines can stand for billions
         self.most = YAML_VALUES.most
         self.sizes: dict[int, int] = {}  # values in a finished node, those of aliases counted each time
@@ -114,10 +136,9 @@ class _Composer(Reader, Scanner, Parser, Composer):
         return SEQ if kind is SequenceNode else MAP
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
-        parser: Any = self  # PyYAML's stubs leave half of it untyped
-        event = parser.peek_event()
+        event = self.peek_event()
         if isinstance(event, AliasEvent):
-            return self._aliased(parser.get_event())
+            return self._aliased(self.get_event())
         if self.depth == DEEPEST:
             _refuse(f"this is nested more than {DEEPEST} deep", event.start_mark)
         if isinstance(event, ScalarEvent):

@@ -202,7 +202,7 @@ class _Builder:
         if not isinstance(node, ScalarNode):
             self._problem(node.start_mark, path, "a key must be text; put text that starts with '[' or '{' in quotes")
             return ""
-        if node.style is None and node.value == "<<":
+        if not node.style and node.value == "<<":
             remedy = "write the fields out, or give a whole value by an alias ('*name')"
             self._problem(node.start_mark, path, f"the merge key '<<' is not part of YAML 1.2; {remedy}")
         elif node.tag in (NULL, BOOL):

@@ -21,6 +21,7 @@ from multilayer.arrays import ArrayLike, IndexArray, RealArray
 from multilayer.inference.derivative import central
 from multilayer.models import Model
 
+_NARROWEST = 1e-12  # least width of a prior over its values
 _EDGE = 8.0  # beyond this z a uniform prior is at its bound to 15 digits
 
 
@@ -119,11 +120,21 @@ _KINDS = ("normal", "lognormal", "uniform", "loguniform", "fixed")
 _FLAT, _LOGARITHMIC = ("uniform", "loguniform"), ("lognormal", "loguniform")
 
 
+def _widths(prior: Prior) -> list[tuple[str, tuple[float, float], float]]:
+    """Return kind, numbers and width of priors whose width may be lost beside their values."""
+    widths = [("normal", (prior.normal[0], 0.0), prior.normal[1])] if prior.normal is not None else []
+    ends = [(kind, pair) for kind in ("uniform", "loguniform") if (pair := getattr(prior, kind)) is not None]
+    return widths + [(kind, pair, pair[1] - pair[0]) for kind, pair in ends]
+
+
 def _mistakes(prior: Prior) -> list[str]:
     mistakes = []
     for kind in ("normal", "lognormal"):
         if (pair := getattr(prior, kind)) is not None and not pair[1] > 0:
             mistakes.append(f"{kind}: the spread {pair[1]:g} must be above 0")
+    for kind, pair, spread in _widths(prior):
+        if 0 < spread < _NARROWEST * max(abs(end) for end in pair):
+            mistakes.append(f"{kind}: {spread:g} is lost in rounding beside {pair[0]:g}; state the value as known")
     if prior.lognormal is not None and not prior.lognormal[0] > 0:
         mistakes.append(f"lognormal: the median {prior.lognormal[0]:g} must be above 0")
     for kind in ("uniform", "loguniform", "bounds"):

@@ -26,6 +26,8 @@ from multilayer.units import (
 _ROUNDING = 1.001  # of two lengths that are meant to be the same
 StaticTortuosity = Annotated[float, Field(gt=1), Unit(DIMENSIONLESS)]
 
+Orientation = Annotated[float, Field(ge=0, le=1), Unit(DIMENSIONLESS)]
+
 
 class PoreLayer(FieldSets):
     """A slab with pores; the field `model` says which of the others it takes (see `media.pore_models`).
@@ -88,7 +90,20 @@ class PoreLayer(FieldSets):
         return PORE_MODELS[self.model].fluid(wave.omega, wave.ambient, dict(self))
 
 
-class AnyPoreLayer(PoreLayer):
+class StructuredPoreLayer(PoreLayer):
+    """A slab with pores that may be given by what is around them (see `media.structures`).
+
+    Further fields: `fibre_diameter` (m), `fibre_orientation` (mean squared cosine to the normal), `cell_size`,
+    `grain_diameter` (m).
+    """
+
+    fibre_diameter: Length | None = None
+    fibre_orientation: Orientation | None = None
+    cell_size: Length | None = None
+    grain_diameter: Length | None = None
+
+
+class AnyPoreLayer(StructuredPoreLayer):
     """A slab with pores by any of the models.
 
     Further fields: `vorticity_time`, `entropy_time` (s), `median_pore_size` (m), `pore_size_deviation`.

@@ -9,7 +9,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
-from multilayer.layers.pores import PoreLayer
+from multilayer.layers.pores import StructuredPoreLayer
 from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
 from multilayer.matrix.families import POROELASTIC
@@ -17,32 +17,24 @@ from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.biot import BiotMedium, biot_medium, compressional_waves, shear_wave
 from multilayer.media.elastic import decaying_root
-from multilayer.units import (
-    Density,
-    FlowResistivity,
-    Length,
-    Porosity,
-    Tortuosity,
-)
+from multilayer.media.pore_models import FramedPoreModelName
+from multilayer.units import Density, Porosity
 
 
-class Poroelastic(PoreLayer, ElasticLayer):
+class Poroelastic(StructuredPoreLayer, ElasticLayer):
     """Isotropic poroelastic material: Biot's frame, pores filled with the ambient gas.
 
-    Fields: `thickness` (m), `porosity`, `flow_resistivity` (N s/m4), `tortuosity`, `viscous_length`,
-    `thermal_length` (m), `frame_density` (kg/m3, of the frame per volume of material), `young_modulus` (Pa, in vacuo),
-    `poisson_ratio`, `loss_factor`; `model` of the pores: `jca` (Johnson-Champoux-Allard), `jcal` with
-    `thermal_permeability` (m2), `jcapl` with `static_viscous_tortuosity` and `static_thermal_tortuosity` besides. State
-    (v1s, v3s, v3f, s33s, s13s, s33f). Warns (`ValidityWarning`) where pores are not small beside the wavelength.
+    Fields: `thickness` (m), `porosity`, `frame_density` (kg/m3, of the frame per volume of material), `young_modulus`
+    (Pa, in vacuo), `poisson_ratio`, `loss_factor`; `model` of the pores: `jca` (Johnson-Champoux-Allard) with
+    `flow_resistivity` (N s/m4), `tortuosity`, `viscous_length`, `thermal_length` (m), `jcal` with
+    `thermal_permeability` (m2), `jcapl` with `static_viscous_tortuosity` and `static_thermal_tortuosity` besides; or
+    `fibres`, `open_cells`, `grains` with the fields that they take in `equivalent_fluid`. State (v1s, v3s, v3f, s33s,
+    s13s, s33f). Warns (`ValidityWarning`) where pores are not small beside the wavelength.
     """
 
     type: Literal["poroelastic"] = "poroelastic"
-    model: Literal["jca", "jcal", "jcapl"] = "jca"
+    model: FramedPoreModelName = "jca"
     porosity: Porosity
-    flow_resistivity: FlowResistivity
-    tortuosity: Tortuosity
-    viscous_length: Length
-    thermal_length: Length
     frame_density: Density
 
     summary: ClassVar[str] = "porous material with an elastic frame (Biot 6x6)"

@@ -1,4 +1,4 @@
-"""Round holes through a plate: their added mass outside the plate, and the impedance of a hole after Maa."""
+"""Holes and slits through a plate: their added mass outside, their impedance, what flow and loud sound add to it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.media.gas import Gas
 from multilayer.media.narrow import narrow_gas
+
+DISCHARGE = 0.76
+"""Discharge coefficient of sharp-edged holes: area of the jet over that of the hole (Melling 1973)."""
 
 
 def end_length(hole_radius: Numeric, perforation: Numeric) -> Numeric:
@@ -17,6 +20,28 @@ def end_length(hole_radius: Numeric, perforation: Numeric) -> Numeric:
     """
     x = 2 * np.sqrt(perforation / np.pi)
     length: Numeric = 0.48 * np.sqrt(np.pi) * hole_radius * (1 - 1.13 * x - 0.09 * x**2 + 0.27 * x**3)
+    return length
+
+
+def slit_end_length(slit_width: Numeric, perforation: Numeric) -> Numeric:
+    """Return the length, m, by which the air at one end of a slit lengthens it, its neighbours taken into account.
+
+    ``-(w / pi) ln sin(pi perforation / 2)``: J. M. A. Smits & C. W. Kosten, Acustica 1 (1951) 114-122; U. R.
+    Kristiansen & T. E. Vigran, Appl. Acoust. 43 (1994) 39-48. Exact for a grating of parallel slits in a thin sheet; of
+    a thick one, in which the air leaves more evenly, it is up to a tenth of the width more.
+    """
+    length: Numeric = -slit_width / np.pi * np.log(np.sin(np.pi * perforation / 2))
+    return length
+
+
+def duct_end_length(hole_radius: Numeric, duct_radius: Numeric) -> Numeric:
+    """Return the length, m, by which the air at its end lengthens a round hole that opens into a round duct.
+
+    J. Kergomard & A. Garcia, J. Sound Vib. 114 (1987) 465-479: ``0.82 r (1 - 1.35 x + 0.31 x^3)``, x = r / R, on one
+    axis; it vanishes near x = 0.9.
+    """
+    x = hole_radius / duct_radius
+    length: Numeric = 0.82 * hole_radius * (1 - 1.35 * x + 0.31 * x**3)
     return length
 
 
@@ -46,7 +71,82 @@ def maa_impedance(
         Mean of the tortuosities of what the two faces touch, 1 for free air: factor of the mass at the ends.
     gas : Gas
     """
-    inside = 1j * omega * narrow_gas(omega, "tube", hole_radius, gas)[0] * thickness
-    outside = 1j * omega * gas.density * 0.85 * 2 * hole_radius * end_tortuosity
+    ends = 0.85 * 2 * hole_radius * end_tortuosity
+    return sheet_impedance(omega, "tube", hole_radius, thickness, ends, gas) / perforation
+
+
+def maa_slit_impedance(
+    omega: Numeric, thickness: Numeric, slit_width: Numeric, perforation: Numeric, end_tortuosity: Numeric, gas: Gas
+) -> ComplexArray:
+    """Return the pressure difference over the mean velocity, Pa s/m, of a plate with narrow slits.
+
+    D.-Y. Maa, Acta Acust. 25 (2000) 481-485 (in Chinese): the exact flow in a slit and the resistance of the ends as of
+    `maa_impedance`; the mass of the ends is that of `slit_end_length`, with the interaction of long parallel slits, in
+    place of his elliptic integral for single ones. Parameters as of `maa_impedance`.
+    """
+    ends = 2 * slit_end_length(slit_width, perforation) * end_tortuosity
+    return sheet_impedance(omega, "slit", slit_width / 2, thickness, ends, gas) / perforation
+
+
+def sheet_impedance(
+    omega: Numeric, shape: str, half_width: Numeric, thickness: Numeric, ends: Numeric, gas: Gas
+) -> ComplexArray:
+    """Return the pressure difference over the mean velocity in a hole, Pa s/m.
+
+    Parameters
+    ----------
+    omega : array
+        rad/s.
+    shape : {'tube', 'slit'}
+    half_width : float or array
+        Radius, or half of the slit's width, m.
+    thickness : float or array
+        Length of the hole, m.
+    ends : float or array
+        What the air outside adds to it at both ends together, m. Friction there is sqrt(2 w density viscosity) / 2 for
+        both ends (U. Ingard, J. Acoust. Soc. Am. 25 (1953) 1037-1061, as Maa 1998 takes it).
+    gas : Gas
+    """
+    inside = 1j * omega * narrow_gas(omega, shape, half_width, gas)[0] * thickness
+    outside = 1j * omega * gas.density * ends
     friction = np.sqrt(2 * omega * gas.density * gas.viscosity) / 2
-    return np.asarray((inside + outside + friction) / perforation)
+    return np.asarray(inside + outside + friction)
+
+
+def jet_resistance(
+    hole_velocity: Numeric, bias_velocity: Numeric, perforation: Numeric, discharge: Numeric, gas: Gas
+) -> Numeric:
+    """Return the pressure difference over the velocity in a hole, Pa s/m, that jets out of the holes add.
+
+    A quasi-steady jet takes the pressure ``density (1 - perforation^2) u abs(u) / (2 discharge^2)``. T. H. Melling, J.
+    Sound Vib. 29 (1973) 1-65: of a tone the fundamental of this is 8 / (3 pi) times the peak velocity, 1.2 times the
+    rms, in place of abs(u). Beside a steady flow U faster than the sound, the same law gives 2 U in that place. A. B.
+    Bauer, J. Aircraft 14 (1977) 720-728, found 1.15 where 1 / discharge^2 stands of a steady flow: `discharge` 0.93.
+
+    Parameters
+    ----------
+    hole_velocity : float or array
+        Rms velocity of the sound in the holes, m/s, without a steady flow; 0 where there is one.
+    bias_velocity : float or array
+        Mean velocity of a steady flow in the holes, m/s.
+    perforation, discharge : float or array
+    gas : Gas
+    """
+    slope = 8 * np.sqrt(2) / (3 * np.pi) * hole_velocity + 2 * bias_velocity
+    resistance: Numeric = gas.density * (1 - perforation**2) / (2 * discharge**2) * slope
+    return resistance
+
+
+def grazing_resistance(mach: Numeric, perforation: Numeric, gas: Gas) -> Numeric:
+    """Return the pressure difference over the velocity in a hole, Pa s/m, that a flow along the plate adds.
+
+    A. W. Guess, J. Sound Vib. 40 (1975) 119-137: ``0.3 (1 - perforation^2) M`` times the gas's impedance.
+    """
+    resistance: Numeric = 0.3 * (1 - perforation**2) * mach * gas.impedance
+    return resistance
+
+
+def grazing_mass(mach: Numeric) -> Numeric:
+    """Return the share of the mass outside the holes that a flow along the plate leaves; Guess 1975."""
+    share: Numeric = 1 / (1 + 305 * mach**3)
+    return share

@@ -9,8 +9,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
+from multilayer.media.double_porosity import holed, slitted
 from multilayer.media.empirical import VALID, delany_bazley, miki
 from multilayer.media.gas import Gas
+from multilayer.media.perforations import hole_pitch
 from multilayer.media.pore_sizes import horoshenkov_swift
 from multilayer.media.porous import (
     champoux_allard_modulus,
@@ -20,9 +22,13 @@ from multilayer.media.porous import (
     pride_lafarge_modulus,
 )
 from multilayer.media.relaxation import wilson, wilson_of_resistivity
+from multilayer.media.structures import Pores, fibres, grains, open_cells
 from multilayer.media.validity import warn_outside, warn_short_waves
 
-PoreModelName: TypeAlias = Literal["delany_bazley", "miki", "jca", "jcal", "jcapl", "wilson", "horoshenkov_swift"]
+FramedPoreModelName: TypeAlias = Literal["jca", "jcal", "jcapl", "fibres", "open_cells", "grains"]
+PoreModelName: TypeAlias = Literal["delany_bazley", "miki", FramedPoreModelName, "wilson", "horoshenkov_swift"]
+# in a rigid frame only: the porosity of double_porosity is not that of the whole
+RigidPoreModelName: TypeAlias = Literal[PoreModelName, "double_porosity"]
 Fluid: TypeAlias = tuple[ComplexArray, ComplexArray]
 Fields: TypeAlias = Mapping[str, Any]
 
@@ -118,8 +124,30 @@ def _check_median(title: str, omega: Numeric, gas: Gas, given: Fields) -> None:
     warn_short_waves(title, given["median_pore_size"], omega, gas)
 
 
+def _check_double(title: str, omega: Numeric, gas: Gas, given: Fields) -> None:
+    """Take the pitch of the holes, or of the slits."""
+    share, width = given["perforation"], given.get("slit_width")
+    pitch = hole_pitch(given["hole_radius"], share) if width is None else width / share
+    warn_short_waves(title, np.maximum(pitch, given["viscous_length"]), omega, gas)
+
+
+def _structured(title: str, structure: Callable[..., Pores], lowest: float, *variants: tuple[str, ...]) -> PoreModel:
+    """Return the model of a structure that holds from a `lowest` porosity; its first variant has all fields."""
+
+    def fluid(omega: Numeric, gas: Gas, **fields: Numeric) -> Fluid:
+        return structure(**fields).fluid(omega, fields["porosity"], gas)
+
+    def check(title: str, omega: Numeric, gas: Gas, given: Fields) -> None:
+        warn_outside(title, "porosity", given["porosity"], lowest, 1)
+        fields = {name: given[name] for name in variants[0] if given.get(name) is not None}
+        warn_short_waves(title, structure(**fields).thermal_length, omega, gas)
+
+    return PoreModel(title, tuple((fields, fluid) for fields in variants), check)
+
+
 _FIVE = ("porosity", "flow_resistivity", "tortuosity", "viscous_length", "thermal_length")
 _SIX = (*_FIVE, "thermal_permeability")
+_FIBRES = ("porosity", "fibre_diameter")
 _EIGHT = (*_SIX, "static_viscous_tortuosity", "static_thermal_tortuosity")
 
 PORE_MODELS: dict[str, PoreModel] = {
@@ -140,5 +168,13 @@ PORE_MODELS: dict[str, PoreModel] = {
         "Horoshenkov-Swift",
         ((("porosity", "median_pore_size", "pore_size_deviation"), horoshenkov_swift),),
         _check_median,
+    ),
+    "fibres": _structured("the model of fibres", fibres, 0.7, (*_FIBRES, "fibre_orientation"), _FIBRES),
+    "open_cells": _structured("the model of open cells", open_cells, 0.95, ("porosity", "cell_size")),
+    "grains": _structured("the model of grains", grains, 0.26, ("porosity", "grain_diameter")),
+    "double_porosity": PoreModel(
+        "double porosity",
+        (((*_FIVE, "perforation", "hole_radius"), holed), ((*_FIVE, "perforation", "slit_width"), slitted)),
+        _check_double,
     ),
 }

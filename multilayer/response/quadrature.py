@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import BoolArray, IndexArray, RealArray
+from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
 
 # Gauss-Kronrod pair of 7 and 15 nodes on [-1, 1] (QUADPACK, Piessens et al. 1983, routine qk15)
 _NODES = np.array([
@@ -52,7 +52,13 @@ class Tolerance:
 
 
 def integrate(
-    integrand: Integrand, n: int, upper: float, tolerance: Tolerance, max_panels: int, first: int = 1
+    integrand: Integrand,
+    n: int,
+    upper: float,
+    tolerance: Tolerance,
+    max_panels: int,
+    first: int = 1,
+    exhausted: Callable[[], BoolArray] | None = None,
 ) -> tuple[RealArray, RealArray]:
     """Return the integrals of `n` items from 0 to `upper`, with their errors.
 
@@ -69,6 +75,9 @@ def integrate(
         Of each item.
     first : int
         Panels to start with.
+    exhausted : callable, optional
+        Tells which items have taken much work, shape (n,). Their panels are halved no more where the integrand's own
+        errors and those of panels that are done exceed twice the tolerance: halving does not lessen these.
 
     Returns
     -------
@@ -94,6 +103,11 @@ def integrate(
             np.add.at(row, which, part)
         again = _too_coarse(errors, scale[:, which], (high - low) / upper, tolerance)
         again &= (panels[which] < max_panels) & (high - low > _LEAST_WIDTH * upper)
+        if exhausted is not None and np.any(much := exhausted()):
+            lasting = done[3:].copy()
+            for row, part in zip(lasting, values[3:], strict=True):
+                np.add.at(row, which, part)
+            again &= ~(much & _too_coarse(lasting, scale, 2.0, tolerance))[which]
         kept = ~again
         values[3:] += errors
         for row, part in zip(done, values, strict=True):
@@ -115,8 +129,8 @@ def _panels(integrand: Integrand, which: IndexArray, low: RealArray, high: RealA
     return fine, np.abs(fine[1:3] - coarse)
 
 
-def _too_coarse(errors: RealArray, total: RealArray, share: RealArray, tolerance: Tolerance) -> BoolArray:
-    """Tell which panels err by more than their share of the tolerance."""
+def _too_coarse(errors: RealArray, total: RealArray, share: ArrayLike, tolerance: Tolerance) -> BoolArray:
+    """Tell which panels, or items, err by more than their share of the tolerance."""
     least = np.maximum(share, _LEAST_SHARE)
     with np.errstate(invalid="ignore"):  # without transmission there is nothing to compare
         coarse_tau = errors[1] > least * (tolerance.transmission * total[2])

@@ -245,4 +245,7 @@ def _values(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int
     missing = [f"{band} Hz" for band in bands if float(band) not in table]
     if missing:
         raise InputError(f"this rating needs the bands {', '.join(missing)} as well")
-    return np.array([table[float(band)] for band in bands], dtype=float)
+    values = np.array([table[float(band)] for band in bands], dtype=float)
+    if not np.all(np.isfinite(values)):
+        raise InputError("this rating needs finite values in all of its bands")
+    return values

@@ -79,6 +79,7 @@ BAD = {
         "fit.yaml:6:46: unknowns.layers.wool.flow_resistivity.lognormal.0: '1e4 m' has the wrong",
     ),
     "spread": ("1e4, 0.5", "1e4, 0", "lognormal: the spread 0 must be above 0"),
+    "no spread": ("lognormal: [1e4, 0.5]", "normal: [1e12, 0.01]", "is lost in rounding beside 1e+12"),
     "two priors": (
         "[1e4, 0.5]",
         "[1e4, 0.5], uniform: [1, 2]",

@@ -46,6 +46,8 @@ _DENSE_PORES = {name: _DENSE_FOAM[name] for name in _PORE_FIELDS}
 _JCAL = {"model": "jcal", "thermal_permeability": 6e-9}
 _JCAPL = {**_JCAL, "model": "jcapl", "static_viscous_tortuosity": 1.3, "static_thermal_tortuosity": 1.4}
 _WILSON = {"porosity": 0.98, "tortuosity": 1.05}
+_MICRO = {"model": "maa", "thickness": 2e-4, "hole_radius": 1e-4, "perforation": 0.01}
+_FELT = {"model": "fibres", "porosity": 0.9, "fibre_diameter": 2e-5, "fibre_orientation": 1 / 3}
 _WOOD = {
     "thickness": 0.01,
     "density": 450.0,
@@ -83,6 +85,11 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("by a law", {"thickness": 0.05, **_MELAMINE, "young_modulus": _ZENER, "loss_factor": 0.0}, False),
         ("thermal permeability", {"thickness": 0.03, **_MELAMINE, **_JCAL}, False),
         ("static tortuosities", {"thickness": 0.03, **_MELAMINE, **_JCAPL}, False),
+        (
+            "felt",
+            {"thickness": 0.02, **_FELT, "frame_density": 120.0, "young_modulus": 1e5 + 1e4j, "poisson_ratio": 0.0},
+            False,
+        ),
     ],
     "equivalent_fluid": [
         ("johnson-champoux-allard", {"thickness": 0.05, **_PORES}, False),
@@ -93,6 +100,27 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         (
             "wilson by its times",
             {"model": "wilson", "thickness": 0.05, **_WILSON, "vorticity_time": 1e-4, "entropy_time": 2e-4},
+            False,
+        ),
+        ("fibres", {"model": "fibres", "thickness": 0.05, "porosity": 0.97, "fibre_diameter": 1e-5}, False),
+        (
+            "random fibres",
+            {**_FELT, "thickness": 0.02},
+            False,
+        ),
+        ("cells", {"model": "open_cells", "thickness": 0.05, "porosity": 0.98, "cell_size": 6e-4}, False),
+        ("gravel", {"model": "grains", "thickness": 0.1, "porosity": 0.4, "grain_diameter": 5e-3}, False),
+        (
+            "holes in wool",
+            {
+                **{"model": "double_porosity", "thickness": 0.1, "perforation": 0.1, "hole_radius": 5e-3},
+                **{**_PORES, "flow_resistivity": 1e5},
+            },
+            False,
+        ),
+        (
+            "slits in a foam",
+            {"model": "double_porosity", "thickness": 0.1, "perforation": 0.2, "slit_width": 4e-3, **_DENSE_PORES},
             False,
         ),
         (
@@ -111,6 +139,7 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("johnson-champoux-allard", {"thickness": 0.05, **_PORES, "frame_density": 30.0}, False),
         ("dense", {"thickness": 0.02, **_DENSE_PORES, "frame_density": 600.0}, False),
         ("lafarge", {"thickness": 0.05, **_PORES, **_JCAL, "frame_density": 9.0}, False),
+        ("felt", {"thickness": 0.02, **_FELT, "frame_density": 120.0}, False),
     ],
     "screen": [
         ("held still", {"flow_resistance": 400.0}, False),
@@ -129,7 +158,33 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
     "perforated_plate": [
         ("perforated", {"thickness": 1e-3, "hole_radius": 5e-4, "perforation": 0.05}, False),
         ("on a foam", {"thickness": 2e-3, "hole_radius": 1e-3, "perforation": 0.3, "back_tortuosity": 1.5}, False),
-        ("maa", {"model": "maa", "thickness": 2e-4, "hole_radius": 1e-4, "perforation": 0.01}, False),
+        ("maa", {**_MICRO}, False),
+        ("slits", {"thickness": 2e-3, "slit_width": 1e-3, "perforation": 0.1}, False),
+        ("slits after maa", {"model": "maa", "thickness": 5e-4, "slit_width": 1e-4, "perforation": 0.02}, False),
+        ("moving foil", {**_MICRO, "density": 1400.0}, False),
+        (
+            "gypsum",
+            {
+                "thickness": 0.0125,
+                "hole_radius": 3e-3,
+                "perforation": 0.15,
+                "density": 700.0,
+                "young_modulus": 2e9,
+                "poisson_ratio": 0.3,
+                "loss_factor": 0.01,
+            },
+            False,
+        ),
+        ("loud", {**_MICRO, "hole_velocity": 5.0, "discharge_coefficient": 0.8}, False),
+        ("in a flow", {**_MICRO, "bias_velocity": 2.0, "grazing_mach": 0.1, "density": 1400.0}, False),
+    ],
+    "helmholtz_resonators": [
+        (
+            "bottles",
+            {"neck_radius": 5e-3, "neck_length": 0.02, "pitch": 0.1, "cavity_depth": 0.1, "cavity_radius": 0.04},
+            False,
+        ),
+        ("honeycomb", {"neck_radius": 5e-4, "neck_length": 1e-3, "pitch": 0.01, "cavity_depth": 0.04}, False),
     ],
     "viscothermal_fluid": [
         ("gap", {"thickness": 1e-4}, False),

@@ -1,5 +1,7 @@
 """A little of `validation.fuzz`: input that nobody means ends in a message with its place, or in a sound result."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,24 @@ def test_claims_are_refused_before_they_are_read(tmp_path, name):
 def test_the_same_seed_gives_the_same_tries(tmp_path):
     files = write_corpus(tmp_path / "yaml")
     assert [YamlTarget(files, 7).text(i) for i in range(50)] == [YamlTarget(files, 7).text(i) for i in range(50)]
+
+
+def test_tries_do_not_depend_on_the_number_of_processes(tmp_path):
+    target = YamlTarget(write_corpus(tmp_path / "yaml"), 7, 0.1)
+    alone, shared = (watched(target, range(60), Tally("", 7), jobs=jobs) for jobs in (1, 3))
+    assert alone.row == shared.row
+
+
+def test_a_process_that_dies_is_counted_and_the_others_go_on():
+    def target(index):
+        if index == 3:
+            os._exit(9)
+        return tried(lambda: "passed")
+
+    result = watched(target, range(8), Tally("", 1), jobs=2)
+    assert result.counts["tried"] == 8
+    assert result.counts["passed"] == 7
+    assert [index for index, _ in result.failures["the process died"]] == [3]
 
 
 def test_failures_are_seen():

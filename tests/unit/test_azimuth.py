@@ -1,15 +1,17 @@
 """The mean over the azimuth against direct integrals of closed forms, and the laws of turning."""
 
+import sys
+
 import numpy as np
 import pytest
 
-from multilayer.errors import InputError
+from multilayer.errors import InputError, ValidityWarning
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.orthotropic_plate import OrthotropicPlate
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
-from multilayer.response import Window, diffuse_field, fields, insertion_loss, plane_wave, power_balance
+from multilayer.response import DiffuseField, Window, diffuse_field, fields, insertion_loss, plane_wave, power_balance
 from multilayer.stack import Stack
 
 AIR = dry_air()
@@ -237,3 +239,23 @@ class TestFlag:
         plate = ElasticPlate(**same, young_modulus=BOARD["young_modulus_x"], poisson_ratio=0.3)
         ours, theirs = (diffuse_field(panel(layer), frequency).angles.sum() for layer in (board(), plate))
         assert 30 < ours / theirs < 200
+
+
+def test_azimuths_are_refined_in_vain_nowhere(monkeypatch):
+    # with hardly any loss the integrals over angles converge at the lower of these frequencies only
+    module = sys.modules[DiffuseField.__module__]
+    thin, thick = (
+        OrthotropicPlate(**{**WOOD, "loss_factor": 1e-3, "thickness": h}, azimuth=30.0) for h in (0.01, 0.02)
+    )
+    stack = panel(thin, Fluid(thickness=0.1), thick)
+
+    def computed(many):
+        monkeypatch.setattr(module, "_MANY_DIRECTIONS", many)
+        with pytest.warns(ValidityWarning, match="1 of 2 frequencies"):
+            return diffuse_field(stack, [5010.3, 7942.5], 90.0)
+
+    whole, short = computed(10**9), computed(100)
+    assert short.angles[0] == whole.angles[0]
+    np.testing.assert_allclose(short.transmission_loss[0], whole.transmission_loss[0], rtol=1e-14)
+    assert short.angles[1] < whole.angles[1] / 3
+    assert abs(short.transmission_loss[1] - whole.transmission_loss[1]) < short.transmission_loss_error[1]

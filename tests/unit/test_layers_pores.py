@@ -34,6 +34,10 @@ FIELDS = {
     },
     "wilson": {"porosity": 0.98, "tortuosity": 1.05, "flow_resistivity": 15e3},
     "horoshenkov_swift": {"porosity": 0.4, "median_pore_size": 1e-4, "pore_size_deviation": 0.3},
+    "fibres": {"porosity": 0.97, "fibre_diameter": 1e-5},
+    "open_cells": {"porosity": 0.97, "cell_size": 6e-4},
+    "grains": {"porosity": 0.4, "grain_diameter": 1e-3},
+    "double_porosity": {**JCA, "perforation": 0.1, "hole_radius": 1e-3},
 }  # fmt: skip
 TAKEN = {name: {**fields, "thickness": 0.05} for name, fields in FIELDS.items()}
 
@@ -58,9 +62,9 @@ class TestFields:
     def test_all_models_are_here(self):
         assert set(FIELDS) == set(PORE_MODELS)
 
-    @pytest.mark.parametrize("name", FIELDS)
+    @pytest.mark.parametrize("name", sorted(set(FIELDS) - {"double_porosity"}))
     def test_limp_wants_the_porosity_too(self, name):
-        layer = Limp.model_validate({"model": name, **TAKEN[name], "porosity": 0.9, "frame_density": 20.0})
+        layer = Limp.model_validate({"model": name, **TAKEN[name], "porosity": 0.96, "frame_density": 20.0})
         assert np.all(np.isfinite(surface(layer, BAND)))
         told = mistakes(f"{{type: limp, model: {name}, thickness: 1 mm, frame_density: 20}}")
         assert "porosity" in told["layers.0.porosity"][0]

@@ -47,6 +47,11 @@ def test_terms_of_enlarged_ranges() -> None:
     assert rt.enlarged_adaptation_terms(dict.fromkeys(rt.THIRD_OCTAVES[:16], 40.0)) == {}
 
 
+def test_nothing_is_rated_that_lets_no_sound_through() -> None:
+    with pytest.raises(InputError, match="finite"):
+        rt.weighted_reduction_index(ISO_717 | {500: np.inf})
+
+
 def test_sound_transmission_class_of_a_published_example() -> None:
     assert rt.sound_transmission_class(STC) == 29
 

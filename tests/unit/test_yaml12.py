@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from multilayer.config import Document, parse_yaml, read_yaml
+from multilayer.config import compose as compose_module
+from multilayer.config.compose import compose
 from multilayer.errors import InputError
 
 FILE = Path("stack.yaml")
@@ -282,3 +284,26 @@ def test_files_that_cannot_be_read_are_told_apart(tmp_path):
         assert caught.value.problems[0].file == path
     with pytest.raises(InputError, match="cannot be read"):
         read_yaml("a\0b")
+
+
+ODD = [
+    "a: [1, 2", "a: 'x", "a:\n- b\n c", "a: \tb", "{?a: 1}", "a: &x 1\nb: &x 2", "a: *x", "&a [*a]", "[" * 65,
+    "a: \x07", "%YAML 9", "a: !!python/x 1", '"\\UFFFFFFFF"', "a: 1\n---\nb", "!<tag:x> a", "a: |\n b\n\tc",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", [*ODD, *(file.read_text() for file in sorted(Path("examples").glob("*.yaml")))])
+def test_without_libyaml_files_read_and_mistakes_are_worded_the_same(text, monkeypatch):
+    def read():
+        compose.cache_clear()
+        try:
+            document = parse_yaml(text, FILE, keep_problems=True)
+        except InputError as error:
+            return str(error)
+        return document.data, document.places, document.key_places, document.problems
+
+    assert compose_module._LIBYAML, "these tests need a PyYAML with libyaml"
+    with_libyaml = read()
+    monkeypatch.setattr(compose_module, "_LIBYAML", None)
+    assert read() == with_libyaml
+    compose.cache_clear()

@@ -1,7 +1,8 @@
 """Input that nobody means, by the thousand: what it must end in is a message with its place, or a sound result.
 
-``python -m validation.fuzz [yaml|files|numbers|sizes ...] [--seed N] [--count N] [--minutes M]`` prints a table in
-Markdown and what failed; the same seed gives the same tries. ``--only N`` shows one try of one target again.
+``python -m validation.fuzz [yaml|files|numbers|sizes ...] [--seed N] [--count N] [--minutes M] [--jobs N]`` prints a
+table in Markdown and what failed; the same seed gives the same tries, in however many processes. ``--only N`` shows one
+try of one target again.
 
 A failure is any exception but those with a message for the user, a message without a file (or without a line, of a
 field in a YAML file), a warning of Python or NumPy, more than 20 s or 1 GB, a result that is no number, or more energy
@@ -11,6 +12,8 @@ than came in.
 from __future__ import annotations
 
 import argparse
+import resource
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,6 +27,7 @@ from validation.fuzz.watch import HEAD, Outcome, Tally, watched
 from validation.fuzz.yaml_mutants import YamlTarget
 
 COUNTS = {"yaml": 2000, "files": 200, "numbers": 500, "sizes": len(NAMES)}  # of each target, unless --count says more
+MEMORY = Path("/dev/shm")  # a file on a disk takes as long to write as to be read and checked
 
 
 def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, str, Callable[[int], Outcome]]]:
@@ -49,11 +53,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="tries of each target")
     parser.add_argument("--minutes", type=float, help="longest time for each target")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes; the tries are the same")
     parser.add_argument("--only", type=int, metavar="N", help="one try, with what it said")
     asked = parser.parse_args()
     if unknown := set(asked.kinds) - set(COUNTS):
         parser.error(f"there is no {', '.join(sorted(unknown))}; there are: {', '.join(COUNTS)}")
-    with tempfile.TemporaryDirectory(prefix="fuzz") as name:
+    with tempfile.TemporaryDirectory(prefix="fuzz", dir=MEMORY if MEMORY.is_dir() else None) as name:
         _run(asked, Path(name))
 
 
@@ -65,15 +70,25 @@ def _run(asked: argparse.Namespace, folder: Path) -> None:
             continue
         count = COUNTS[kind] if kind == "sizes" else asked.count or COUNTS[kind]
         until = monotonic() + 60 * asked.minutes if asked.minutes else float("inf")
-        tallies.append(watched(target, range(count), Tally(title, asked.seed), until))
+        began, used = monotonic(), _processor_time()
+        tallies.append(watched(target, range(count), Tally(title, asked.seed), until, asked.jobs))
+        n, seconds, used = tallies[-1].counts["tried"], monotonic() - began, _processor_time() - used
+        rate = f"{n / seconds:.0f} per second, {n / used:.0f} per second of a processor"
+        print(f"{title}: {n} in {seconds:.0f} s, {rate}", file=sys.stderr, flush=True)
     if not tallies:
         return
     print("\n".join([HEAD, *(tally.row for tally in tallies)]))
     for tally in tallies:
         for kind, cases in sorted(tally.failures.items(), key=lambda item: -len(item[1])):
-            index, text = cases[0]
+            index, text = min(cases)
             print(f"\n- {tally.target}: **{kind}**, {len(cases)} times; first `--seed {tally.seed} --only {index}`:")
             print(f"  `{text[:300]}`")
+
+
+def _processor_time() -> float:
+    """Return seconds that processes which have ended took."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _show(title: str, target: Callable[[int], Outcome], index: int) -> None:

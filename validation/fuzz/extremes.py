@@ -14,7 +14,7 @@ from multilayer.layers import LAYERS
 from multilayer.media.laws import LAWS
 from multilayer.stack import Ambient
 from multilayer.units import field_unit
-from validation.fuzz.watch import PASSED, Outcome, tried
+from validation.fuzz.watch import PASSED, Outcome, own, tried
 from validation.fuzz.yaml_mutants import simulated
 
 _PORES = {"porosity": 0.99, "flow_resistivity": 1e4, "tortuosity": 1.01, "viscous_length": 1e-4, "thermal_length": 2e-4}
@@ -127,7 +127,7 @@ class ExtremeTarget:
         return value
 
     def __call__(self, index: int) -> Outcome:
-        file = self.folder / "extreme.yaml"
+        file = self.folder / own("extreme.yaml")
         file.write_text(yaml.safe_dump(self.data(index), sort_keys=False), encoding="utf-8")
 
         def simulate() -> str:

@@ -15,7 +15,7 @@ from multilayer.measurements.readers import read_channels, read_spectra
 from multilayer.signals.disturbance import without_disturbances
 from multilayer.signals.quality import check_configuration
 from multilayer.signals.recording import Recording
-from validation.fuzz.watch import DIFFERENT, PASSED, Outcome, tried
+from validation.fuzz.watch import DIFFERENT, PASSED, Outcome, own, tried
 
 RATE = 25600.0
 _N = 2048
@@ -189,7 +189,7 @@ class FlipTarget:
 
     def __call__(self, index: int) -> Outcome:
         which, content = self.content(index)
-        file = self.folder / f"spoilt.{self.suffix}"
+        file = self.folder / own(f"spoilt.{self.suffix}")
         file.write_bytes(content)
         return tried(lambda: self._compared(file, which))
 

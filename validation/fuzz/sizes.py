@@ -14,7 +14,7 @@ import numpy as np
 from multilayer.cli.check import _checked
 from multilayer.errors import InputError
 from multilayer.measurements.readers import read_channels, read_spectra
-from validation.fuzz.watch import PASSED, Outcome, tried
+from validation.fuzz.watch import PASSED, Outcome, own, tried
 
 _HEAD = "version: 1\ntermination: ambient\n"
 Made = Callable[[Path], Path]
@@ -27,7 +27,7 @@ def _layers(n: int, extra: str = "") -> str:
 
 def _yaml(text: Callable[[], str]) -> Made:
     def make(folder: Path) -> Path:
-        file = folder / "large.yaml"
+        file = folder / own("large.yaml")
         file.write_text(text(), encoding="utf-8")
         return file
 

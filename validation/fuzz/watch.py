@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import resource
@@ -9,11 +10,11 @@ import signal
 import sys
 import traceback
 import warnings
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from time import monotonic
 
@@ -147,41 +148,85 @@ def _innermost(error: BaseException | None) -> str:
     return f"{frame.filename.removeprefix(ROOT + '/')}:{frame.lineno}" if frame else "?"
 
 
-def watched(target: Callable[[int], Outcome], indices: Sequence[int], tally: Tally, until: float = 1e18) -> Tally:
-    """Try all indices in a process of its own, begun anew after the try that ends or hangs it.
+class _Worker:
+    """A process that tries some indices, one after the other, begun anew after a try that ends or hangs it."""
+
+    def __init__(self, target: Callable[[int], Outcome], indices: Sequence[int]) -> None:
+        self.target, self.left = target, deque(indices)
+        self._begin()
+
+    def _begin(self) -> None:
+        context = get_context("fork")
+        self.results, there = context.Pipe(duplex=False)
+        self.process = context.Process(target=_try_all, args=(self.target, [*self.left], there))
+        self.process.start()
+        there.close()
+        self.until = monotonic() + 2 * SECONDS
+
+    def ended(self) -> Iterator[tuple[int, Outcome]]:
+        """Give the try that has ended, if one has, with its index."""
+        if self.results.poll():
+            try:
+                outcome = self.results.recv()
+                self.until = monotonic() + 2 * SECONDS
+                yield self.left.popleft(), outcome
+                return
+            except EOFError:
+                self.stop()
+                outcome = Outcome("the process died", f"exit code {self.process.exitcode}")
+        elif monotonic() > self.until:
+            outcome = Outcome("hangs where nothing can stop it")
+            self.stop()
+        else:
+            return
+        yield self.left.popleft(), outcome
+        if self.left:
+            self._begin()
+
+    def stop(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.join()
+        self.results.close()
+
+
+def watched(
+    target: Callable[[int], Outcome], indices: Sequence[int], tally: Tally, until: float = 1e18, jobs: int = 1
+) -> Tally:
+    """Try all indices in processes of their own.
 
     Parameters
     ----------
     target : callable
+        Of an index; its tries may not meet in a file (`own`).
     indices : sequence of int
     tally : Tally
         To which outcomes are added.
     until : float
         Of `time.monotonic`: then it stops.
+    jobs : int
+        Number of processes; what is tried does not depend on it.
     """
-    context = get_context("fork")
-    left = list(indices)
-    while left and monotonic() < until:
-        here, there = context.Pipe(duplex=False)
-        process = context.Process(target=_try_all, args=(target, left, there))
-        process.start()
-        there.close()
-        while left and monotonic() < until:
-            try:
-                outcome = here.recv() if here.poll(2 * SECONDS) else None
-            except EOFError:
-                outcome = Outcome("the process died", f"exit code {process.exitcode}")
-            dead = outcome is None or outcome.kind == "the process died"
-            tally.add(left.pop(0), outcome or Outcome("hangs where nothing can stop it"))
-            if dead:
-                break
-        process.kill()
-        process.join()
+    workers = [_Worker(target, share) for job in range(jobs) if (share := indices[job::jobs])]
+    while workers and monotonic() < until:
+        wait([worker.results for worker in workers], timeout=1)
+        for worker in workers:
+            for index, outcome in worker.ended():
+                tally.add(index, outcome)
+        workers = [worker for worker in workers if worker.left or worker.stop()]
+    for worker in workers:
+        worker.stop()
     return tally
+
+
+def own(name: str) -> str:
+    """Return a file's name that no other process writes to."""
+    return f"{os.getpid()}{name}"
 
 
 def _try_all(target: Callable[[int], Outcome], indices: Sequence[int], out: Connection) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
+    gc.freeze()  # what is there stays: it need not be looked through again and again
     with Path(os.devnull).open("w") as nowhere:
         os.dup2(nowhere.fileno(), 2)
         os.dup2(nowhere.fileno(), 1)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from copy import deepcopy
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from multilayer.fits.run import FitTask
 from multilayer.kinds import kind_of
 from multilayer.simulation.file import load_simulation
 from multilayer.simulation.run import plan, run
-from validation.fuzz.watch import PASSED, Outcome, UnsoundError, tried
+from validation.fuzz.watch import PASSED, Outcome, UnsoundError, own, tried
 
 _JUNK: tuple[Any, ...] = (
     None, True, False, "", " ", [], {}, [[]], [None], {"": None}, -1, 0, 1, 0.0, -0.0, 1e-300, 1e300, -1e300, 1e-20,
@@ -41,14 +43,16 @@ def mutant(text: str, rng: np.random.Generator, others: list[str]) -> str:
         for _ in range(int(rng.integers(1, 5))):
             text = _spoilt_text(text, rng)
         return text
-    data = _loaded(text)
+    data = pickle.loads(_packed(text))
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
         data = _spoilt_data(data, rng, others)
     return yaml.dump(data, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
 
 
-def _loaded(text: str) -> Any:
-    return yaml.load(text, Loader=_LOADER)  # the safe one
+@cache
+def _packed(text: str) -> bytes:
+    """Return the data of a file, to be unpacked for each try, which is faster than to parse it again."""
+    return pickle.dumps(yaml.load(text, Loader=_LOADER))  # the safe one
 
 
 def _spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
@@ -127,7 +131,7 @@ class YamlTarget:
     def __init__(self, files: list[Path], seed: int, deep: float = 1.0) -> None:
         self.files, self.seed, self.deep = files, seed, deep
         self.texts = [file.read_text(encoding="utf-8") for file in files]
-        keys = {key for text in self.texts for path in _paths(_loaded(text)) for key in path}
+        keys = {key for text in self.texts for path in _paths(pickle.loads(_packed(text))) for key in path}
         self.names = sorted(key for key in keys if isinstance(key, str))
 
     def text(self, index: int) -> tuple[Path, str]:
@@ -135,7 +139,7 @@ class YamlTarget:
         rng = np.random.default_rng([self.seed, index])
         which = int(rng.integers(len(self.files)))
         file = self.files[which]
-        return file.with_name(f"mutant{file.name}"), mutant(self.texts[which], rng, self.names)
+        return file.with_name(own(file.name)), mutant(self.texts[which], rng, self.names)
 
     def __call__(self, index: int) -> Outcome:
         file, text = self.text(index)
