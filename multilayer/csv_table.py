@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Sequence
 from numbers import Number
 from typing import Any
 
 from multilayer.doors import for_cell, from_cell
+
+_QUOTED = re.compile(r'[,"#\r\n]')  # also '#', which begins a comment where tables are read
 
 
 def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
@@ -20,11 +23,8 @@ def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
     rows : iterable of iterable
         Values in the order of the columns.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(map(for_cell, columns))
-    writer.writerows([[_cell(value) for value in row] for row in rows])
-    return text.getvalue()
+    lines = [[for_cell(name) for name in columns], *([_cell(value) for value in row] for row in rows)]
+    return "".join(f"{_line(cells)}\n" for cells in lines)
 
 
 def rows_of(table: str) -> list[list[str]]:
@@ -35,6 +35,14 @@ def rows_of(table: str) -> list[list[str]]:
     table : str
     """
     return [[from_cell(cell) for cell in row] for row in csv.reader(io.StringIO(table, newline=""))]
+
+
+def _line(cells: Iterable[str]) -> str:
+    return ",".join(map(_quoted, cells)) or '""'  # a blank line would be no row
+
+
+def _quoted(cell: str) -> str:
+    return '"' + cell.replace('"', '""') + '"' if _QUOTED.search(cell) else cell
 
 
 def _cell(value: Any) -> str:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 from multilayer.errors import InputError
 
+_STATM = Path("/proc/self/statm")
 LEAST_ADDRESS_SPACE = 1_000_000_000  # bytes; with half of it OpenBLAS asks for its buffers for ever
 
 
@@ -26,6 +30,32 @@ def require_memory() -> None:
             f"this process may use {allowed / 1e6:.0f} MB of address space, and needs "
             f"{LEAST_ADDRESS_SPACE / 1e6:.0f} MB; allow more, as with: ulimit -v {LEAST_ADDRESS_SPACE // 1000}"
         )
+
+
+@contextmanager
+def memory_bounded(more: int) -> Iterator[None]:
+    """Let a block take no more memory than this beside what the process has; where Linux tells that, else any.
+
+    A library that believes a damaged file then fails instead of filling the memory.
+
+    Parameters
+    ----------
+    more : int
+        Bytes.
+    """
+    if not _STATM.exists():
+        yield
+        return
+    import resource
+
+    taken = int(_STATM.read_text().split()[0]) * resource.getpagesize()
+    before, most = resource.getrlimit(resource.RLIMIT_AS)
+    bounds = [bound for bound in (before, most, taken + more) if bound != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min(bounds), most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (before, most))
 
 
 def require_files(number: int, what: str) -> None:

@@ -7,6 +7,7 @@ import io
 import os
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -112,7 +113,8 @@ def _run() -> None:
         sys.exit(2)
     except Exception as error:
         if os.environ.get("MULTILAYER_DEBUG"):
-            raise
+            traceback.print_exception(error)  # here, where the streams are guarded: names stand in it
+            sys.exit(1)
         from multilayer.cli.failures import failure
 
         named = tuple(Path(file) for before, file in pairwise(sys.argv) if before == "--plugin")

@@ -12,6 +12,7 @@ import numpy as np
 
 from multilayer.bounds import CHANNELS, DATA_VALUES
 from multilayer.errors import InputError, Problem, show
+from multilayer.limits import memory_bounded
 from multilayer.measurements.named_arrays import ATTRIBUTE, channels_of, spectra_of
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import library, reads
@@ -22,7 +23,8 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _KIND = "an HDF5 file"
 _HEAP = b"GCOL\1\0\0\0"
 _UNITS = ("units", "unit")
-_NUMBERS = "biufcV"  # kinds of types; V: complex numbers of MATLAB's
+_NUMBERS, _COMPLEX = "biufc", ("real", "imag")  # kinds of types, and fields of MATLAB's complex numbers
+_CHECKSUM = 4  # bytes of Fletcher-32
 
 
 def read_hdf5(path: Path | str) -> Channels:
@@ -74,21 +76,27 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     def visit(path: str | bytes, item: Any) -> None:
         name = _text(path)  # bytes that are no UTF-8 stay bytes
         CHANNELS.check(len(arrays), file)
+        attributes: dict[str, Any] = {}
         for key in item.attrs:
-            count(prod(item.attrs.get_id(key).shape))
-            arrays[f"{name}{ATTRIBUTE}{_text(key)}"] = np.asarray(item.attrs[key])
-        is_text = _text(item.attrs.get("MATLAB_class", "")) == "char"
-        if not isinstance(item, h5py.Dataset) or is_text or item.shape is None or item.dtype.kind not in _NUMBERS:
+            attribute = item.attrs.get_id(key)
+            # what others are is not needed here, and damaged ones crash the library
+            if isinstance(attribute.get_type(), (h5py.h5t.TypeIntegerID, h5py.h5t.TypeFloatID, h5py.h5t.TypeStringID)):
+                count(prod(attribute.shape))
+                attributes[_text(key)] = item.attrs[key]
+        arrays.update({f"{name}{ATTRIBUTE}{key}": np.asarray(value) for key, value in attributes.items()})
+        is_text = _text(attributes.get("MATLAB_class", "")) == "char"
+        if not isinstance(item, h5py.Dataset) or is_text or item.shape is None or not _is_of_numbers(item.dtype):
             return
         if item.is_virtual or item.external:
             text = f"{show(name)} takes its numbers from other files, which are not read; copy them into this one"
             raise InputError(Problem(text, file=file))
         count(max(item.size, item.nbytes // 8))
+        _refuse_broken_chunks(item)
         arrays[name] = np.asarray(item)
-        unit_texts = [_text(item.attrs[key]) for key in _UNITS if key in item.attrs]
+        unit_texts = [_text(attributes[key]) for key in _UNITS if key in attributes]
         units.update({name: unit_texts[0]} if unit_texts else {})
 
-    with reads(file, _KIND):
+    with reads(file, _KIND), memory_bounded(2 * 8 * DATA_VALUES.most):
         _refuse_broken_heaps(file)
         with h5py.File(file, "r") as opened:
             visit("", opened)
@@ -115,6 +123,20 @@ def _refuse_broken_heaps(file: Path) -> None:
                     raise ValueError("a heap of texts does not add up")
                 at += taken
             start = content.find(_HEAP, start + len(_HEAP))
+
+
+def _is_of_numbers(kind: np.dtype[Any]) -> bool:
+    return kind.kind in _NUMBERS or kind.names == _COMPLEX
+
+
+def _refuse_broken_chunks(dataset: Any) -> None:
+    """Refuse a dataset with pieces too short for their checksums: the library reads beyond them and crashes."""
+    if not dataset.chunks or not hasattr(dataset.id, "chunk_iter"):  # of HDF5 1.12.3 or later
+        return
+    sizes: list[int] = []
+    dataset.id.chunk_iter(lambda piece: sizes.append(piece.size))
+    if min(sizes, default=_CHECKSUM + 1) <= _CHECKSUM * dataset.fletcher32:
+        raise ValueError("a piece of its numbers is empty")
 
 
 def _text(value: Any) -> str:

@@ -45,7 +45,7 @@ class Spectra:
         Raises
         ------
         InputError
-            When something has not as many values as there are frequencies.
+            When something has not as many values as there are frequencies, or all of these are 0 Hz.
         """
         frequency = np.asarray(self.frequency, dtype=float)
         headers, columns = [Header("frequency", "frequency", "Hz")], [frequency]
@@ -60,5 +60,7 @@ class Spectra:
             headers += [Header(name + suffix, header.name + suffix, unit) for suffix in parts]
             columns += [part.astype(float) for part in parts.values()]
         kept = np.flatnonzero(frequency)
+        if frequency.size and not kept.size:
+            raise InputError(Problem("all frequencies are 0 Hz: it is damaged; export it again", file=file))
         rows = zip(*(column[kept].tolist() for column in columns), strict=True)
         return Table(file, tuple(headers), tuple((None, row) for row in rows))

@@ -15,6 +15,8 @@ from multilayer.writing.manifest import note_input
 
 _SEPARATORS = (";", "\t", ",", None)
 _HINT = re.compile(r"sep=.?")  # ahead of the header, for spreadsheets
+_QUOTED = r'(?:^|(?<=[,;\t]))\s*"(?:[^"]|"")*"'  # a cell in quotes
+_DATA = re.compile(rf"(?:{_QUOTED}|[^#])*+")  # of a line, ahead of a comment
 _PREAMBLE = 60  # lines that programs write ahead of a header, at most
 
 Line = tuple[int, str]  # its number from 1, and its text
@@ -55,7 +57,7 @@ class Layout:
 
 
 def data_lines(file: Path) -> list[Line]:
-    """Return the lines that are neither blank nor comments."""
+    """Return the lines that are neither blank nor comments; a ``#`` in a quoted cell begins no comment."""
     note_input(file)
     try:
         TEXT_BYTES.check(file.stat().st_size, file, "save it in a binary format")
@@ -67,8 +69,17 @@ def data_lines(file: Path) -> list[Line]:
     except (OSError, UnicodeDecodeError) as error:
         message = f"is no text that can be read ({error}); export it again as UTF-8"
         raise InputError(Problem(message, file=file)) from None
-    stripped = ((number, line.partition("#")[0].strip(" ")) for number, line in enumerate(text.splitlines(), start=1))
+    stripped = ((number, _data(line).strip(" ")) for number, line in enumerate(text.splitlines(), start=1))
     return [(number, line) for number, line in stripped if line.strip() and not _HINT.fullmatch(line)]
+
+
+def _data(line: str) -> str:
+    before, hash_sign, _ = line.partition("#")
+    if not hash_sign or '"' not in before:
+        return before
+    data = _DATA.match(line)
+    assert data is not None  # it matches nothing, too
+    return data[0]
 
 
 def _decoded(raw: bytes) -> str:

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from multilayer.doors import for_terminal
+from multilayer.errors import readable
 from multilayer.report.listing import Listing, Tinted
 
 if TYPE_CHECKING:
@@ -59,8 +59,8 @@ def _heading(text: str) -> list[Text | Table]:
 
 
 def _text(text: str, style: str = "", before: str = "") -> Text:
-    """Return a text without control characters and not looked through for markup: names may hold what rich takes."""
-    return Text(before + for_terminal(text), style=text.colour if isinstance(text, Tinted) else style)
+    """Return a text as messages have it, not looked through for markup: names may be long, and hold what rich takes."""
+    return Text(before + readable(text), style=text.colour if isinstance(text, Tinted) else style)
 
 
 def _table(listing: Listing) -> Table:

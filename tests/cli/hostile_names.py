@@ -27,6 +27,7 @@ NAMES = {
     "at": "@SUM(1)",
     "semicolon": "a;=1+1",
     "apostrophe": "'=1",
+    "comment": '# "a" #b',
     "mathematics": r"$\frac{$ $x$",
     "underscore": "_a",
     "above": "../x",

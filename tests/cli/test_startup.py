@@ -90,5 +90,7 @@ class TestUnexpectedError:
         assert not (tmp_path / "out").exists()
 
     def test_is_raised_for_who_wants_the_traceback(self):
-        with pytest.raises(RuntimeError, match="the roof fell in"):
-            run("fit", "anything", MULTILAYER_DEBUG="1")
+        done = run("fit", "anything", MULTILAYER_DEBUG="1")
+        assert done.status == 1
+        assert done.err.startswith("Traceback")
+        assert done.err.endswith("RuntimeError: the roof fell in\n")

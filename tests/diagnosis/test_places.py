@@ -154,3 +154,10 @@ def test_nothing_is_drawn_without_a_gap():
     nominal = measured((PLACES["reading"](), Term("power", 0), [0.0]))
     best = next(iter(fit_places(nominal, names=TRIED).values()))
     assert best.log_evidence < tolerant_evidence(nominal)
+
+
+def test_one_recording_alone_has_no_order():
+    first, *others = joint_bench().settings
+    alone = replace(first, order=np.zeros(1))
+    assert PLACES["sample_order"].instances((alone,)) == []
+    assert len(PLACES["sample_order"].instances((alone, *others))) == 1

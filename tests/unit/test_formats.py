@@ -1,5 +1,7 @@
 """Recordings in formats of other programs: the same channels from each, and damaged files told in words."""
 
+import struct
+import subprocess
 import sys
 
 import numpy as np
@@ -128,6 +130,32 @@ class TestArrays:
                 file[name].attrs["sampling_rate"] = rate
         found = read_channels(tmp_path / "run.h5")
         assert (found["fast"].sampling_rate, found["slow"].sampling_rate) == (51200.0, 10.0)
+
+    @pytest.mark.parametrize("damage", [(1, 0x1E), (1, 0x10), (19, 0xFF)], ids=["no type", "a list", "4 GB of text"])
+    def test_damaged_texts_neither_crash_nor_fill_the_memory(self, tmp_path, damage):
+        file = write_h5(tmp_path / "run.h5", {"ai0": SIGNALS["ai0"]}, RATE, {"ai0": "V"})
+        raw, (offset, byte) = bytearray(file.read_bytes()), damage
+        kind = raw.index(b"\x19\x01\x01\x00\x10")  # texts of any length, as ASCII or UTF-8, and what follows
+        at = kind + offset if offset == 1 else raw.index(b"\1\0\0\0", kind + 24) + 3
+        raw[at] = byte
+        file.write_bytes(raw)
+        code = f"from multilayer.measurements.readers import read_channels as r; r({str(file)!r})"
+        code += "\nimport resource; assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 1e6"
+        done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+        assert done.returncode in (0, 1), done
+        assert done.returncode == 0 or "cannot be read as an HDF5 file" in done.stderr
+
+    def test_a_piece_without_its_checksum(self, tmp_path):
+        import h5py
+
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            data = file.create_dataset("ai0", data=SIGNALS["ai0"], chunks=True, fletcher32=True)
+            size = struct.pack("<I", data.id.get_chunk_info(0).size)
+        raw = (tmp_path / "run.h5").read_bytes()
+        at = raw.index(size, raw.index(b"TREE\1"))
+        (tmp_path / "run.h5").write_bytes(raw[:at] + bytes(4) + raw[at + 4 :])
+        with pytest.raises(InputError, match="a piece of its numbers is empty"):
+            read_channels(tmp_path / "run.h5")
 
     @pytest.mark.parametrize("kind", ["external", "virtual"])
     def test_numbers_of_other_files(self, tmp_path, kind):

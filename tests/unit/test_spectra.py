@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from multilayer.csv_table import csv_table, rows_of
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.columns import read_values
 from multilayer.experiments.stacks.measurements import Reflection, TransmissionLoss
@@ -198,3 +199,33 @@ class TestReaders:
         (tmp_path / "tube.csv").write_bytes(text.encode(encoding))
         np.testing.assert_array_equal(read_measured(tmp_path / "tube.csv").quantities["absorption"], [0.5, 0.75])
         assert read_text_table(tmp_path / "tube.csv").names[-1] == "Größe"
+
+
+@pytest.mark.parametrize(
+    ("line", "cells"),
+    [
+        ('a,"b # c", d # comment', ["a", "b # c", "d"]),
+        ('"#1",2,3', ["#1", "2", "3"]),
+        ('"say ""x"" #", "y", z', ['say "x" #', "y", "z"]),
+        ('5" # x, "y", 6', ['5"']),  # no quoted cell begins there
+        ('a # "b", "c"', ["a"]),
+        ('a, "b # c', ["a", "b"]),  # not closed
+    ],
+)
+def test_comments_begin_outside_of_quoted_cells(tmp_path, line, cells):
+    (tmp_path / "table.csv").write_text(f"x,y,z\n{line}\n")
+    (_, found), *_ = read_text_table(tmp_path / "table.csv").rows
+    assert [cell.strip() for cell in found] == cells
+
+
+def test_texts_in_tables_of_ours_are_read_back(tmp_path):
+    texts = ["#", "a # b", '"#', 'x,"#"', "'=#1", "=#1", "a;b#", "plain", "-#", ""]
+    written = csv_table(["case", "frequency_hz"], [[text, 1.0] for text in texts])
+    assert rows_of(written)[1:] == [[text, "1"] for text in texts]
+    (tmp_path / "table.csv").write_text(written)
+    # quotes at the ends of a cell count as its own marks
+    assert read_text_table(tmp_path / "table.csv").text(0) == [text.strip('"') for text in texts]
+
+
+def test_a_lone_empty_cell_is_a_row():
+    assert rows_of(csv_table(["a"], [[""], [None], ["b"]])) == [["a"], [""], [""], ["b"]]

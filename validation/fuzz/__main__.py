@@ -1,6 +1,6 @@
 """Input that nobody means, by the thousand: what it must end in is a message with its place, or a sound result.
 
-``python -m validation.fuzz [yaml|files|numbers|sizes ...] [--seed N] [--count N] [--minutes M] [--jobs N]`` prints a
+``python -m validation.fuzz [TARGET ...] [--seed N] [--count N] [--minutes M] [--jobs N]`` prints a
 table in Markdown and what failed; the same seed gives the same tries, in however many processes. ``--only N`` shows one
 try of one target again.
 
@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import monotonic
 
+from validation.fuzz.commands import command_target
 from validation.fuzz.corpus import write_corpus
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
@@ -26,7 +27,13 @@ from validation.fuzz.sizes import NAMES, SizeTarget
 from validation.fuzz.watch import HEAD, Outcome, Tally, watched
 from validation.fuzz.yaml_mutants import YamlTarget
 
-COUNTS = {"yaml": 2000, "files": 200, "numbers": 500, "sizes": len(NAMES)}  # of each target, unless --count says more
+COUNTS = {
+    "yaml": 2000,
+    "commands": 300,
+    "files": 200,
+    "numbers": 500,
+    "sizes": len(NAMES),
+}  # of each target, unless --count says more
 MEMORY = Path("/dev/shm")  # a file on a disk takes as long to write as to be read and checked
 
 
@@ -35,6 +42,9 @@ def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, st
     if "yaml" in kinds:
         files = write_corpus(folder / "yaml")
         yield "yaml", "YAML files through check, and what passes through its command", YamlTarget(files, seed, 0.3)
+    if "commands" in kinds:
+        files = write_corpus(folder / "commands")
+        yield "commands", "YAML files through check, what passes through rig or diagnose", command_target(files, seed)
     if "files" in kinds:
         for number, name in enumerate(FORMATS):
             place = folder / f"flips{number}"
@@ -49,7 +59,9 @@ def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, st
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m validation.fuzz", description=__doc__.splitlines()[0])
-    parser.add_argument("kinds", nargs="*", metavar="yaml|files|numbers|sizes", help="all of them when left out")
+    parser.add_argument(
+        "kinds", nargs="*", metavar="yaml|commands|files|numbers|sizes", help="all of them when left out"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="tries of each target")
     parser.add_argument("--minutes", type=float, help="longest time for each target")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
@@ -126,10 +127,12 @@ def _spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
 
 
 class YamlTarget:
-    """Mutants of the files of a corpus, by their number; `deep` is the share whose command runs if they pass."""
+    """Mutants of the files of a corpus, by their number; `run` runs the command for the share `deep` of what passes."""
 
-    def __init__(self, files: list[Path], seed: int, deep: float = 1.0) -> None:
-        self.files, self.seed, self.deep = files, seed, deep
+    def __init__(
+        self, files: list[Path], seed: int, deep: float = 1.0, run: Callable[[Path], str] | None = None
+    ) -> None:
+        self.files, self.seed, self.deep, self.run = files, seed, deep, run or _run
         self.texts = [file.read_text(encoding="utf-8") for file in files]
         keys = {key for text in self.texts for path in _paths(pickle.loads(_packed(text))) for key in path}
         self.names = sorted(key for key in keys if isinstance(key, str))
@@ -146,7 +149,7 @@ class YamlTarget:
         file.write_text(text, encoding="utf-8", errors="replace")
         outcome = tried(lambda: _check(file), file)
         if outcome.kind == PASSED and np.random.default_rng([self.seed, index, 1]).random() < self.deep:
-            outcome = tried(lambda: _run(file), file)
+            outcome = tried(lambda: self.run(file), file)
         return Outcome(outcome.kind, f"{file.name}: {outcome.text}") if outcome.failed else outcome
 
 

@@ -89,6 +89,11 @@ class SampleOrder(Sample):
     title = "in the sample, in the order of measurement"
     quantity = "change of ln E from first to last recording"
 
+    @classmethod
+    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
+        """Return the place, if there is an order: one recording alone has none."""
+        return [cls()] if any(np.any(setting.order) for setting in settings) else []
+
     def factor(self, setting: Setting) -> Any:
         """Return the place in the order, 0 to 1."""
         return setting.order
