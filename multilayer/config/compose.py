@@ -79,7 +79,10 @@ def compose(text: str, file: Path) -> Node | None:
     """
     if _LIBYAML and not _DISPUTED.search(text):
         try:
-            return _Composer(_LIBYAML(text)).get_single_node()
+            composer = _Composer(_LIBYAML(text))
+            root = composer.get_single_node()
+            if not composer.has_empty:  # where nothing stands, they do not agree where that is
+                return root
         except (YAMLError, ValueError, OverflowError) as error:  # told below
             if isinstance(error, _RefusedError):
                 message, mark = _in_words(error)
@@ -118,6 +121,7 @@ class _Composer(Composer):
     def __init__(self, parser: Any) -> None:
         super().__init__()
         self.check_event, self.peek_event, self.get_event = parser.check_event, parser.peek_event, parser.get_event
+        self.has_empty = False  # a value of which nothing is written
         self.depth = self.values = 0  # values with those that aliases repeat: ten short lines can stand for billions
         self.most = YAML_VALUES.most
         self.sizes: dict[int, int] = {}  # values in a finished node, those of aliases counted each time
@@ -142,6 +146,7 @@ class _Composer(Composer):
         if self.depth == DEEPEST:
             _refuse(f"this is nested more than {DEEPEST} deep", event.start_mark)
         if isinstance(event, ScalarEvent):
+            self.has_empty |= not event.value and not event.style
             event.value = _whole(event)
             if event.tag == "!":
                 event.implicit = (False, True)  # a lone "!" asks for text

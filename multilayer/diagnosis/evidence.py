@@ -163,10 +163,11 @@ class ModelComparison:
     def noise(self) -> float:
         """What noise leaves per datum, with pulls of stated quantities: 1, or less where it is less than stated.
 
-        Judged by the explanation with the most evidence.
+        Judged by the explanation with the most evidence. Errors that are smooth in frequency leave less than 1 to a
+        flexible explanation however large they are: where such errors matter most (not `held_out_decides`), it is 1.
         """
         best = self.best_explanation
-        if best is None:
+        if best is None or not self.nominal.hypothesis.held_out_decides:
             return 1.0
         pulls = stated_pulls(best.hypothesis.parameters, best.minimum.z)
         return min(float(best.minimum.misfit + pulls @ pulls) / len(best.minimum.residual), 1.0)

@@ -7,12 +7,13 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from multilayer.arrays import ComplexArray
+from multilayer.arrays import Numeric
 from multilayer.layers.base import Layer
 from multilayer.matrix.faces import Faces, from_series_impedance
 from multilayer.matrix.families import FLUID
 from multilayer.matrix.wave import Wave
 from multilayer.media.laws import Modulus, ModulusLaw, complex_modulus
+from multilayer.media.plates import Rigidities
 from multilayer.units import DIMENSIONLESS, Density, Length, Ratio, Unit
 
 MajorPoissonRatio = Annotated[float, Unit(DIMENSIONLESS)]
@@ -55,23 +56,36 @@ class OrthotropicPlate(Layer):
             raise ValueError("poisson_ratio_xy^2 must be below young_modulus_x / young_modulus_y: energy is negative")
         return self
 
-    def stiffness(self, wave: Wave) -> ComplexArray:
-        """Return the bending stiffness in the plane of incidence, N m.
+    def stiffness(self, wave: Wave) -> Numeric:
+        """Return the bending stiffness in the plane of incidence, N m; see `media.plates.Rigidities.at`."""
+        return self._rigidities(wave).at(np.deg2rad(self.azimuth + np.asarray(wave.azimuth)))
 
-        ``D = Dx cos^4 + 2 (nu_yx Dx + G h^3 / 6) cos^2 sin^2 + Dy sin^4``: S. P. Timoshenko & S. Woinowsky-Krieger,
-        Theory of Plates and Shells, 2nd ed. (1959), section 85; M. Heckl, Acustica 10 (1960) 109-115.
-        """
+    def _rigidities(self, wave: Wave) -> Rigidities:
         moduli = (self.young_modulus_x, self.young_modulus_y, self.shear_modulus_xy)
         ex, ey, g = (complex_modulus(modulus, self.loss_factor, wave.frequency) for modulus in moduli)
         nu_yx = self.poisson_ratio_xy * ey / ex
-        angle = np.deg2rad(self.azimuth + np.asarray(wave.azimuth))
-        along, across = np.cos(angle) ** 2, np.sin(angle) ** 2
-        plane = 1 - self.poisson_ratio_xy * nu_yx
-        bending = (ex * along**2 + ey * across**2 + 2 * nu_yx * ex * along * across) / plane
-        return np.asarray((bending + 4 * g * along * across) * self.thickness**3 / 12)
+        inertia = self.thickness**3 / 12
+        plane = inertia / (1 - self.poisson_ratio_xy * nu_yx)
+        return Rigidities(ex * plane, ey * plane, nu_yx * ex * plane + 2 * g * inertia)
 
     def faces(self, wave: Wave) -> Faces:
-        """Return the face matrices: p(front) - p(back) = (i w m + D kx^4 / (i w)) v3."""
-        mass = 1j * wave.omega * self.density * self.thickness
-        impedance = mass + self.stiffness(wave) * wave.kx**4 / (1j * wave.omega)
-        return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+        """Return the face matrices."""
+        return orthotropic_faces(wave, self._rigidities(wave), self.azimuth, self.density * self.thickness)
+
+
+def orthotropic_faces(wave: Wave, rigidities: Rigidities, azimuth: Numeric, surface_density: Numeric) -> Faces:
+    """Return the face matrices of a thin plate: p(front) - p(back) = (i w m + D kx^4 / (i w)) v3.
+
+    Parameters
+    ----------
+    wave : Wave
+    rigidities : Rigidities
+        N m.
+    azimuth : float or array
+        Of axis x, degrees; added to that of the wave.
+    surface_density : float or array
+        kg/m2.
+    """
+    stiffness = rigidities.at(np.deg2rad(azimuth + np.asarray(wave.azimuth)))
+    impedance = 1j * wave.omega * surface_density + stiffness * wave.kx**4 / (1j * wave.omega)
+    return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))

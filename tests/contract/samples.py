@@ -48,6 +48,7 @@ _JCAPL = {**_JCAL, "model": "jcapl", "static_viscous_tortuosity": 1.3, "static_t
 _WILSON = {"porosity": 0.98, "tortuosity": 1.05}
 _MICRO = {"model": "maa", "thickness": 2e-4, "hole_radius": 1e-4, "perforation": 0.01}
 _FELT = {"model": "fibres", "porosity": 0.9, "fibre_diameter": 2e-5, "fibre_orientation": 1 / 3}
+_RIBS = {"rib_height": 0.02, "rib_width": 3e-3, "rib_spacing": 0.1}
 _WOOD = {
     "thickness": 0.01,
     "density": 450.0,
@@ -154,6 +155,21 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ("wood", {**_WOOD, "loss_factor": 0.02, "azimuth": 30.0}, False),
         ("along the grain", _WOOD, True),
         ("by a law", {**_WOOD, "young_modulus_x": _ZENER, "poisson_ratio_xy": 0.0}, False),
+    ],
+    "corrugated_plate": [
+        ("roof", {"thickness": 6e-4, **_STEEL, "period": 0.076, "height": 0.018}, True),
+        (
+            "deck",
+            {
+                **{"thickness": 7e-4, **_STEEL, "loss_factor": 0.01, "azimuth": 20.0},
+                **{"period": 0.2, "height": 0.04, "crest_width": 0.03, "trough_width": 0.12},
+            },
+            False,
+        ),
+    ],
+    "ribbed_plate": [
+        ("stiffened steel", {"thickness": 2e-3, **_STEEL, **_RIBS}, True),
+        ("damped", {"thickness": 5e-3, **_STEEL, **_RIBS, "loss_factor": 0.05, "azimuth": 70.0}, False),
     ],
     "perforated_plate": [
         ("perforated", {"thickness": 1e-3, "hole_radius": 5e-4, "perforation": 0.05}, False),

@@ -20,7 +20,8 @@ def given(**fields):
 FOAM = {
     "porosity": 0.98, "flow_resistivity": 50.0, "tortuosity": 1.05, "viscous_length": 5e-4, "thermal_length": 2e-3,
     "thermal_permeability": 1e-7, "static_viscous_tortuosity": 1.5, "static_thermal_tortuosity": 1.5,
-    "median_pore_size": 2e-3, "pore_size_deviation": 0.2,
+    "median_pore_size": 2e-3, "pore_size_deviation": 0.2, "fibre_diameter": 1e-4, "cell_size": 2e-3,
+    "grain_diameter": 2e-4, "perforation": 0.1, "slit_width": 3e-4,
 }  # fmt: skip
 
 

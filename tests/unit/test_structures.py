@@ -60,11 +60,14 @@ class TestFibres:
 
     @pytest.mark.parametrize("solid", [0.01, 0.02, 0.05, 0.1])
     def test_what_the_docstring_says_of_uneven_ones(self, solid):
-        """Jackson & James 1986, Davies 1952."""
+        """Jackson & James 1986, Davies 1952; Bies & Hansen 1980, 3.18e-9 density^1.53 / d^2, glass of 2450 kg/m3."""
         random = 3 / (20 * solid) * (-np.log(solid) - 0.931)
         assert 1.15 < random / fibres(1 - solid, 2.0, 1 / 3).permeability < 1.4
         filters = 1 / (16 * solid**1.5 * (1 + 56 * solid**3))
         assert 1.35 < filters / fibres(1 - solid, 2.0).permeability < 1.8
+        if solid < 0.1:
+            wool = 4 * 1.84e-5 / (3.18e-9 * (2450 * solid) ** 1.53)
+            assert 3.4 < wool / fibres(1 - solid, 2.0).permeability < 4.6
 
 
 class TestCells:
