@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from multilayer.diagnosis.effects.base import signed
 from multilayer.diagnosis.effects.levels import LevelEffect, LevelSetting, Values, plates_of, with_each
 from multilayer.stack import Stack
+
+_LEAST = 0.05  # of the density
 
 
 class BoardMass(LevelEffect):
@@ -24,4 +28,4 @@ class BoardMass(LevelEffect):
 
     def stack(self, setting: LevelSetting, stack: Stack, values: Values) -> Stack:
         """Return the stack with another density of its plates."""
-        return with_each(stack, plates_of(stack), "density", 1 + values["relative"])
+        return with_each(stack, plates_of(stack), "density", np.maximum(1 + values["relative"], _LEAST))

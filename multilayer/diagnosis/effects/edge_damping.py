@@ -19,6 +19,7 @@ class EdgeDamping(LevelEffect):
 
     name = "edge_damping"
     place = "boards_damping"
+    varies = True
     law = "loss factor + e sqrt(500 Hz/f) of all plates"
     separated_by = "the decay of the plates' vibration as mounted; another way to hold their edges"
     source = "ISO 12354-1:2017 annex C: 0.005 to 0.05 at 500 Hz by mass and edges"

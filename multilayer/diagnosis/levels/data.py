@@ -21,9 +21,9 @@ from multilayer.simulation.settings import Bands, DiffuseIncidence
 from multilayer.stack import Stack
 
 _FEWEST = 8
-_PER_THIRD = 5  # frequencies that stand for a third octave
+_PER_THIRD = 4  # frequencies that stand for a third octave
 _LENGTH = 0.5  # correlation length in ln f of what is alike in neighbouring bands
-_SOLVER = {"transmission_loss": 0.2, "absorption": 0.005}  # dB, and absolute: errors of few directions and frequencies
+_SOLVER = {"transmission_loss": 0.2, "absorption": 0.01}  # dB, and absolute: errors of few directions and frequencies
 _LEAST_TUBE = 0.005  # standard deviation of absorption in a tube
 _CONCENTRATION = {"uniform": 0.0, "gaussian": 2.0}
 
@@ -78,7 +78,7 @@ def level_data(
         error = CorrelatedError(1.0, model_error.length)
         size = model_error.relative * (1.0 if measurement.in_db else np.abs(measured))
         amounts = np.hypot(size, _SOLVER[quantity])
-    nodes = _nodes(f, measurement.bands, name)
+    nodes = band_nodes(f, measurement.bands, name)
     ridges = Ridges.of(stack, float(np.sqrt(f[0] * f[-1])))
     return Observation(
         name, measurement.kind, stack_name, measurement.unit, f, measured,
@@ -108,8 +108,22 @@ def _spread(
     return Spread(np.full(len(f), _LEAST_TUBE), together)
 
 
-def _nodes(f: RealArray, bands: Width | None, name: str) -> RealArray:
-    """Return the frequencies that stand for each datum, Hz, shape (n, p)."""
+def band_nodes(f: RealArray, bands: Width | None, name: str) -> RealArray:
+    """Return the frequencies that stand for each datum, Hz, shape (n, p).
+
+    Parameters
+    ----------
+    f : array, shape (n,)
+        Hz; centres of the bands, if there are bands.
+    bands : {'third octaves', 'octaves'} or None
+    name : str
+        Of the measurement, for messages.
+
+    Raises
+    ------
+    InputError
+        For a frequency that is no centre of a band.
+    """
     if bands is None:
         return f[:, None]
     Measured(name, f, {}).grid(Bands.model_validate({bands.replace(" ", "_"): (float(f[0]), float(f[-1]))}))

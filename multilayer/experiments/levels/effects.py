@@ -27,7 +27,7 @@ class LevelSetting:
     ----------
     name : str
     frequency : array, shape (n,)
-        Of the data, Hz; of all waves in the hook `LevelEffect.stack`.
+        Of the data, Hz; of all waves where an effect varies the stack along frequency.
     stack : Stack
         With nominal values.
     response : LevelResponse
@@ -79,7 +79,8 @@ class LevelEffect(BaseEffect):
     The model of a datum is computed in this order: the construction (`stack`), the sound field (`sound_field`), the
     share of the incident power that gets through or is absorbed, averaged over field and band (`beside`), and what is
     reported of it (`reading`). Every hook returns its argument where the effect does not act. Values of parameters have
-    the shape (m, 1), frequencies (n,); in `stack` they are those of all waves (`LevelSetting.at_waves`).
+    the shape (m, 1), frequencies (n,); in the hook `stack` of effects that vary along frequency they are those of all
+    waves (`LevelSetting.at_waves`).
 
     Attributes
     ----------
@@ -87,6 +88,8 @@ class LevelEffect(BaseEffect):
         Name of the place where it acts (`places.LevelPlace`); empty where that is none of them.
     quantities : tuple of str
         Measurements in which it can act.
+    varies : bool
+        Whether `stack` gives fields of shape (m, n_waves), which vary along frequency.
     acts_through_place : bool
         Whether all that it changes a free law at its place could change as well.
     """
@@ -94,6 +97,7 @@ class LevelEffect(BaseEffect):
     kind = "levels"
     place: ClassVar[str] = ""
     quantities: ClassVar[tuple[str, ...]] = ("transmission_loss",)
+    varies: ClassVar[bool] = False
     acts_through_place: ClassVar[bool] = True
 
     @property
@@ -107,7 +111,7 @@ class LevelEffect(BaseEffect):
         return setting.quantity in self.quantities
 
     def stack(self, setting: LevelSetting, stack: Stack, values: Values) -> Stack:
-        """Return the stack with the effect; fields may hold arrays of shape (m, 1) or (m, n_waves)."""
+        """Return the stack with the effect; fields may hold arrays of shape (m, 1), or (m, n_waves) if it varies."""
         return stack
 
     def sound_field(self, setting: LevelSetting, sound: SoundField, values: Values) -> SoundField:
@@ -130,6 +134,7 @@ def acts_through_stack(effect: BaseEffect) -> TypeGuard[TubeEffect]:
     kind = type(effect)
     return (
         not effect.changes_gas
+        and not effect.in_tubes_only
         and kind.stack is not TubeEffect.stack
         and kind.surface is TubeEffect.surface
         and kind.reading is TubeEffect.reading

@@ -64,7 +64,7 @@ class TabulatedPlace(LevelPlace):
         response = setting.response
         sound = self.sound_field(setting, setting.sound, law)
         changed = self.stack(setting, setting.stack, law)
-        share = mean_power(setting.quantity, setting.stack, sound, response.nodes, response.ridges, lambda _: changed)
+        share = mean_power(setting.quantity, changed, sound, response.nodes, response.ridges)
         return np.broadcast_to(share, (len(law), share.shape[-1]))
 
 

@@ -116,8 +116,13 @@ class LevelExperiment(Experiment):
             if hasattr(effect, "beside"):  # an effect of tubes changes the stack only
                 sound = effect.sound_field(setting.at_waves, sound, values)
 
+        along = [pair for pair in pairs if getattr(pair[0], "varies", False)]
+        for effect, values in pairs:
+            if not getattr(effect, "varies", False):
+                stack = effect.stack(setting, stack, values)
+
         def as_met(stack: Stack) -> Stack:
-            for effect, values in pairs:
+            for effect, values in along:
                 stack = effect.stack(setting.at_waves, stack, values)
             return stack
 

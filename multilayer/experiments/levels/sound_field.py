@@ -28,7 +28,7 @@ from multilayer.stack import Stack
 
 Quantity = Literal["transmission_loss", "absorption"]
 
-_EVEN, _CLOSE = 14, 10  # directions spread evenly over sin^2 of the angle, and about each ridge
+_EVEN, _CLOSE = 12, 8  # directions spread evenly over sin^2 of the angle, and about each ridge
 _GOLDEN = 0.6180339887498949  # fractions of multiples of it are spread evenly
 _LEAST_WIDTH = 0.004  # of a ridge, relative
 _ALIKE = 0.05  # relative distance of coincidences that need one set of directions
@@ -157,7 +157,7 @@ def mean_power(
     """
     gas, frequency = stack.ambient.gas, nodes.ravel()
     if sound.is_diffuse:
-        s, weight = _directions(stack, sound, frequency, ridges)
+        s, weight = _directions(stack, sound, frequency, ridges, by_cosine=quantity == "absorption")
     else:
         s = np.full((1, 1, frequency.size), _square_of_sine(sound.angle))
         weight = np.ones(s.shape)
@@ -180,8 +180,13 @@ def wave_frequencies(nodes: RealArray, sound: SoundField, ridges: Ridges) -> Rea
     return np.tile(nodes.ravel(), ridges.n_directions if sound.is_diffuse else 1)
 
 
-def _directions(stack: Stack, sound: SoundField, frequency: RealArray, ridges: Ridges) -> tuple[RealArray, RealArray]:
+def _directions(
+    stack: Stack, sound: SoundField, frequency: RealArray, ridges: Ridges, *, by_cosine: bool
+) -> tuple[RealArray, RealArray]:
     """Return sin^2 of the angles and their weights, each of shape (m, directions, frequencies).
+
+    Directions are spread evenly over sin^2, or over the cosine: absorption of a finite sample grows as one over the
+    cosine towards grazing incidence.
 
     Directions of several densities at once, each with the weight one over their sum: the balance heuristic of E. Veach
     & L. J. Guibas, Proc. SIGGRAPH 95 (1995) 419-428, with points laid evenly in place of random ones.
@@ -193,7 +198,8 @@ def _directions(stack: Stack, sound: SoundField, frequency: RealArray, ridges: R
     def even(count: int) -> RealArray:
         return np.asarray((np.arange(count)[:, None] + shift) / count)
 
-    points = [upper * even(_EVEN)]
+    least = np.sqrt(1 - upper)  # cosine
+    points = [1 - (1 - even(_EVEN) * (1 - least)) ** 2 if by_cosine else upper * even(_EVEN)]
     peaks = []
     for centre, width in _peaks(stack, wave, ridges):
         c, w = (np.atleast_2d(values)[:, None, :] for values in (centre, width))
@@ -202,7 +208,8 @@ def _directions(stack: Stack, sound: SoundField, frequency: RealArray, ridges: R
         peaks.append((c, w, high - low))
     m = max(part.shape[0] for part in points)
     s = np.concatenate([np.broadcast_to(part, (m, *part.shape[1:])) for part in points], axis=1)
-    density = _EVEN / upper + sum(_CLOSE * w / ((s - c) ** 2 + w**2) / turn for c, w, turn in peaks)
+    spread = 1 / (2 * np.sqrt(1 - s) * (1 - least)) if by_cosine else 1 / upper
+    density = _EVEN * spread + sum(_CLOSE * w / ((s - c) ** 2 + w**2) / turn for c, w, turn in peaks)
     weight = 1 / np.broadcast_to(density, s.shape)
     concentration = np.asarray(sound.concentration, dtype=float)
     if concentration.any():
