@@ -13,6 +13,7 @@ from multilayer.experiments.levels.sound_field import Quantity, Ridges, SoundFie
 from multilayer.stack import Stack
 
 _REMEMBERED = 4096  # samples
+_SHARES = (1e-30, 1e3)  # to which shares are limited: a search passes over such as have no level
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,4 +127,4 @@ class Table:
 @np.errstate(all="ignore")
 def level_of(quantity: Quantity, share: RealArray) -> RealArray:
     """Return the level, dB, of a share of power that gets through; absorption as it is."""
-    return np.asarray(-10 * np.log10(share)) if quantity == "transmission_loss" else share
+    return np.asarray(-10 * np.log10(np.clip(share, *_SHARES))) if quantity == "transmission_loss" else share
