@@ -60,6 +60,7 @@ quantities = among(
 )
 exports = among(
     "surface_impedance", "surface_admittance", "admittance_matrix", "impedance_matrix", "transfer_matrix", "absorption",
-    "transmission_loss", "sea_trim",
+    "transmission_loss", "sea_trim", "nastran",
 )  # fmt: skip
 faces = among("fluid", "plate")
+frame_densities = among("solid", "bulk")

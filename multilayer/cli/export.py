@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from multilayer.exchange.quantities import Wanted
 
 _LONGEST_LIST = 1000
+_CARDS = (".bdf", ".dat", ".nas")
 
 
 def export(
@@ -23,12 +24,15 @@ def export(
             "--as",
             metavar="KIND",
             help="surface_impedance, surface_admittance, admittance_matrix, impedance_matrix, transfer_matrix, "
-            "absorption, transmission_loss or sea_trim.",
+            "absorption, transmission_loss, sea_trim; or nastran: cards of poroelastic layers.",
             autocompletion=completion.exports,
         ),
     ],
     out: Annotated[
-        Path, typer.Option("--out", metavar="TABLE", help="File to write; its suffix: .csv .mat .h5 .hdf5 .uff .unv.")
+        Path,
+        typer.Option(
+            "--out", metavar="TABLE", help="File to write: .csv .mat .h5 .hdf5 .uff .unv, of cards .bdf .dat .nas."
+        ),
     ],
     angle: Annotated[
         str | None, typer.Option(metavar="DEG,DEG,...", help="Angles from the normal; by default the file's incidence.")
@@ -42,21 +46,37 @@ def export(
     back: Annotated[
         str, typer.Option(help="What touches the back face, of matrices.", autocompletion=completion.faces)
     ] = "fluid",
+    frame_density: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHICH",
+            help="What RHO of a frame's MAT1 is: bulk (per volume of foam), or solid (of its material).",
+            autocompletion=completion.frame_densities,
+        ),
+    ] = None,
+    first_id: Annotated[int, typer.Option(metavar="N", help="Number of the first material of cards.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
 ) -> None:
     """Write what a stack does as a table for programs of FE, BEM, SEA and room acoustics.
 
-    Frequencies, incidence and panel size are those of FILE. Signs and units stand in the table. Exit status: 0 done, 2
+    Frequencies, incidence and panel size are those of FILE. Signs and units stand in the table. Of poroelastic layers
+    --as nastran writes MATPE1, MAT1 and MAT10. Exit status: 0 done, 2
     the input cannot be used (nothing is written).
 
     Example: multilayer export examples/three_layers.yaml --as admittance_matrix --angle 0,30,60 --out trim.csv
     """
+    if kind == "nastran":
+        _cards(file, out, (angle, trace_wavenumber), frame_density, first_id, as_json=as_json)
+        return
     from multilayer.config.validate import placed_in
+    from multilayer.errors import InputError
     from multilayer.exchange.formats import refuse_unknown_suffix
     from multilayer.exchange.quantities import export as exported
     from multilayer.simulation.file import load_simulation
     from multilayer.writing.folders import write_file
 
+    if frame_density is not None:
+        raise InputError("--frame-density belongs to cards; write --as nastran, or leave it out")
     refuse_unknown_suffix(out)
     wanted = _wanted(kind, angle, trace_wavenumber, front, back)
     with placed_in(file):
@@ -70,6 +90,42 @@ def export(
     _tell(said, as_json=as_json)
 
 
+def _cards(
+    file: Path,
+    out: Path,
+    directions: tuple[str | None, ...],
+    frame_density: str | None,
+    first_id: int,
+    *,
+    as_json: bool,
+) -> None:
+    from multilayer.config.validate import placed_in
+    from multilayer.errors import InputError, Problem
+    from multilayer.exchange.nastran import FRAME_DENSITIES, poroelastic_cards
+    from multilayer.stack import load_stack
+    from multilayer.writing.folders import write_file
+
+    if out.suffix.lower() not in _CARDS:
+        text = f"cards are not written as '{out.suffix}'; allowed: {', '.join(_CARDS)}"
+        raise InputError(Problem(text, file=out))
+    if frame_density not in FRAME_DENSITIES:
+        said = "is missing" if frame_density is None else f"'{frame_density}' is not allowed"
+        meant = "; or ".join(f"{name}, {text}" for name, text in FRAME_DENSITIES.items())
+        raise InputError(f"--frame-density: {said}; say what your program takes as RHO of the frame's MAT1: {meant}")
+    if any(direction is not None for direction in directions):
+        raise InputError("cards have no direction; leave out --angle and --trace-wavenumber")
+    with placed_in(file):
+        text = poroelastic_cards(load_stack(file), frame_density, first_id=first_id, name=file.stem)
+    write_file(out, text)
+    remarks = [line.removeprefix("$ ") for line in text.splitlines() if line.startswith("$")]
+    names = [line.split("*")[0] for line in text.splitlines() if line[:1].isalpha()]
+    said_of = {
+        "version": 1, "file": str(out), "kind": "nastran", "values": names, "units": {}, "frequencies": 0, "along": "",
+        "directions": [], "remarks": remarks,
+    }  # fmt: skip
+    _tell(said_of, as_json=as_json)
+
+
 def _tell(said: dict[str, Any], *, as_json: bool) -> None:
     if as_json:
         from multilayer.json_text import json_text
@@ -77,8 +133,9 @@ def _tell(said: dict[str, Any], *, as_json: bool) -> None:
         typer.echo(json_text(said), nl=False)
         return
     count = len(said["directions"])
-    where = f", {count} {said['along'].replace('_', ' ')}s" if count > 1 else ""
-    typer.echo(f"{', '.join(said['values'])} at {said['frequencies']} frequencies{where}")
+    where = f" at {said['frequencies']} frequencies" if said["frequencies"] else ""
+    where += f", {count} {said['along'].replace('_', ' ')}s" if count > 1 else ""
+    typer.echo(f"{', '.join(said['values'])}{where}")
     for text in said["remarks"]:
         typer.echo(text)
     typer.echo(f"written to {said['file']}")

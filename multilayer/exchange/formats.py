@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
-from multilayer.doors import for_log
+from multilayer.doors import ascii_line, for_log
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.reading import library
 
@@ -157,7 +157,7 @@ def _uff(table: Exported, file: Path) -> bytes:
 
 def _records(table: Exported) -> Iterator[dict[str, Any]]:
     """Give the functions of frequency, one for each value and direction, as pyuff takes them."""
-    lines = [_ascii(text, _LINE) for text in (table.name, *table.remarks)][:4]
+    lines = [ascii_line(text, _LINE) or "NONE" for text in (table.name, *table.remarks)][:4]
     lines += ["NONE"] * (4 - len(lines))
     for name, values in table.values.items():
         for j, direction in enumerate(table.directions):
@@ -172,11 +172,6 @@ def _records(table: Exported) -> Iterator[dict[str, Any]]:
                 "abscissa_axis_units_lab": "Hz", "ordinate_axis_units_lab": table.units.get(name, "NONE")[:_LABEL],
                 "ordinate_spec_data_type": 0, "orddenom_spec_data_type": 0, "z_axis_spec_data_type": 0,
             }  # fmt: skip
-
-
-def _ascii(text: str, most: int) -> str:
-    """Return a text as one line of a card or record, cut to its length."""
-    return for_log(text).encode("ascii", "backslashreplace").decode()[:most].strip() or "NONE"
 
 
 _WRITERS: dict[str, Callable[[Exported, Path], bytes]] = {

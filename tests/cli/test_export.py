@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from multilayer.exchange.nastran import FRAME_DENSITIES
 from multilayer.exchange.quantities import KINDS
 from multilayer.measurements.readers import read_spectra
 from multilayer.response import plane_wave
@@ -71,6 +72,41 @@ def test_mistakes_end_with_status_2_and_nothing_is_written(file, tmp_path, optio
     assert [path.name for path in tmp_path.iterdir()] == ["wool.yaml"]
 
 
+FOAM = STACK.replace("equivalent_fluid", "poroelastic").replace(
+    "thermal_length: 250 um", "thermal_length: 250 um, frame_density: 30, young_modulus: 100 kPa, poisson_ratio: 0.3"
+)
+CARDS = ("--as", "nastran", "--out", "foam.bdf")
+
+
+def test_cards_are_written_where_the_density_is_said(file, tmp_path):
+    file.write_text(FOAM)
+    done = run("export", file, *CARDS, "--frame-density", "solid", "--first-id", "20", cwd=tmp_path)
+    assert (done.status, done.err) == (0, "")
+    assert done.out.startswith("MATPE1, MAT1, MAT10\n")
+    assert "MAT1*                 21 1.000000000E+05" in (tmp_path / "foam.bdf").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "told"),
+    [
+        (FOAM, CARDS, "--frame-density: is missing; say what your program takes as RHO of the frame's MAT1: solid"),
+        (FOAM, (*CARDS, "--frame-density", "dense"), "--frame-density: 'dense' is not allowed; say what"),
+        (FOAM, (*CARDS, "--frame-density", "bulk", "--angle", "0"), "cards have no direction"),
+        (FOAM, ("--as", "nastran", "--out", "z.csv"), "z.csv: cards are not written as '.csv'; allowed: .bdf"),
+        (FOAM, ("--as", "absorption", "--out", "z.csv", "--frame-density", "bulk"), "belongs to cards"),
+        (STACK, (*CARDS, "--frame-density", "bulk"), "wool.yaml:4:3: layers: no layer is poroelastic"),
+        (FOAM.replace("model: jca,", "model: jcal, thermal_permeability: 1e-9,"), (*CARDS, "--frame-density", "bulk"),
+         "wool.yaml:4:47: layers.0.model: 'jcal' has no card"),
+    ],
+)  # fmt: skip
+def test_mistakes_with_cards(file, tmp_path, text, options, told):
+    file.write_text(text)
+    done = run("export", file, *options, cwd=tmp_path)
+    assert done.status == 2
+    assert told in done.err
+    assert [path.name for path in tmp_path.iterdir()] == ["wool.yaml"]
+
+
 def test_mistakes_of_the_file_are_placed(tmp_path):
     file = tmp_path / "wrong.yaml"
     file.write_text(STACK.replace("50 mm", "50 kg"))
@@ -82,6 +118,7 @@ def test_mistakes_of_the_file_are_placed(tmp_path):
 def test_the_shell_offers_what_there_is():
     from multilayer.cli import completion
 
-    assert completion.exports("") == [*KINDS]
+    assert completion.exports("") == [*KINDS, "nastran"]
+    assert completion.frame_densities("") == [*FRAME_DENSITIES]
     assert completion.faces("") == [*FACE_KINDS]
     assert completion.exports("sea") == ["sea_trim"]
