@@ -12,7 +12,6 @@ from multilayer.cli import completion
 if TYPE_CHECKING:
     from multilayer.exchange.quantities import Wanted
 
-_LONGEST_LIST = 1000
 _CARDS = (".bdf", ".dat", ".nas")
 
 
@@ -60,45 +59,39 @@ def export(
     """Write what a stack does as a table for programs of FE, BEM, SEA and room acoustics.
 
     Frequencies, incidence and panel size are those of FILE. Signs and units stand in the table. Of poroelastic layers
-    --as nastran writes MATPE1, MAT1 and MAT10. Exit status: 0 done, 2
-    the input cannot be used (nothing is written).
+    --as nastran writes MATPE1, MAT1 and MAT10. Exit status: 0 done, 2 the input cannot be used (nothing is written).
 
     Example: multilayer export examples/three_layers.yaml --as admittance_matrix --angle 0,30,60 --out trim.csv
     """
+    from multilayer.errors import InputError
+
     if kind == "nastran":
-        _cards(file, out, (angle, trace_wavenumber), frame_density, first_id, as_json=as_json)
+        if angle is not None or trace_wavenumber is not None or (front, back) != ("fluid", "fluid"):
+            raise InputError("cards have no direction and no faces; leave out --angle, --front and the like")
+        _cards(file, out, frame_density, first_id, as_json=as_json)
         return
     from multilayer.config.validate import placed_in
-    from multilayer.errors import InputError
     from multilayer.exchange.formats import refuse_unknown_suffix
     from multilayer.exchange.quantities import export as exported
     from multilayer.simulation.file import load_simulation
     from multilayer.writing.folders import write_file
 
-    if frame_density is not None:
-        raise InputError("--frame-density belongs to cards; write --as nastran, or leave it out")
+    if frame_density is not None or first_id != 1:
+        raise InputError("--frame-density and --first-id belong to cards; write --as nastran, or leave them out")
     refuse_unknown_suffix(out)
     wanted = _wanted(kind, angle, trace_wavenumber, front, back)
     with placed_in(file):
         table = exported(load_simulation(file), wanted, file.stem)
     write_file(out, table.content(out))
-    said = {
+    record = {
         "version": 1, "file": str(out), "kind": table.kind, "values": [*table.values], "units": dict(table.units),
         "frequencies": table.frequency.size, "along": table.along,
         "directions": table.directions.tolist() if table.along else [], "remarks": list(table.remarks),
     }  # fmt: skip
-    _tell(said, as_json=as_json)
+    _tell(record, as_json=as_json)
 
 
-def _cards(
-    file: Path,
-    out: Path,
-    directions: tuple[str | None, ...],
-    frame_density: str | None,
-    first_id: int,
-    *,
-    as_json: bool,
-) -> None:
+def _cards(file: Path, out: Path, frame_density: str | None, first_id: int, *, as_json: bool) -> None:
     from multilayer.config.validate import placed_in
     from multilayer.errors import InputError, Problem
     from multilayer.exchange.nastran import FRAME_DENSITIES, poroelastic_cards
@@ -109,36 +102,34 @@ def _cards(
         text = f"cards are not written as '{out.suffix}'; allowed: {', '.join(_CARDS)}"
         raise InputError(Problem(text, file=out))
     if frame_density not in FRAME_DENSITIES:
-        said = "is missing" if frame_density is None else f"'{frame_density}' is not allowed"
+        what = "is missing" if frame_density is None else f"'{frame_density}' is not allowed"
         meant = "; or ".join(f"{name}, {text}" for name, text in FRAME_DENSITIES.items())
-        raise InputError(f"--frame-density: {said}; say what your program takes as RHO of the frame's MAT1: {meant}")
-    if any(direction is not None for direction in directions):
-        raise InputError("cards have no direction; leave out --angle and --trace-wavenumber")
+        raise InputError(f"--frame-density: {what}; say what your program takes as RHO of the frame's MAT1: {meant}")
     with placed_in(file):
         text = poroelastic_cards(load_stack(file), frame_density, first_id=first_id, name=file.stem)
     write_file(out, text)
     remarks = [line.removeprefix("$ ") for line in text.splitlines() if line.startswith("$")]
     names = [line.split("*")[0] for line in text.splitlines() if line[:1].isalpha()]
-    said_of = {
+    record = {
         "version": 1, "file": str(out), "kind": "nastran", "values": names, "units": {}, "frequencies": 0, "along": "",
         "directions": [], "remarks": remarks,
     }  # fmt: skip
-    _tell(said_of, as_json=as_json)
+    _tell(record, as_json=as_json)
 
 
-def _tell(said: dict[str, Any], *, as_json: bool) -> None:
+def _tell(record: dict[str, Any], *, as_json: bool) -> None:
     if as_json:
         from multilayer.json_text import json_text
 
-        typer.echo(json_text(said), nl=False)
+        typer.echo(json_text(record), nl=False)
         return
-    count = len(said["directions"])
-    where = f" at {said['frequencies']} frequencies" if said["frequencies"] else ""
-    where += f", {count} {said['along'].replace('_', ' ')}s" if count > 1 else ""
-    typer.echo(f"{', '.join(said['values'])}{where}")
-    for text in said["remarks"]:
+    count = len(record["directions"])
+    where = f" at {record['frequencies']} frequencies" if record["frequencies"] else ""
+    where += f", {count} {record['along'].replace('_', ' ')}s" if count > 1 else ""
+    typer.echo(f"{', '.join(record['values'])}{where}")
+    for text in record["remarks"]:
         typer.echo(text)
-    typer.echo(f"written to {said['file']}")
+    typer.echo(f"written to {record['file']}")
 
 
 def _wanted(kind: str, angle: str | None, trace_wavenumber: str | None, front: str, back: str) -> Wanted:
@@ -159,10 +150,7 @@ def _numbers(option: str, text: str, unit: str) -> tuple[float, ...]:
     from multilayer.errors import InputError
     from multilayer.units import parse_quantity
 
-    parts = text.split(",")
-    if len(parts) > _LONGEST_LIST:
-        raise InputError(f"{option}: {len(parts)} values are too many: at most {_LONGEST_LIST} are taken")
     try:
-        return tuple(parse_quantity(part, unit) for part in parts)
+        return tuple(parse_quantity(part, unit) for part in text.split(","))
     except ValueError as error:
         raise InputError(f"{option}: {error}") from None

@@ -114,9 +114,8 @@ def _axes(table: Exported) -> dict[str, RealArray]:
 
 
 def _all_units(table: Exported) -> dict[str, str]:
-    return (
-        {"frequency": "Hz"} | ({table.along: _UNITS_OF_DIRECTION[table.along]} if table.along else {}) | {**table.units}
-    )
+    units = {"frequency": "Hz", **table.units}
+    return units | {table.along: _UNITS_OF_DIRECTION[table.along]} if table.along else units
 
 
 def _mat(table: Exported, _file: Path) -> bytes:

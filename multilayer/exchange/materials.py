@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from multilayer.bounds import YAML_NAMES
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.errors import InputError, PlausibilityWarning, Problem, show
 from multilayer.layers.base import LAYERS
@@ -18,7 +19,6 @@ from multilayer.units import field_unit, parse_quantity
 from multilayer.writing.manifest import note_input
 
 _THICKNESS = 0.05  # m; a library's material has none, and a layer to be checked needs some
-_MOST = 10_000  # rows
 _HEAVIEST = 2e4  # kg/m3, of a frame's material: beyond all but gold and platinum
 _TEXTS = ("source", "note", "model", "type")
 _SOLID_DENSITY, _SHEAR = "solid_density", "shear_modulus"
@@ -122,8 +122,7 @@ def read_materials(path: Path | str) -> Imported:
     columns, left_out = _columns(table)
     if not table.rows:
         raise table.error("holds no material below its header")
-    if len(table.rows) > _MOST:
-        raise table.error(f"holds {len(table.rows)} rows; at most {_MOST} are taken")
+    YAML_NAMES.check(len(table.rows), file, "make several libraries of it")
     problems: list[Problem] = []
     materials: dict[str, dict[str, Any]] = {}
     lines: dict[str, int | None] = {}
@@ -211,21 +210,21 @@ class _Row:
 
     def _frame(self, numbers: dict[str, float]) -> None:
         """Put our fields in place of the frame's density of solid and shear modulus."""
-        for given, ours, other in (
+        for given, wanted, other in (
             (_SOLID_DENSITY, "frame_density", "porosity"),
             (_SHEAR, "young_modulus", "poisson_ratio"),
         ):
             if given not in numbers:
                 continue
             value = numbers.pop(given)
-            if ours in numbers:
-                self.problem(given, f"{ours} is given, too; keep one of the two")
+            if wanted in numbers:
+                self.problem(given, f"{wanted} is given, too; keep one of the two")
             elif other not in numbers:
                 self.problem(given, f"needs a {other} beside it")
             elif given == _SOLID_DENSITY:
-                numbers[ours] = _rounded(value * (1 - numbers[other]))
+                numbers[wanted] = _rounded(value * (1 - numbers[other]))
             else:
-                numbers[ours] = _rounded(2 * value * (1 + numbers[other]))
+                numbers[wanted] = _rounded(2 * value * (1 + numbers[other]))
 
     @staticmethod
     def _type(numbers: Mapping[str, float]) -> str:
@@ -242,10 +241,11 @@ class _Row:
         layer_type = LAYERS[kind]
         of_layer = {key: value for key, value in fields.items() if key not in ("source", "note")}
         taken = layer_type.fields_taken(of_layer)
+        tried = {key: value for key, value in of_layer.items() if key in taken}
+        if "thickness" in layer_type.model_fields:
+            tried["thickness"] = _THICKNESS
         try:
-            layer = layer_type.model_validate(
-                {k: v for k, v in of_layer.items() if k in taken} | {"thickness": _THICKNESS}
-            )
+            layer = layer_type.model_validate(tried)
         except ValidationError as error:
             for details in error.errors(include_url=False):
                 key = str(details["loc"][0]) if details["loc"] else ""

@@ -76,7 +76,7 @@ def poroelastic_cards(stack: Stack, frame_density: FrameDensity, *, first_id: in
     bulk_modulus = gas.density * gas.sound_speed**2
     lines += [_comment("gas in the pores"), *_card("MAT10", gas_id, bulk_modulus, gas.density, gas.sound_speed)]
     left_out = [layer.name or f"{i} ({layer.type})" for i, layer in enumerate(stack.layers) if (i, layer) not in layers]
-    lines += [_comment(f"without a card: layer {one}") for one in left_out]
+    lines += [_comment(f"without a card: layer {layer}") for layer in left_out]
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -98,11 +98,11 @@ def _moduli(layer: Poroelastic) -> np.ndarray[tuple[int, ...], np.dtype[np.compl
 
 def _layer_cards(layer: Poroelastic, gas: Gas, frame_density: FrameDensity, ids: tuple[int, int, int]) -> Iterator[str]:
     """Give the lines of a layer's MATPE1 and MAT1; ids of these two and of the MAT10."""
-    own, frame, fluid = ids
+    pores, frame, fluid = ids
     modulus = complex(_moduli(layer)[0])
     density = layer.frame_density / (1 - layer.porosity) if frame_density == "solid" else layer.frame_density
     yield from _card(
-        "MATPE1", own, frame, fluid, _BIOT_FACTOR, None, None, None, None,
+        "MATPE1", pores, frame, fluid, _BIOT_FACTOR, None, None, None, None,
         gas.viscosity, gas.heat_capacity_ratio, gas.prandtl, layer.porosity,
         layer.tortuosity, layer.flow_resistivity, layer.viscous_length, layer.thermal_length,
     )  # fmt: skip

@@ -17,6 +17,7 @@ from multilayer.response.ports import (
     FaceKind,
     admittance_matrix,
     impedance_matrix,
+    surface_admittance,
     surface_impedance,
     transfer_matrix,
 )
@@ -85,10 +86,6 @@ class Wanted:
     back: FaceKind = "fluid"
 
 
-def _surface_admittance(*where: Any, **options: Any) -> ComplexArray:
-    return np.asarray(1 / surface_impedance(*where, **options))
-
-
 def _entries(letter: str, *units: str) -> dict[str, str]:
     return {f"{letter}{entry}": unit for entry, unit in zip(("11", "12", "21", "22"), units, strict=True)}
 
@@ -106,7 +103,7 @@ KINDS: dict[str, Kind] = {
     "surface_admittance": Kind(
         "its inverse",
         "Y = v/p, v into the layers; a passive surface has Re Y >= 0",
-        _surface_admittance,
+        surface_admittance,
         {"surface_admittance": _ADMITTANCE},
     ),
     "admittance_matrix": Kind(
@@ -175,7 +172,7 @@ def export(simulation: SimulationFile, wanted: Wanted, name: str = "stack") -> E
         raise InputError("an angle lies outside the range from 0 to below 90 degrees from the normal; see --angle")
     if len(simulation.cases) > 1:
         text = f"the sweep has {len(simulation.cases)} cases, and a table is of one stack; write the wanted values"
-        raise InputError(f"{text} into the layers, and leave out 'sweep'")
+        raise InputError(f"{text} into the file, and leave out 'sweep'")
     kind, grid = KINDS[wanted.kind], grid_of(simulation.cases[0].simulation.frequency)
     file = simulation.cases[0].simulation
     directions = max(1, len(wanted.directions))
@@ -192,10 +189,10 @@ def _at_faces(file: SimulationFile, grid: Grid, kind: Kind, wanted: Wanted, name
         raise InputError(f"{text} 'frequency: {{from: 100 Hz, to: 5 kHz}}' or a list of them")
     along, directions = _directions(file, wanted)
     touching: dict[str, Any] = {"faces": (wanted.front, wanted.back)} if kind.has_back else {"face": wanted.front}
-    found = kind.at_faces(file.stack, grid.frequency, **{along: directions}, **touching)
-    columns = found.reshape(*found.shape[:2], len(kind.units))
-    values = {name: columns[..., i] for i, name in enumerate(kind.units)}
-    units = {name: unit for name, unit in kind.units.items() if unit}
+    matrices = kind.at_faces(file.stack, grid.frequency, **{along: directions}, **touching)
+    columns = matrices.reshape(*matrices.shape[:2], len(kind.units))
+    values = {entry: columns[..., i] for i, entry in enumerate(kind.units)}
+    units = {entry: unit for entry, unit in kind.units.items() if unit}
     remarks = (_TIME, kind.remark, _touching(kind, wanted))
     return Exported(name, wanted.kind, grid.frequency, along, directions, values, units, remarks)
 
@@ -241,12 +238,12 @@ def _levels(file: SimulationFile, grid: Grid, kind: Kind, wanted: Wanted, name: 
     values = {level: np.stack([outcome.quantities[level] for outcome in outcomes], axis=-1) for level in names}
     units = {level: "dB" for level in names if level != "absorption"}
     along: Along | Literal[""] = "angle" if waves else ""
-    directions, sound = np.array([wave.angle for wave in waves] or [np.nan]), "plane waves"
+    directions, field_text = np.array([wave.angle for wave in waves] or [np.nan]), "plane waves"
     if not waves and isinstance(file.incidence, DiffuseIncidence):
         asked = file.incidence.diffuse
-        sound = f"diffuse field up to {asked.max_angle:g} degrees, {asked.weighting} weighting"
+        field_text = f"diffuse field up to {asked.max_angle:g} degrees, {asked.weighting} weighting"
     size = file.finite_size
     across = "infinite" if size is None else f"{size.width:g} m x {size.height:g} m"
     frequencies = "single frequencies" if grid.bands is None else f"averages over {grid.bands}"
-    remarks = (kind.remark, f"{sound}; panel: {across}; {frequencies}")
+    remarks = (kind.remark, f"{field_text}; panel: {across}; {frequencies}")
     return Exported(name, wanted.kind, grid.frequency, along, directions, values, units, remarks)

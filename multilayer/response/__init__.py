@@ -7,7 +7,13 @@ from multilayer.response.fields import LayerState, PowerBalance, fields, power_b
 from multilayer.response.finite_size import Window, radiation_impedance
 from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
-from multilayer.response.ports import admittance_matrix, impedance_matrix, surface_impedance, transfer_matrix
+from multilayer.response.ports import (
+    admittance_matrix,
+    impedance_matrix,
+    surface_admittance,
+    surface_impedance,
+    transfer_matrix,
+)
 
 __all__ = [
     "BaseMotion",
@@ -29,6 +35,7 @@ __all__ = [
     "plane_wave",
     "power_balance",
     "radiation_impedance",
+    "surface_admittance",
     "surface_impedance",
     "transfer_matrix",
 ]

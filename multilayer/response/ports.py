@@ -6,8 +6,9 @@ At a face there is one pressure p and one normal velocity v. What touches it the
 - a ``plate`` that is glued on and moves along axis 3 alone: p is minus the normal stress, frame and pores move with v,
   and nothing moves along the face.
 
-The two make any layer, be it fluid, solid or poroelastic, a two-port between p and v (for fluid faces Allard & Atalla
-2009, section 2.7); nothing is left out, for what is given at a face leaves the other half of its state to the layer.
+The two make any layer, be it fluid, solid or poroelastic, a two-port between p and v, by the conditions of
+`matrix.couplings` (Allard & Atalla 2009, eqs. (11.74), (11.76) and (11.78)). Nothing is left out: what is given at a
+face leaves the other half of its state to the layers.
 """
 
 from __future__ import annotations
@@ -100,6 +101,42 @@ def surface_impedance(
     return _everywhere(stack, frequency, angle, trace_wavenumber, solved)
 
 
+def surface_admittance(
+    stack: Stack,
+    frequency: ArrayLike,
+    angle: ArrayLike = 0.0,
+    *,
+    trace_wavenumber: ArrayLike | None = None,
+    face: FaceKind = "fluid",
+) -> ComplexArray:
+    """Return normal velocity over pressure at the front face of a stack, its termination behind it, m/(Pa s).
+
+    The inverse of `surface_impedance`, computed by itself: 0 where the face cannot move.
+
+    Parameters
+    ----------
+    stack, frequency, angle, trace_wavenumber, face
+        As for `surface_impedance`.
+
+    Returns
+    -------
+    complex array
+        As of `surface_impedance`.
+
+    Raises
+    ------
+    InputError, CouplingError
+        As for `surface_impedance`.
+    """
+    touching = _face(face)
+
+    def solved(wave: Wave) -> ComplexArray:
+        front, _ = _answers(stack, wave, build_system(stack, wave, touching.port("pressure")))
+        return touching.sign * front  # the pressure is `sign`: 1 over it is the same
+
+    return _everywhere(stack, frequency, angle, trace_wavenumber, solved)
+
+
 def admittance_matrix(
     stack: Stack,
     frequency: ArrayLike,
@@ -180,8 +217,8 @@ def transfer_matrix(
 ) -> ComplexArray:
     """Return T of ``[p1; v1] = T [p2; v2]`` from the back face (2) of a stack's layers to the front face (1).
 
-    Both velocities point from the front to the back, as in Allard & Atalla 2009, section 11.3; det T = 1
-    (reciprocity). T12 is in Pa s/m, T21 in m/(Pa s).
+    Both velocities point from the front to the back, as those of `Layer.transfer_matrix`; det T = 1 (reciprocity). T12
+    is in Pa s/m, T21 in m/(Pa s).
 
     Parameters
     ----------
@@ -257,6 +294,10 @@ def _answers(stack: Stack, wave: Wave, system: System) -> tuple[ComplexArray, Co
     solution = solve_or_explain(system, stack, wave)
     front, back = solution.reflected, solution.transmitted
     assert front is not None  # the head is a port
+    if not np.all(np.isfinite(front)):
+        raise refusal(
+            stack, "what answers at the front face is not finite: nothing there gives way, or nothing resists"
+        )
     return front, front if back is None else back
 
 

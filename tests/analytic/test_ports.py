@@ -14,6 +14,7 @@ from multilayer.response.ports import (
     FACE_KINDS,
     admittance_matrix,
     impedance_matrix,
+    surface_admittance,
     surface_impedance,
     transfer_matrix,
 )
@@ -117,7 +118,15 @@ def test_surface_impedance_is_that_of_the_plane_wave(name: str, termination: Any
     impedance = surface_impedance(panel, FREQUENCY, ANGLE)
     assert impedance == pytest.approx(plane_wave(panel, FREQUENCY, ANGLE).surface_impedance, rel=1e-8)
     kx = 2 * np.pi * FREQUENCY[3] / GAS.sound_speed * np.sin(np.deg2rad(ANGLE))
+    assert surface_admittance(panel, FREQUENCY, ANGLE) * impedance == pytest.approx(1, rel=1e-8)
     assert surface_impedance(panel, FREQUENCY[3], trace_wavenumber=kx) == pytest.approx(impedance[3], rel=1e-9)
+
+
+def test_a_face_that_cannot_move_has_an_admittance_of_nothing() -> None:
+    held = stack((SHEET, 1e-3), termination="rigid")
+    assert surface_admittance(held, FREQUENCY) == pytest.approx(0, abs=1e-15)
+    with pytest.raises(InputError, match="no finite response"):
+        surface_impedance(held, 100.0)
 
 
 @pytest.mark.parametrize("layers", [((FOAM2, 0.03), (SHEET, 1e-3)), ((ALUMINIUM, 0.1),)])
@@ -156,6 +165,14 @@ def test_pieces_of_the_frequency_axis_make_no_difference(name: str) -> None:
     whole = admittance_matrix(PANELS[name], frequency, ANGLE)
     assert whole.shape == (3000, 3, 2, 2)
     assert whole[::700] == pytest.approx(admittance_matrix(PANELS[name], frequency[::700], ANGLE), rel=1e-12)
+
+
+def test_fields_may_hold_samples() -> None:
+    foam, thickness = PANELS["foam"], np.array([0.01, 0.03, 0.05])
+    sampled = foam.replaced({"layers.0.thickness": thickness[:, None, None]})
+    y = admittance_matrix(sampled, FREQUENCY, ANGLE)
+    assert y.shape == (3, 12, 3, 2, 2)
+    assert y[1] == pytest.approx(admittance_matrix(foam, FREQUENCY, ANGLE), rel=1e-9)
 
 
 def test_mistakes() -> None:

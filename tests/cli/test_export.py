@@ -45,9 +45,9 @@ def test_a_table_is_written_and_read_back(file, tmp_path):
 
 def test_json_says_what_was_written(file, tmp_path):
     done = run("export", file, "--as", "absorption", "--angle", "0,45 deg", "--out", tmp_path / "a.mat", "--json")
-    said = json.loads(done.out)
-    assert said["directions"] == [0, 45]
-    assert {key: said[key] for key in ("version", "kind", "values", "frequencies", "along")} == {
+    record = json.loads(done.out)
+    assert record["directions"] == [0, 45]
+    assert {key: record[key] for key in ("version", "kind", "values", "frequencies", "along")} == {
         "version": 1, "kind": "absorption", "values": ["absorption"], "frequencies": 3, "along": "angle",
     }  # fmt: skip
 
@@ -91,9 +91,10 @@ def test_cards_are_written_where_the_density_is_said(file, tmp_path):
     [
         (FOAM, CARDS, "--frame-density: is missing; say what your program takes as RHO of the frame's MAT1: solid"),
         (FOAM, (*CARDS, "--frame-density", "dense"), "--frame-density: 'dense' is not allowed; say what"),
-        (FOAM, (*CARDS, "--frame-density", "bulk", "--angle", "0"), "cards have no direction"),
+        (FOAM, (*CARDS, "--frame-density", "bulk", "--angle", "0"), "cards have no direction and no faces"),
+        (FOAM, (*CARDS, "--frame-density", "bulk", "--front", "plate"), "cards have no direction and no faces"),
         (FOAM, ("--as", "nastran", "--out", "z.csv"), "z.csv: cards are not written as '.csv'; allowed: .bdf"),
-        (FOAM, ("--as", "absorption", "--out", "z.csv", "--frame-density", "bulk"), "belongs to cards"),
+        (FOAM, ("--as", "absorption", "--out", "z.csv", "--frame-density", "bulk"), "belong to cards"),
         (STACK, (*CARDS, "--frame-density", "bulk"), "wool.yaml:4:3: layers: no layer is poroelastic"),
         (FOAM.replace("model: jca,", "model: jcal, thermal_permeability: 1e-9,"), (*CARDS, "--frame-density", "bulk"),
          "wool.yaml:4:47: layers.0.model: 'jcal' has no card"),

@@ -1,5 +1,6 @@
 """Tables for other programs: what they hold, in every format, and what is refused."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -37,23 +38,23 @@ def columns(file: Path) -> dict[str, tuple[str | None, np.ndarray]]:
 def test_one_direction_is_read_back_from_every_format(suffix: str, tmp_path: Path) -> None:
     file, stack = tmp_path / f"trim{suffix}", simulation().stack
     file.write_bytes(export(simulation(), Wanted("transfer_matrix")).content(file))
-    found, expected = columns(file), transfer_matrix(stack, LISTED["frequency"])
-    assert found["frequency"][1] == pytest.approx(LISTED["frequency"], rel=1e-5)  # of UFF six digits
+    result, expected = columns(file), transfer_matrix(stack, LISTED["frequency"])
+    assert result["frequency"][1] == pytest.approx(LISTED["frequency"], rel=1e-5)  # of UFF six digits
     for entry, unit in (("11", None), ("12", "Pa s/m"), ("21", "m/Pa/s"), ("22", None)):
         values = expected[..., int(entry[0]) - 1, int(entry[1]) - 1]
         for part, of_part in (("re", values.real), ("im", values.imag)):
-            assert found[f"t{entry}_{part}"][1] == pytest.approx(of_part, rel=1e-10)
-            assert (found[f"t{entry}_{part}"][0] or None) == unit
+            assert result[f"t{entry}_{part}"][1] == pytest.approx(of_part, rel=1e-10)
+            assert (result[f"t{entry}_{part}"][0] or None) == unit
 
 
 @pytest.mark.parametrize("suffix", [".mat", ".h5"])
 def test_several_directions_are_arrays_with_their_axes(suffix: str, tmp_path: Path) -> None:
     file = tmp_path / f"trim{suffix}"
     file.write_bytes(export(simulation(), Wanted("admittance_matrix", *TWO)).content(file))
-    found, expected = columns(file), admittance_matrix(simulation().stack, LISTED["frequency"], [0, 60])
+    result, expected = columns(file), admittance_matrix(simulation().stack, LISTED["frequency"], [0, 60])
     for j in range(2):
-        assert found[f"y12_{j + 1}_re"][1] == pytest.approx(expected[:, j, 0, 1].real, rel=1e-12)
-        assert found[f"y22_{j + 1}_im"][1] == pytest.approx(expected[:, j, 1, 1].imag, rel=1e-12)
+        assert result[f"y12_{j + 1}_re"][1] == pytest.approx(expected[:, j, 0, 1].real, rel=1e-12)
+        assert result[f"y22_{j + 1}_im"][1] == pytest.approx(expected[:, j, 1, 1].imag, rel=1e-12)
     if suffix == ".mat":
         from scipy.io import loadmat
 
@@ -72,10 +73,10 @@ def test_several_directions_are_arrays_with_their_axes(suffix: str, tmp_path: Pa
 def test_several_directions_are_blocks_of_rows_of_a_csv(tmp_path: Path) -> None:
     file = tmp_path / "z.csv"
     file.write_bytes(export(simulation(), Wanted("surface_impedance", *THREE)).content(file))
-    found, expected = columns(file), surface_impedance(simulation().stack, LISTED["frequency"], THREE[1])
-    assert found["angle"][1] == pytest.approx(np.repeat(THREE[1], 4))
-    assert found["frequency"][1] == pytest.approx(np.tile(LISTED["frequency"], 3))
-    assert found["surface_impedance_im"][1] == pytest.approx(expected.imag.T.ravel(), rel=1e-11)
+    result, expected = columns(file), surface_impedance(simulation().stack, LISTED["frequency"], THREE[1])
+    assert result["angle"][1] == pytest.approx(np.repeat(THREE[1], 4))
+    assert result["frequency"][1] == pytest.approx(np.tile(LISTED["frequency"], 3))
+    assert result["surface_impedance_im"][1] == pytest.approx(expected.imag.T.ravel(), rel=1e-11)
     assert file.read_text().startswith("# stack: surface_impedance\n# time and trace dependence exp(+i (w t - kx x1))")
 
 
@@ -84,12 +85,12 @@ def test_several_directions_are_records_of_a_universal_file(tmp_path: Path) -> N
     file = tmp_path / "z.uff"
     wanted = Wanted("surface_admittance", "trace_wavenumber", (0.0, 12.5))
     file.write_bytes(export(simulation(), wanted).content(file))
-    found = columns(file)
-    assert [name for name in found if name.endswith("_re")] == [
+    result = columns(file)
+    assert [name for name in result if name.endswith("_re")] == [
         "surface_admittance_at_0_rad/m_re", "surface_admittance_at_12.5_rad/m_re",
     ]  # fmt: skip
     expected = 1 / surface_impedance(simulation().stack, LISTED["frequency"], trace_wavenumber=12.5)
-    assert found["surface_admittance_at_12.5_rad/m_re"][1] == pytest.approx(expected.real, rel=1e-10)
+    assert result["surface_admittance_at_12.5_rad/m_re"][1] == pytest.approx(expected.real, rel=1e-10)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -170,6 +171,17 @@ def test_formats_that_are_not_written() -> None:
     with pytest.raises(InputError, match="needs two frequencies or more"):
         single.content(Path("z.uff"))
     assert single.content(Path("z.csv")).count(b"\n") == 6
+
+
+@pytest.mark.parametrize(("suffix", "module"), [(".h5", "h5py"), (".uff", "pyuff")])
+def test_without_its_library_a_format_says_how_to_install_it(
+    suffix: str, module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(
+        InputError, match=rf"'{module}' to be written; install it with: pip install 'multilayer\[formats"
+    ):
+        export(simulation(), Wanted("surface_impedance")).content(Path(f"z{suffix}"))
 
 
 def test_too_many_values_are_refused() -> None:

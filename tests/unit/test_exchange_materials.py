@@ -39,17 +39,17 @@ def write(tmp_path: Path, text: str) -> Path:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_the_same_foam_however_it_is_written(way: str, tmp_path: Path) -> None:
-    found = read_materials(write(tmp_path, WAYS[way]))
-    fields = dict(found.materials["foam"])
-    assert (fields.pop("source"), found.left_out) == ("foams.csv, line 2", ())
+    result = read_materials(write(tmp_path, WAYS[way]))
+    fields = dict(result.materials["foam"])
+    assert (fields.pop("source"), result.left_out) == ("foams.csv, line 2", ())
     assert fields.pop("type") == "poroelastic"
     assert fields == pytest.approx({key: value for key, value in MELAMINE.items() if key != "type"}, rel=1e-10)
 
 
 def test_a_library_of_it_makes_layers(tmp_path: Path) -> None:
-    found = read_materials(write(tmp_path, WAYS["symbols"]))
-    (tmp_path / "ours.yaml").write_text(found.library)
-    assert load_library(tmp_path / "ours.yaml") == {"foam": dict(found.materials["foam"])}
+    result = read_materials(write(tmp_path, WAYS["symbols"]))
+    (tmp_path / "ours.yaml").write_text(result.library)
+    assert load_library(tmp_path / "ours.yaml") == {"foam": dict(result.materials["foam"])}
     data = {"library": "ours.yaml", "layers": [{"material": "foam", "thickness": 0.03}]}
     stack = Stack.model_validate(data, context={"folder": tmp_path})
     assert stack.layers[0].model_dump(exclude_none=True) == {**MELAMINE, "thickness": 0.03, "model": "jca"}
@@ -64,12 +64,12 @@ def test_what_is_given_says_the_type_and_the_model(tmp_path: Path) -> None:
         "wool,,miki,10500,-,,,,,,\n"
         "held,equivalent_fluid,,10500,0.99,1,100,200,,9,\n"
     )
-    found = read_materials(write(tmp_path, text)).materials
-    assert {name: (fields["type"], fields.get("model")) for name, fields in found.items()} == {
+    result = read_materials(write(tmp_path, text)).materials
+    assert {name: (fields["type"], fields.get("model")) for name, fields in result.items()} == {
         "rigid": ("equivalent_fluid", None), "limp": ("limp", None), "lafarge": ("equivalent_fluid", "jcal"),
         "wool": ("equivalent_fluid", "miki"), "held": ("equivalent_fluid", None),
     }  # fmt: skip
-    assert found["limp"]["source"] == "a book"
+    assert result["limp"]["source"] == "a book"
 
 
 HEAD = "name,sigma [N s/m4],phi,alpha_inf,Lambda [um],Lambda' [um],rho [kg/m3],E [kPa],nu\n"

@@ -20,7 +20,7 @@ NAMES = {"MATPE1": MATPE1, "MAT1": MAT1, "MAT10": MAT10}
 
 def read(text: str) -> dict[str, list[dict[str, str]]]:
     """Return the fields that are not blank, by card: names in 8 columns, then four fields of 16 in every line."""
-    found: dict[str, list[list[str]]] = {}
+    result: dict[str, list[list[str]]] = {}
     card: list[str] = []
     for line in text.splitlines():
         assert len(line) <= 72
@@ -33,11 +33,11 @@ def read(text: str) -> dict[str, list[dict[str, str]]]:
             card += fields
         else:
             card = fields
-            found.setdefault(head[:-1], []).append(card)
-    assert all(len(card) % 8 == 0 for cards in found.values() for card in cards)
+            result.setdefault(head[:-1], []).append(card)
+    assert all(len(card) % 8 == 0 for cards in result.values() for card in cards)
     return {
         name: [{key: value for key, value in zip(NAMES[name], card, strict=True) if value} for card in cards]
-        for name, cards in found.items()
+        for name, cards in result.items()
     }
 
 
