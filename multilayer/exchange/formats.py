@@ -156,7 +156,8 @@ def _uff(table: Exported, file: Path) -> bytes:
 
 def _records(table: Exported) -> Iterator[dict[str, Any]]:
     """Give the functions of frequency, one for each value and direction, as pyuff takes them."""
-    lines = [ascii_line(text, _LINE) or "NONE" for text in (table.name, *table.remarks)][:4]
+    # behind the kind: a line of -1 alone would end the dataset
+    lines = [ascii_line(text, _LINE) for text in (f"{table.kind} of {table.name}", *table.remarks)][:4]
     lines += ["NONE"] * (4 - len(lines))
     for name, values in table.values.items():
         for j, direction in enumerate(table.directions):

@@ -94,6 +94,15 @@ def test_several_directions_are_records_of_a_universal_file(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("name", ["-1", 'a"b,\n#c', "ä\x1b[2J", "x" * 500, ""])
+def test_names_of_stacks_do_no_harm(suffix: str, name: str, tmp_path: Path) -> None:
+    file, table = tmp_path / f"z{suffix}", export(simulation(), Wanted("surface_impedance"), name)
+    file.write_bytes(table.content(file))
+    expected = table.values["surface_impedance"][:, 0]
+    assert columns(file)["surface_impedance_re"][1] == pytest.approx(expected.real, rel=1e-10)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_the_same_values_make_the_same_bytes(suffix: str) -> None:
     table, file = export(simulation(), Wanted("surface_impedance")), Path(f"x{suffix}")
     assert table.content(file) == table.content(file)
