@@ -143,14 +143,13 @@ def _changed(effect: LevelEffect, sizes: dict[str, float], setting: LevelSetting
         changed = setting.stack
         if effect.applies(setting):
             changed = effect.stack(at, changed, {key: np.float64(size) for key, size in sizes.items()})  # type: ignore[arg-type]
-        layers = [
-            layer.model_copy(
-                update={k: float(v) for k, v in dict(layer).items() if isinstance(v, np.ndarray | np.floating)}
-            )
-            for layer in changed.layers
-        ]
+        layers = [layer.model_copy(update=_numbers(dict(layer))) for layer in changed.layers]
         stacks.append(changed.model_copy(update={"layers": tuple(layers)}))
     return stacks
+
+
+def _numbers(fields: dict[str, Any]) -> dict[str, float]:
+    return {key: float(np.asarray(v).item()) for key, v in fields.items() if isinstance(v, np.ndarray | np.floating)}
 
 
 def _over_bands(stacks: list[Stack]) -> np.ndarray:
