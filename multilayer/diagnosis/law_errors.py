@@ -1,7 +1,7 @@
 """Errors of known effects' laws as free functions at the effects' places.
 
-A known effect is a place with a law of few parameters; what that law misses is the place's own function, small beside it
-and the same in all configurations. An effect elsewhere that resembles it in one configuration does not do so in all.
+A known effect is a place with a law of few parameters; what that law misses is the place's own function, small beside
+it and the same in all configurations. An effect elsewhere that resembles it in one of them does not do so in all.
 """
 
 from __future__ import annotations

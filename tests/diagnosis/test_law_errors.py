@@ -14,7 +14,7 @@ from multilayer.testing.benches import joint_bench
 
 
 def hypothesis_with(*sizes):
-    """Return the bench with effects, given as (name, coordinates of the parameters), and coordinates of all unknowns."""
+    """Return the bench with effects, given as (name, coordinates of its parameters), and all coordinates."""
     bench = joint_bench()
     effects = [EFFECTS[name]() for name, _ in sizes]
     values = [value for _, each in sizes for value in each]
