@@ -56,5 +56,6 @@ models = among("plane_wave", "finite")
 posteriors = among("laplace", "profile", "nested")
 laterals = among("bonded", "slender", "held")
 quantities = among(
-    "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission"
-)
+    "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission",
+    "radiation_efficiency", "input_mobility", "sound_power_level", "impact_level",
+)  # fmt: skip
