@@ -57,5 +57,6 @@ posteriors = among("laplace", "profile", "nested")
 laterals = among("bonded", "slender", "held")
 quantities = among(
     "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission",
-    "radiation_efficiency", "input_mobility", "sound_power_level", "impact_level",
+    "radiation_efficiency", "input_mobility", "bending_stiffness", "loss_factor", "phase_speed",
+    "sound_power_level", "impact_level",
 )  # fmt: skip

@@ -28,6 +28,9 @@ _DRAWN = {
     "impact_level": "impact_level.png",
     "radiation_efficiency": "radiation_efficiency.png",
     "input_mobility": "input_mobility.png",
+    "bending_stiffness": "bending_stiffness.png",
+    "loss_factor": "loss_factor.png",
+    "phase_speed": "phase_speed.png",
 }
 # the last that there is, a simulation is made for
 _LISTED = ("absorption", "transmission_loss", "insertion_loss", "sound_power_level", "impact_level")

@@ -7,6 +7,7 @@ from multilayer.response.driven import Driven, driven, input_mobility
 from multilayer.response.excitations import Excitation, PointForce, Rain, TappingMachine, TurbulentFlow
 from multilayer.response.fields import LayerState, PowerBalance, fields, power_balance
 from multilayer.response.finite_size import Window, radiation_impedance
+from multilayer.response.free_waves import FreeWaves, free_waves
 from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 
@@ -15,6 +16,7 @@ __all__ = [
     "DiffuseField",
     "Driven",
     "Excitation",
+    "FreeWaves",
     "LayerState",
     "PlaneWave",
     "PointForce",
@@ -31,6 +33,7 @@ __all__ = [
     "diffuse_field",
     "driven",
     "fields",
+    "free_waves",
     "input_mobility",
     "insertion_loss",
     "plane_wave",

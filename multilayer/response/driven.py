@@ -11,13 +11,11 @@ import numpy as np
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.frames import Frame, Tabular, over
-from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import POROELASTIC
-from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import has_arrays, in_chunks
 from multilayer.response.excitations import Excitation, PointForce
+from multilayer.response.fields import face_states, normal_velocity
 from multilayer.response.quadrature import NODES, integrate_rows
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import FluidHalfSpace, Stack
@@ -67,28 +65,17 @@ def transfer(stack: Stack, wave: Wave) -> Transfer:
     front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
     system = build_system(stack, wave, HalfSpace(front))
     solution = solve_or_explain(system, stack, wave)
+    # velocities of the layers: in front of a stiff one the two waves in the gas cancel to the last digits
     first, last = system.layers[0], system.layers[-1]
     radiation: RealArray = np.zeros(1)
     if isinstance(system.tail, HalfSpace):
         radiation = np.real(np.asarray(system.tail.impedance))
     return Transfer(
-        _normal_velocity(first, first.front, solution.layers[0]) / 2,
-        _normal_velocity(last, last.back, solution.layers[-1]) / 2,
+        normal_velocity(first, face_states(first, solution.layers[0])[0]) / 2,
+        normal_velocity(last, face_states(last, solution.layers[-1])[1]) / 2,
         np.real(front),
         radiation,
     )
-
-
-def _normal_velocity(layer: Faces, face: ComplexArray, coefficients: ComplexArray) -> ComplexArray:
-    """Return the volume velocity per area of a face; from the layer's state, not from what the gas reflects.
-
-    In front of a stiff layer the two waves in the gas would cancel each other to the last digits.
-    """
-    state = multiply(face, coefficients[:, None])[:, 0]
-    if layer.family is POROELASTIC:
-        frame, pores = state[layer.family.index("v3s")], state[layer.family.index("v3f")]
-        return np.asarray((1 - layer.porosity) * frame + layer.porosity * pores)
-    return np.asarray(state[layer.family.index("v3")])
 
 
 @dataclass(frozen=True, repr=False)
@@ -315,8 +302,9 @@ class _Wavenumbers:
                 going = there[np.any(parts[1] > 0.1 * self.tolerance * totals[1][:, there], axis=0)]
             if not len(going):
                 return totals[0], totals[1], totals[2]
-        text = f"a force on a point moves this front face without bound (at {self.frequency[which[going[0]]]:.6g} Hz); "
-        raise InputError(text + "give the force the radius of the disc that it acts on")
+        text = f"a force moves this front face without bound (at {self.frequency[which[going[0]]]:.6g} Hz); "
+        remedy = "give the force the radius of the disc that it acts on, and begin with a layer that is no fluid"
+        raise InputError(text + remedy)
 
     def _ends(self, frequency: RealArray) -> list[RealArray]:
         """Return the ends of intervals of wavenumbers, each of the shape of `frequency`: breaks, and then decades."""

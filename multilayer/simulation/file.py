@@ -98,6 +98,7 @@ class SimulationFile(Stack):
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
     excitation: Excitation | None = None
+    free_waves: bool = False
     reference: Reference | None = None
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)

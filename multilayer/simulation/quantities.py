@@ -66,6 +66,9 @@ QUANTITIES = {
         Quantity("transmission", "transmission coefficient", is_complex=True),
         Quantity("radiation_efficiency", "radiation efficiency"),
         Quantity("input_mobility", "input mobility", "m/(N s)", is_complex=True),
+        Quantity("bending_stiffness", "bending stiffness", "N m"),
+        Quantity("loss_factor", "loss factor of the free wave"),
+        Quantity("phase_speed", "phase speed of the free wave", "m/s"),
         Quantity("sound_power_level", "sound power level", "dB", is_level=True),
         Quantity("impact_level", "normalised impact sound level", "dB", is_level=True),
     )

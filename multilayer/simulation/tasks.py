@@ -17,6 +17,7 @@ from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.driven import driven
 from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
+from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import QUANTITIES
@@ -25,6 +26,7 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 Arrays = dict[str, NDArray[Any]]
+OF_FREE_WAVES = ("bending_stiffness", "loss_factor", "phase_speed")  # NaN where no wave runs
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Task:
         For the insertion loss.
     excitation : Excitation or None
         Beside the incident sound.
+    free_waves : bool
+        Whether those along the stack are asked for.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
     """
@@ -55,6 +59,7 @@ class Task:
     size: FiniteSize | None = None
     reference: Stack | None = None
     excitation: Excitation | None = None
+    free_waves: bool = False
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
@@ -100,7 +105,7 @@ def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
 def _sampled(task: Task) -> Arrays:
     """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
-    at_once = isinstance(task.incidence, PlaneIncidence) and task.excitation is None
+    at_once = isinstance(task.incidence, PlaneIncidence) and task.excitation is None and not task.free_waves
     if at_once and all(path.startswith("layers.") for path in task.samples):
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
@@ -135,8 +140,13 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
-    of_sound = _quantities_of_sound(stack, frequency, task)
-    return of_sound if task.excitation is None else of_sound | _of_excitation(stack, frequency, task.excitation)
+    quantities = _quantities_of_sound(stack, frequency, task)
+    if task.excitation is not None:
+        quantities |= _of_excitation(stack, frequency, task.excitation)
+    if task.free_waves:
+        waves = free_waves(stack, frequency)
+        quantities |= {name: getattr(waves, name) for name in OF_FREE_WAVES}
+    return quantities
 
 
 _POWER_OF_0_DB = 1e-12  # W
@@ -204,7 +214,8 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
         With the first such frequency and the most extreme field.
     """
     absorption, loss = outcome.quantities["absorption"], outcome.quantities.get("transmission_loss")
-    sound = ~np.any([np.isnan(values) for values in outcome.quantities.values()], axis=0)
+    kept = [values for name, values in outcome.quantities.items() if name not in OF_FREE_WAVES]
+    sound = ~np.any([np.isnan(values) for values in kept], axis=0)
     if task.size is None:  # edges add to what a sample takes in
         through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
         sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)

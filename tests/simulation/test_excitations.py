@@ -1,4 +1,4 @@
-"""Excitations of simulation files: what the responses say, as levels, in tables, ratings and figures."""
+"""Excitations and free waves of simulation files: what the responses say, as levels, in tables, ratings and figures."""
 
 import csv
 import json
@@ -11,6 +11,7 @@ from multilayer.config import parse_yaml
 from multilayer.report.simulation import simulation_report
 from multilayer.response.driven import driven
 from multilayer.response.excitations import PointForce, Rain, TappingMachine
+from multilayer.response.free_waves import free_waves
 from multilayer.simulation import SimulationFile, simulate
 from tests.cli.command import run
 
@@ -74,6 +75,16 @@ def test_sweeps_and_tolerances() -> None:
     assert level - 1 < low < high < level + 1
     expected = driven(simulation.cases[1].simulation.stack, [500.0], PointForce(radius=0.02)).input_mobility
     np.testing.assert_array_equal(result.cases[1].quantities["input_mobility"], expected)
+
+
+def test_free_waves() -> None:
+    simulation = read(free_waves=True)
+    (case,) = simulate(simulation).cases
+    expected = free_waves(simulation.stack, F)
+    np.testing.assert_array_equal(case.quantities["bending_stiffness"], expected.bending_stiffness)
+    np.testing.assert_array_equal(case.columns["loss_factor"], expected.loss_factor)
+    np.testing.assert_array_equal(case.columns["phase_speed"], expected.phase_speed)
+    assert "bending_stiffness.png" in simulation_report(simulate(simulation)).figures
 
 
 def test_the_lowest_impact_level_is_the_best() -> None:
