@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, fields
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,12 +17,14 @@ from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import has_arrays, in_chunks
 from multilayer.response.excitations import Excitation, PointForce
 from multilayer.response.fields import face_states, normal_velocity
+from multilayer.response.finite_size import Window, radiation_at
 from multilayer.response.quadrature import NODES, integrate_rows
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import FluidHalfSpace, Stack
 
 _DECADES = 6  # of wavenumbers above grazing
 _FIRST_AZIMUTHS, _MOST_AZIMUTHS = 16, 256  # of a whole turn
+_MUCH_SLOWER, _MUCH_SHORTER = 2.0, 60.0  # waves than sound; rad across a panel
 _USELESS = 0.1  # an error of this share is no result
 # rows of the integrals: what S drives, then the mobility
 _FRONT, _BACK, _RADIATED, _RADIATED_IN_FRONT, _INPUT, _REACTIVE = range(6)
@@ -127,6 +130,7 @@ def driven(
     frequency: ArrayLike,
     excitation: Excitation,
     *,
+    window: Window | None = None,
     tolerance: float = 1e-3,
     max_panels: int = 200,
     workers: int = 1,
@@ -141,6 +145,9 @@ def driven(
         Hz.
     excitation : Excitation
         See `response.excitations`.
+    window : Window, optional
+        Size of the panel in its baffle, at whose edges waves slower than sound radiate; infinite when left out. Only
+        the radiation behind feels it: the motion is that of the infinite stack.
     tolerance : float
         Largest estimated error of every integral, as a share of it.
     max_panels : int
@@ -171,6 +178,11 @@ def driven(
     Panels are halved as those of a diffuse field. Where a layer is not isotropic in its plane, the azimuths of a whole
     turn are doubled in number until the mean over them stays.
 
+    With a window, Re(Z) behind is that of a wave of wavenumber k within a rectangle (`radiation_impedance`; M. Villot,
+    C. Guigou & L. Gagliardini, J. Sound Vib. 245 (2001) 433-455): the finite panel has as much energy as the infinite
+    stack, and radiates by it. Waves much slower than sound and much shorter than the panel are taken to radiate by its
+    edges alone, as ``2 (a + b) k0^2/(pi a b (k^2 - k0^2)^(3/2))``, the part of that integral that does not oscillate.
+
     The excitation acts as a pressure does: on a poroelastic front by area on frame and pores, and it moves a fluid.
     """
     if has_arrays(stack):
@@ -180,7 +192,7 @@ def driven(
         raise InputError("a frequency is zero, negative or not finite; frequencies must be above 0 Hz")
 
     def compute(piece: RealArray) -> tuple[RealArray, RealArray]:
-        integrals = _Wavenumbers(stack, np.atleast_1d(piece), excitation, tolerance, max_panels)
+        integrals = _Wavenumbers(stack, np.atleast_1d(piece), excitation, window, tolerance, max_panels)
         return integrals.over_plane()
 
     parts = in_chunks(compute, stack, f, 8 * len(NODES), workers)
@@ -245,6 +257,32 @@ def _half_space_behind(stack: Stack) -> tuple[float, float] | None:
     return None
 
 
+class _FiniteRadiation:
+    """Radiation resistance of a rectangle that waves of any wavenumber move, Pa s/m.
+
+    Attributes
+    ----------
+    largest : float
+        Wavenumber beyond which waves are taken to radiate by the edges alone, rad/m.
+    """
+
+    def __init__(self, window: Window, sound: RealArray, impedance: float) -> None:
+        self._window, self._sound, self._impedance = window, sound, impedance
+        self.largest = max(_MUCH_SLOWER * float(np.max(sound)), _MUCH_SHORTER / min(window.width, window.height))
+        self._near = radiation_at(window, sound, self.largest, 20 * len(NODES))
+
+    def resistance(self, which: IndexArray, k: RealArray) -> RealArray:
+        """Return the resistance for indices of frequencies and wavenumbers, two arrays of one shape."""
+        efficiency = np.empty(k.shape)
+        near = k <= self.largest
+        if np.any(near):
+            efficiency[near] = self._near(which[near], k[near]).real
+        sound, far = self._sound[which[~near]], k[~near]
+        edges = 2 * (self._window.width + self._window.height) / (np.pi * self._window.area)
+        efficiency[~near] = edges * sound**2 / (far**2 - sound**2) ** 1.5
+        return self._impedance * np.maximum(efficiency, 0.0)  # 0 but for rounding
+
+
 @dataclass(frozen=True)
 class _Wavenumbers:
     """Integrals over the plane of wavenumbers, all frequencies side by side."""
@@ -252,8 +290,18 @@ class _Wavenumbers:
     stack: Stack
     frequency: RealArray
     excitation: Excitation
+    window: Window | None
     tolerance: float
     max_panels: int
+
+    @cached_property
+    def _radiation(self) -> _FiniteRadiation | None:
+        """The radiation behind a panel of finite size; None for an infinite one, or without a half-space behind."""
+        behind = _half_space_behind(self.stack)
+        if self.window is None or behind is None:
+            return None
+        density, speed = behind
+        return _FiniteRadiation(self.window, 2 * np.pi * self.frequency / speed, density * speed)
 
     def over_plane(self) -> tuple[RealArray, RealArray]:
         """Return the integrals, shape (6, n_frequency), and their errors as shares, shape (n_frequency,)."""
@@ -311,6 +359,8 @@ class _Wavenumbers:
         gas, behind = self.stack.ambient.gas, _half_space_behind(self.stack)
         speeds = [gas.sound_speed, *([behind[1]] if behind else [])]
         breaks = [2 * np.pi * frequency / speed for speed in speeds] + self.excitation.breaks(frequency)
+        if self._radiation is not None:
+            breaks.append(np.full_like(frequency, self._radiation.largest))
         inner = np.sort(np.stack([np.zeros_like(frequency), *breaks]), axis=0)
         return [*inner, *(inner[-1] * 10.0 ** (decade + 1) for decade in range(_DECADES))]
 
@@ -323,7 +373,11 @@ class _Wavenumbers:
             stretch = span * 0.5 * np.pi * np.sin(np.pi * x)
             frequency = np.broadcast_to(self.frequency[which[items]][:, None], x.shape)
             direction = None if azimuth is None else np.broadcast_to(azimuth[items][:, None], x.shape)
-            return np.asarray(self._densities(frequency, k, direction) * (stretch * k / (2 * np.pi)))
+            rows = self._densities(frequency, k, direction)
+            if self._radiation is not None:
+                index = np.broadcast_to(which[items][:, None], x.shape)
+                rows[_RADIATED] = rows[_BACK] * self._radiation.resistance(index, k)
+            return np.asarray(rows * (stretch * k / (2 * np.pi)))
 
         # errors of the intervals add up
         parts = integrate_rows(integrand, np.arange(len(which)), floor, self.tolerance / 4, self.max_panels)

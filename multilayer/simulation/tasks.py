@@ -62,6 +62,11 @@ class Task:
     free_waves: bool = False
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
+    @property
+    def window(self) -> Window | None:
+        """The finite size as the responses take it."""
+        return None if self.size is None else Window(self.size.width, self.size.height)
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -142,7 +147,7 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
     quantities = _quantities_of_sound(stack, frequency, task)
     if task.excitation is not None:
-        quantities |= _of_excitation(stack, frequency, task.excitation)
+        quantities |= _of_excitation(stack, frequency, task.excitation, task.window)
     if task.free_waves:
         waves = free_waves(stack, frequency)
         quantities |= {name: getattr(waves, name) for name in OF_FREE_WAVES}
@@ -154,9 +159,11 @@ _ROOM_OF_0_DB = 4 / 10  # of the reference absorption of 10 m2: power over mean 
 _THIRD_OCTAVE = np.log(10) / 10  # width of a third octave over the frequency
 
 
-def _of_excitation(stack: Stack, frequency: RealArray, excitation: Excitation) -> dict[str, NDArray[Any] | None]:
+def _of_excitation(
+    stack: Stack, frequency: RealArray, excitation: Excitation, window: Window | None
+) -> dict[str, NDArray[Any] | None]:
     """Return levels in the third octaves about the frequencies, and what goes with them."""
-    response = driven(stack, frequency, excitation)
+    response = driven(stack, frequency, excitation, window=window)
     quantities: dict[str, NDArray[Any] | None] = {
         "radiation_efficiency": response.radiation_efficiency,
         "input_mobility": response.input_mobility,
@@ -170,7 +177,7 @@ def _of_excitation(stack: Stack, frequency: RealArray, excitation: Excitation) -
 
 
 def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
-    window = None if task.size is None else Window(task.size.width, task.size.height)
+    window = task.window
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
         field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)

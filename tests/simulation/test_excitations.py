@@ -11,6 +11,7 @@ from multilayer.config import parse_yaml
 from multilayer.report.simulation import simulation_report
 from multilayer.response.driven import driven
 from multilayer.response.excitations import PointForce, Rain, TappingMachine
+from multilayer.response.finite_size import Window
 from multilayer.response.free_waves import free_waves
 from multilayer.simulation import SimulationFile, simulate
 from tests.cli.command import run
@@ -41,6 +42,20 @@ def test_levels_are_those_of_third_octaves() -> None:
     np.testing.assert_allclose(case.quantities["impact_level"], 10 * np.log10(power * 0.4 / 1e-12), atol=1e-9)
     np.testing.assert_array_equal(case.quantities["input_mobility"], expected.input_mobility)
     np.testing.assert_array_equal(case.quantities["radiation_efficiency"], expected.radiation_efficiency)
+
+
+def test_the_edges_of_a_finite_panel_radiate() -> None:
+    roof = {"type": "elastic_plate", "thickness": 7e-4, "density": 7800.0, "young_modulus": 2.1e11}
+    roof |= {"poisson_ratio": 0.3, "loss_factor": 0.01}
+    size = {"width": 1.4, "height": 1.1}
+    simulation = read(layers=[roof], excitation={"type": "rain"}, finite_size=size)
+    (case,) = simulate(simulation).cases
+    expected = driven(simulation.stack, F, Rain(), window=Window(1.4, 1.1)).radiated_power
+    assert expected is not None
+    level = 10 * np.log10(expected * np.array(F) * np.log(10) / 10 / 1e-12)
+    np.testing.assert_allclose(case.quantities["sound_power_level"], level)
+    (infinite,) = simulate(read(layers=[roof], excitation={"type": "rain"})).cases
+    assert np.all(level > infinite.quantities["sound_power_level"] + 1)
 
 
 def test_bands_hold_the_power_of_their_frequencies() -> None:

@@ -8,8 +8,9 @@ from multilayer.errors import InputError
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
 from multilayer.response import diffuse_field
-from multilayer.response.driven import driven, input_mobility, transfer
+from multilayer.response.driven import _FiniteRadiation, driven, input_mobility, transfer
 from multilayer.response.excitations import Excitation, PointForce, Rain, TappingMachine, TurbulentFlow
+from multilayer.response.finite_size import Window, radiation_impedance
 from multilayer.response.plane_wave import plane_wave
 from multilayer.stack import Stack
 
@@ -196,3 +197,51 @@ def test_hammers_on_soft_floors() -> None:
     factor = low / np.abs(1 + 1j * 2 * np.pi * F * 0.5 * mobility) ** 2
     np.testing.assert_allclose(of_hammer.radiated_power, factor * of_force.radiated_power, rtol=1e-6)
     np.testing.assert_allclose(of_hammer.input_mobility, mobility, rtol=1e-9)
+
+
+WINDOW = Window(1.4, 1.1)
+
+
+def test_below_coincidence_a_finite_panel_radiates_by_its_edges() -> None:
+    # near field of the force, and bending waves of energy Re(Y)/(eta w) that radiate as the window says
+    layer = STEEL | {"loss_factor": 0.001}
+    stack = plate(layer, ambient=THIN_GAS)
+    gas, omega = stack.ambient.gas, 2 * np.pi * F
+    found, infinite = driven(stack, F, PointForce(), window=WINDOW), driven(stack, F, PointForce())
+    assert found.radiated_power is not None
+    assert infinite.radiated_power is not None
+    bending = (omega**2 * mass(STEEL) / stiffness(STEEL)) ** 0.25
+    k0 = omega / gas.sound_speed
+    # the mean over the width of the resonance and over some standing waves: that of edges
+    edges = 2 * (1.4 + 1.1) / (np.pi * 1.4 * 1.1) * k0**2 / (bending**2 - k0**2) ** 1.5
+    velocity = 1 / (8 * np.sqrt(stiffness(STEEL) * mass(STEEL))) / (0.001 * omega * mass(STEEL))
+    expected = infinite.radiated_power + gas.impedance * edges * velocity
+    np.testing.assert_allclose(found.radiated_power[1:], expected[1:], rtol=0.3)
+    assert np.all(found.radiated_power > 3 * infinite.radiated_power)
+    # the motion is that of the infinite stack
+    np.testing.assert_allclose(found.back_velocity, infinite.back_velocity, rtol=1e-3)
+
+
+def test_above_coincidence_the_size_hardly_matters() -> None:
+    frequency, stack = np.array([1000.0, 2000.0]), plate(CONCRETE)
+    found, infinite = (
+        driven(stack, frequency, TappingMachine(), window=WINDOW),
+        driven(stack, frequency, TappingMachine()),
+    )
+    np.testing.assert_allclose(found.radiated_power, infinite.radiated_power, rtol=0.1)
+
+
+def test_the_edges_are_the_mean_of_the_radiation_of_short_waves() -> None:
+    k0 = np.array([10.0])
+    radiation = _FiniteRadiation(WINDOW, k0, 1.0)
+    k = np.linspace(50.0, 70.0, 401)
+    exact = radiation_impedance(WINDOW, k0, k).real
+    edges = 2 * 2.5 / (np.pi * 1.54) * 100 / (k**2 - 100) ** 1.5
+    assert np.mean(exact) == pytest.approx(np.mean(edges), rel=0.05)
+    beyond = np.array([radiation.largest * 1.5])
+    assert radiation.resistance(np.array([0]), beyond)[0] == pytest.approx(
+        2 * 2.5 / (np.pi * 1.54) * 100 / (beyond[0] ** 2 - 100) ** 1.5
+    )
+    within = np.array([3.0, 20.0, 50.0])
+    near = radiation_impedance(WINDOW, k0, within).real
+    np.testing.assert_allclose(radiation.resistance(np.zeros(3, dtype=int), within), near, rtol=1e-6)
