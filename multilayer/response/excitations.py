@@ -30,7 +30,6 @@ class Excitation(Model):
     """
 
     per_area: ClassVar[bool] = False
-    isotropic: ClassVar[bool] = True  # the same for all azimuths
 
     @abstractmethod
     def spectrum(self, frequency: RealArray, wavenumber: RealArray, gas: Gas) -> RealArray:
@@ -48,7 +47,7 @@ class Excitation(Model):
         raise NotImplementedError
 
     def towards(self, frequency: RealArray, wavenumber: RealArray, azimuth: RealArray, gas: Gas) -> RealArray:
-        """Return S at an azimuth, degrees; for stacks that are not isotropic in their plane."""
+        """Return S at an azimuth, degrees, for stacks that are not isotropic in their plane; the mean by default."""
         del azimuth
         return self.spectrum(frequency, wavenumber, gas)
 
@@ -147,11 +146,10 @@ class TurbulentFlow(Excitation):
     Spectrum at a point: M. Goody, AIAA J. 42 (2004) 1788-1794. Correlation along and across the flow: G. M. Corcos,
     J. Acoust. Soc. Am. 35 (1963) 192-199, exponentials that decay with ``decay_along`` and ``decay_across`` per radian
     of convection, by ``convection`` times the `speed`. Corcos' form overrates wavenumbers far below the convective one.
-    The radiation into the moving gas is that into the gas at rest.
+    The radiation into the moving gas is that into the gas at rest. The flow goes along azimuth 0 of the stack.
     """
 
     per_area = True
-    isotropic = False
 
     type: Literal["turbulent_flow"] = "turbulent_flow"
     speed: Speed

@@ -122,7 +122,8 @@ def free_waves(stack: Stack, frequency: ArrayLike) -> FreeWaves:
         raise InputError(f"{text}, at any of the frequencies")
     omega = 2 * np.pi * f
     slow = _FAR_BELOW * np.min(f)
-    mass = float(_impedance(bare, slow, np.array(0.0)).imag / (2 * np.pi * slow))
+    loose = stack.model_copy(update={"termination": "free"})
+    mass = float(_impedance(loose, slow, np.array(0.0)).imag / (2 * np.pi * slow))
     loss = -2 * k.imag * group / omega
     return FreeWaves(
         frequency=f,

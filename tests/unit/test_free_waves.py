@@ -125,3 +125,20 @@ def test_what_cannot_be_answered() -> None:
         free_waves(stack(plate), F)
     with pytest.raises(InputError, match="above 0"):
         free_waves(stack({"type": "elastic_plate", "thickness": 1e-3, **STEEL}), [0.0])
+
+
+def test_a_plate_over_a_wall_keeps_its_mass() -> None:
+    # on a layer of air, which holds on to it: slower than sound another mass, rho/k coth(k h)
+    plate = {"type": "elastic_plate", "thickness": 1e-3, "loss_factor": 0.01, **STEEL}
+    over_air = stack(plate, {"type": "fluid", "thickness": 0.01}, termination="rigid")
+    found = free_waves(over_air, [50.0])
+    assert found.mass == pytest.approx(7.8 + 0.01 * over_air.ambient.gas.density, rel=1e-3)
+    omega, gas = 2 * np.pi * 50.0, over_air.ambient.gas
+
+    def reactance(k: float) -> float:
+        decay = np.sqrt(k**2 - (omega / gas.sound_speed) ** 2)
+        return float(
+            omega * 7.8 - PLANE * 1e-9 / 12 * k**4 / omega + omega * gas.density / decay / np.tanh(decay * 0.01)
+        )
+
+    assert found.wavenumber[0].real == pytest.approx(brentq(reactance, 5.0, 100.0), rel=1e-4)
