@@ -60,3 +60,9 @@ quantities = among(
     "radiation_efficiency", "input_mobility", "bending_stiffness", "loss_factor", "phase_speed",
     "sound_power_level", "impact_level",
 )  # fmt: skip
+exports = among(
+    "surface_impedance", "surface_admittance", "admittance_matrix", "impedance_matrix", "transfer_matrix", "absorption",
+    "transmission_loss", "sea_trim", "nastran",
+)  # fmt: skip
+faces = among("fluid", "plate")
+frame_densities = among("solid", "bulk")

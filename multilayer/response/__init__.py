@@ -10,6 +10,13 @@ from multilayer.response.finite_size import Window, radiation_impedance
 from multilayer.response.free_waves import FreeWaves, free_waves
 from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
+from multilayer.response.ports import (
+    admittance_matrix,
+    impedance_matrix,
+    surface_admittance,
+    surface_impedance,
+    transfer_matrix,
+)
 
 __all__ = [
     "BaseMotion",
@@ -25,6 +32,7 @@ __all__ = [
     "TappingMachine",
     "TurbulentFlow",
     "Window",
+    "admittance_matrix",
     "band_centres",
     "band_edges",
     "band_levels",
@@ -34,9 +42,13 @@ __all__ = [
     "driven",
     "fields",
     "free_waves",
+    "impedance_matrix",
     "input_mobility",
     "insertion_loss",
     "plane_wave",
     "power_balance",
     "radiation_impedance",
+    "surface_admittance",
+    "surface_impedance",
+    "transfer_matrix",
 ]
