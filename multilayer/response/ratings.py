@@ -33,6 +33,9 @@ _C_TO_5000 = (
 )  # fmt: skip
 _CTR = (-25, -23, -21, *_SPECTRA["Ctr"], -16, -18)
 _RANGES = {"50-3150": (_C_TO_3150, 0), "50-5000": (_C_TO_5000, 0), "100-5000": (_C_TO_5000, 3)}  # first band left out
+# ISO 717-2:2020, table 3: reference values for impact sound, dB, from 100 and from 125 Hz
+_ISO717_2_THIRDS = (62, 62, 62, 62, 62, 62, 61, 60, 59, 58, 57, 54, 51, 48, 45, 42)
+_ISO717_2_OCTAVES = dict(zip((125, 250, 500, 1000, 2000), (67, 67, 65, 62, 49), strict=True))
 # ASTM E1332: A-weighted levels of road, rail and air traffic, dB, 80 to 4000 Hz; all together 100.13 dB
 _OITC_BANDS = (80, *THIRD_OCTAVES[:17])
 _OITC_SOURCE = (103, 102, 101, 98, 97, 95, 94, 93, 93, 91, 90, 89, 89, 88, 88, 87, 85, 84)
@@ -57,6 +60,25 @@ class ReductionIndex:
 
     def __str__(self) -> str:
         return f"{self.rw} ({self.c}; {self.ctr}) dB"
+
+
+@dataclass(frozen=True)
+class ImpactLevel:
+    """Weighted normalised impact sound level of ISO 717-2, dB, with its spectrum adaptation terms.
+
+    Attributes
+    ----------
+    ln_w, ci : int
+    ci_50 : int or None
+        CI from 50 to 2500 Hz; None where bands below 100 Hz are missing.
+    """
+
+    ln_w: int
+    ci: int
+    ci_50: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.ln_w} ({self.ci}) dB"
 
 
 @dataclass(frozen=True)
@@ -153,6 +175,41 @@ def weighted_reduction_index_octaves(reduction: Bands) -> int:
     """Return Rw of ISO 717-1 from octave bands, 125 to 2000 Hz, dB."""
     values = np.floor(10 * _values(reduction, tuple(_ISO717_OCTAVES)) + 0.5) / 10
     return 52 + _shift(values, np.array(list(_ISO717_OCTAVES.values())), most=10.0)
+
+
+def weighted_impact_level(level: Bands) -> ImpactLevel:
+    """Return Ln,w (CI) of ISO 717-2 from third-octave bands, 100 to 3150 Hz.
+
+    Parameters
+    ----------
+    level : mapping
+        Normalised impact sound level, dB, by nominal frequency, Hz; rounded to 0.1 dB first. With the bands of 50, 63
+        and 80 Hz the term from 50 to 2500 Hz is given, too.
+
+    Raises
+    ------
+    InputError
+        When a band is missing.
+    """
+    values = np.floor(10 * _values(level, THIRD_OCTAVES[:16]) + 0.5) / 10
+    ln_w = 60 - _shift(-values, -np.array(_ISO717_2_THIRDS), most=32.0)
+    lower = _ENLARGED[:3]
+    ci_50 = None
+    if set(map(float, level)).issuperset(lower):
+        ci_50 = _impact_term(np.append(values[:15], np.floor(10 * _values(level, lower) + 0.5) / 10), ln_w)
+    return ImpactLevel(ln_w, _impact_term(values[:15], ln_w), ci_50)
+
+
+def weighted_impact_level_octaves(level: Bands) -> ImpactLevel:
+    """Return Ln,w (CI) of ISO 717-2 from octave bands, 125 to 2000 Hz, dB."""
+    values = np.floor(10 * _values(level, tuple(_ISO717_2_OCTAVES)) + 0.5) / 10
+    ln_w = 60 - _shift(-values, -np.array(list(_ISO717_2_OCTAVES.values())), most=10.0)  # 65 at 500 Hz, less 5 dB
+    return ImpactLevel(ln_w, _impact_term(values, ln_w))
+
+
+def _impact_term(values: RealArray, ln_w: int) -> int:
+    """Return CI from the levels of all bands together."""
+    return int(np.floor(10 * np.log10(np.sum(10 ** (values / 10))) - 15 - ln_w + 0.5))
 
 
 def sound_transmission_class(loss: Bands) -> int:

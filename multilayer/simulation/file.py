@@ -25,7 +25,14 @@ from multilayer.errors import InputError, show
 from multilayer.json_schema import any_of
 from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
-from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
+from multilayer.simulation.settings import (
+    Excitation,
+    FiniteSize,
+    FrequencyGrid,
+    FrequencyRange,
+    Incidence,
+    PlaneIncidence,
+)
 from multilayer.simulation.sweep import expand, mistakes
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance
 from multilayer.stack import Stack, load_stack
@@ -90,6 +97,8 @@ class SimulationFile(Stack):
     frequency: FrequencyGrid = FrequencyRange()
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
+    excitation: Excitation | None = None
+    free_waves: bool = False
     reference: Reference | None = None
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)

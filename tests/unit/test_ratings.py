@@ -133,3 +133,22 @@ def test_nrc_and_saa() -> None:
 def test_missing_bands_are_named() -> None:
     with pytest.raises(InputError, match="3150 Hz"):
         rt.weighted_reduction_index(dict.fromkeys(rt.THIRD_OCTAVES[:15], 30.0))
+
+
+def test_weighted_impact_level() -> None:
+    # ISO 717-2: the reference floor, whose weighted level the standard prints: 78 dB, CI -11 dB
+    floor = dict(zip(
+        rt.THIRD_OCTAVES, (67, 67.5, 68, 68.5, 69, 69.5, 70, 70.5, 71, 71.5, 72, 72, 72, 72, 72, 72), strict=False,
+    ))  # fmt: skip
+    found = rt.weighted_impact_level(floor)
+    assert (found.ln_w, found.ci, found.ci_50) == (78, -11, None)
+    assert str(found) == "78 (-11) dB"
+    # the reference curve may be exceeded by 2 dB in each of its 16 bands
+    curve = dict(zip(rt.THIRD_OCTAVES, rt._ISO717_2_THIRDS, strict=False))
+    assert rt.weighted_impact_level(curve).ln_w == 58
+    assert rt.weighted_impact_level({band: level + 2.1 for band, level in curve.items()}).ln_w == 61
+    assert rt.weighted_impact_level_octaves(rt._ISO717_2_OCTAVES).ln_w == 58
+    loud = floor | dict.fromkeys((50, 63, 80), 95.0)
+    assert (rt.weighted_impact_level(loud).ci, rt.weighted_impact_level(loud).ci_50) == (-11, 7)
+    with pytest.raises(InputError, match="100 Hz"):
+        rt.weighted_impact_level({band: level for band, level in floor.items() if band != 100})
