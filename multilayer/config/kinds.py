@@ -28,8 +28,11 @@ TITLES = {
 _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"}  # a second kind that its reader takes
 # fields of a simulation beside its stack
 OF_A_SIMULATION = frozenset(
-    {"frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed"}
-)
+    {
+        "frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed", "area",
+        "beside",
+    }
+)  # fmt: skip
 _OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
 _OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
 OF_A_FIT = frozenset(
