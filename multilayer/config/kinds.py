@@ -30,7 +30,7 @@ _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"} 
 OF_A_SIMULATION = frozenset(
     {
         "frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed", "area",
-        "beside",
+        "beside", "links",
     }
 )  # fmt: skip
 _OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})

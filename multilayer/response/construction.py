@@ -13,6 +13,7 @@ from multilayer.bounds import LAYERS
 from multilayer.models import refuse
 from multilayer.response.beside import Beside, Flanking, Patch, Shares, Sound, stack_shares
 from multilayer.response.finite_size import Window
+from multilayer.response.links import Links, link_transmission, wrong_links
 from multilayer.stack import Stack
 from multilayer.units import Area
 
@@ -20,7 +21,7 @@ Mistake = tuple[tuple[str | int, ...], str, Any]
 
 
 class Construction(Stack):
-    """A stack with what lies beside it in a wall of some `area`; without both, the stack.
+    """A stack with what lies beside it in a wall of some `area`, and links between its leaves; without, the stack.
 
     Every path answers as if it were alone, and powers add up: ``tau = (S0 tau0 + sum S_i tau_i)/S + sum tau_flanking``,
     the absorption likewise. S0 is what patches and openings leave of the area.
@@ -28,22 +29,21 @@ class Construction(Stack):
 
     area: Area | None = None
     beside: Annotated[tuple[Beside, ...], Field(max_length=LAYERS.usual)] = ()
+    links: Annotated[tuple[Links, ...], Field(max_length=LAYERS.usual)] = ()
 
     @model_validator(mode="after")
     def _is_a_wall(self) -> Self:
-        refuse(self, [*self._same_names(), *self._wrong_areas(), *self._wrong_ends()])
+        refuse(self, [*self._same_names(), *self._wrong_areas(), *self._wrong_ends(), *wrong_links(self, self.links)])
         return self
 
     def _same_names(self) -> Iterator[Mistake]:
         seen = set[str]()
-        for i, path in enumerate(self.beside):
-            if path.name is not None and path.name in seen:
-                yield (
-                    ("beside", i, "name"),
-                    f"another path is called '{path.name}' already; names must differ",
-                    path.name,
-                )
-            seen.add(path.name or "")
+        places = [("beside", i, path.name) for i, path in enumerate(self.beside)]
+        places += [("links", i, these.name) for i, these in enumerate(self.links)]
+        for key, i, name in places:
+            if name is not None and name in seen:
+                yield (key, i, "name"), f"another path is called '{name}' already; names must differ", name
+            seen.add(name or "")
 
     def _wrong_areas(self) -> Iterator[Mistake]:
         taken = sum(path.taken for path in self.beside)
@@ -66,7 +66,7 @@ class Construction(Stack):
     @property
     def is_plain(self) -> bool:
         """Whether it is no more than its stack."""
-        return not self.beside
+        return not (self.beside or self.links)
 
 
 def _lets_through(stack: Stack) -> bool:
@@ -89,14 +89,19 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
     Returns
     -------
     mapping
-        By name: ``stack``, and the others by their name or as ``slit 1``, by the order of `Construction.beside`.
+        By name: ``stack``, ``links`` where there are some, and the others by their name or as ``slit 1``, by the order
+        of `Construction.beside`. Links change no absorption.
     """
     own = stack_shares(wall, frequency, sound, window)
-    if wall.area is None:
-        found = {"stack": own}
-    else:
+    left = 1.0
+    if wall.area is not None:
         left = 1 - sum(path.taken for path in wall.beside) / wall.area
-        found = {"stack": _scaled(own, left)}
+    found = {"stack": _scaled(own, left)}
+    if wall.links:
+        through = link_transmission(
+            wall, wall.links, frequency, sound.angle, max_angle=sound.max_angle, weighting=sound.weighting
+        )
+        found["links"] = Shares(left * through, np.zeros(np.shape(frequency)))
     for i, path in enumerate(wall.beside, start=1):
         name = path.name or f"{path.type} {i}"
         if isinstance(path, Flanking):

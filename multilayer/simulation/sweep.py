@@ -16,7 +16,7 @@ from multilayer.models import mistake
 from multilayer.paths import with_entry
 
 T = TypeVar("T")
-SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size", "area", "beside")
+SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size", "area", "beside", "links")
 
 
 def expand(
