@@ -13,7 +13,7 @@ from multilayer.bounds import LAYERS
 from multilayer.models import refuse
 from multilayer.response.beside import Beside, Flanking, Patch, Shares, Sound, stack_shares
 from multilayer.response.finite_size import Window
-from multilayer.response.links import Links, link_transmission, wrong_links
+from multilayer.response.links import Links, linked_transmission, wrong_links
 from multilayer.stack import Stack
 from multilayer.units import Area
 
@@ -90,7 +90,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
     -------
     mapping
         By name: ``stack``, ``links`` where there are some, and the others by their name or as ``slit 1``, by the order
-        of `Construction.beside`. Links change no absorption.
+        of `Construction.beside`. Links change no absorption, and what they add is below 0 where the wall transmits
+        less with them.
     """
     own = stack_shares(wall, frequency, sound, window)
     left = 1.0
@@ -98,10 +99,17 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
         left = 1 - sum(path.taken for path in wall.beside) / wall.area
     found = {"stack": _scaled(own, left)}
     if wall.links:
-        through = link_transmission(
-            wall, wall.links, frequency, sound.angle, max_angle=sound.max_angle, weighting=sound.weighting
+        linked = linked_transmission(
+            wall,
+            wall.links,
+            frequency,
+            sound.angle,
+            max_angle=sound.max_angle,
+            weighting=sound.weighting,
+            window=window,
         )
-        found["links"] = Shares(left * through, np.zeros(np.shape(frequency)))
+        assert own.transmission is not None  # by validation
+        found["links"] = Shares(left * (linked - own.transmission), np.zeros(np.shape(frequency)))
     for i, path in enumerate(wall.beside, start=1):
         name = path.name or f"{path.type} {i}"
         if isinstance(path, Flanking):

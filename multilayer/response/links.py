@@ -4,14 +4,14 @@ A link pulls at both leaves with one force, ``F = (v1 - v2) / (Y1 + Y2 + i w C)`
 without it, Y the mobilities of endless plates, C its compliance. The force drives the leaf behind along a line or at a
 point, which radiates: near the link below its critical frequency, everywhere above.
 
-B. H. Sharp, Noise Control Eng. 11 (1978) 53-63, has rigid links; J. L. Davy, Proc. INTER-NOISE 91 (1991) 465-468, their
-compliance. Motions and radiation are theirs where leaves are thin, limp and far above the resonance of the cavity; here
-they are those of the stack itself, by its layers, at every frequency and angle.
+B. H. Sharp, Noise Control Eng. 11 (1978) 53-63, has rigid links, J. L. Davy 1991 their compliance (T. E. Vigran,
+Building Acoustics (2008), eqs. 8.26 and 8.27). Motions and radiation are theirs where leaves are limp and far above the
+resonance of the cavity; here they are those of the stack itself, by its layers, at every frequency and angle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
@@ -31,6 +31,7 @@ from multilayer.media.validity import warn_outside
 from multilayer.models import Model
 from multilayer.response.chunks import in_chunks
 from multilayer.response.diffuse_field import WeightingName, weighting_function
+from multilayer.response.finite_size import Window, finite_transmission, radiation_at
 from multilayer.response.quadrature import NODES, Tolerance, integrate
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
@@ -179,24 +180,39 @@ class _Bridge:
         Which forces add up on each leaf behind a link.
     radiated : array, shape (n_driven, n_frequency)
         Power behind the wall, per area, over that of a wave of 1 Pa at right angles, for a force of 1 N (or N/m).
+    driven : tuple of int
+        First layers of the leaves behind a link.
+    density : float
+        Lines per length (1/m), or points per area (1/m2).
     """
 
     ends: tuple[tuple[int, int], ...]
     impedances: ComplexArray
     pulls: RealArray
     radiated: RealArray
+    driven: tuple[int, ...]
+    density: float
 
-    def transmission(self, system: System, solution: Solution, which: IndexArray, cosine: RealArray) -> RealArray:
-        """Return the power that the links transmit, over that which arrives at an angle.
+    def carried(
+        self, system: System, solution: Solution, which: IndexArray, through: Mapping[int, ComplexArray]
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Return what the links do to a wave that arrives with 1 Pa.
 
         Parameters
         ----------
         system, solution
-            For an incident pressure of 1 Pa.
+            The layers without links.
         which : array of int
             Frequencies of the points that were solved.
-        cosine : array
-            Of the angle.
+        through : mapping
+            Pressure behind over pressure on a leaf, in the wave's own direction, by the leaf's first layer.
+
+        Returns
+        -------
+        specular : complex array
+            Pressure behind of the links' forces spread over the wall: the wave that they send on as it came, Pa.
+        pulled : complex array, shape (n_driven, ...)
+            Force on each leaf behind a link, N or N/m.
         """
         hindered = np.array([
             _normal(system.layers[front], solution.layers[front], behind=True)
@@ -204,8 +220,9 @@ class _Bridge:
             for front, back in self.ends
         ])  # fmt: skip
         forces = np.einsum("...ij,j...->i...", self.impedances[which], hindered)
-        pulled = np.einsum("ki,i...->k...", self.pulls, forces)
-        return np.asarray(np.sum(self.radiated[:, which] * np.abs(pulled) ** 2, axis=0) / cosine)
+        pulled = np.asarray(np.einsum("ki,i...->k...", self.pulls, forces))
+        sent = [self.density * through[leaf] * force for leaf, force in zip(self.driven, pulled, strict=True)]
+        return np.asarray(np.sum(sent, axis=0)), pulled
 
 
 def _normal(faces: Faces, coefficients: ComplexArray, *, behind: bool) -> ComplexArray:
@@ -248,7 +265,10 @@ def _bridge(stack: Stack, links: Sequence[LineLinks | PointLinks], frequency: Re
     pulls = np.array([[float(back == leaf) - float(front == leaf) for front, back in pairs] for leaf in driven])
     radiated = np.array([_radiated(stack, leaf, links[0], frequency) for leaf in driven])
     ends = tuple((front.last, back.first) for front, back in pairs)
-    return _Bridge(ends, np.linalg.inv(hindering).astype(complex), pulls, radiated)
+    density = 1 / links[0].spacing ** (1 if links[0].kind == "line" else 2)
+    return _Bridge(
+        ends, np.linalg.inv(hindering).astype(complex), pulls, radiated, tuple(leaf.first for leaf in driven), density
+    )
 
 
 def _radiated(stack: Stack, leaf: _Leaf, links: LineLinks | PointLinks, frequency: RealArray) -> RealArray:
@@ -264,14 +284,7 @@ def _radiated(stack: Stack, leaf: _Leaf, links: LineLinks | PointLinks, frequenc
 
     def integrand(which: IndexArray, angle: RealArray) -> RealArray:
         wave = Wave(frequency[which], k[which] * np.sin(angle), stack.ambient.gas)
-        whole = _system(stack, wave)
-        behind = replace(
-            whole, layers=whole.layers[leaf.first :], contacts=("bonded", *whole.contacts[leaf.first + 1 :])
-        )
-        solution = solve_or_explain(behind, stack, wave)
-        assert solution.reflected is not None  # between half-spaces
-        assert solution.transmitted is not None
-        radiated = np.abs(solution.transmitted / (1 + solution.reflected)) ** 2 * np.cos(angle) ** 2
+        radiated = np.abs(_through(_system(stack, wave), leaf.first, stack, wave)) ** 2 * np.cos(angle) ** 2
         radiated *= 1.0 if is_line else np.sin(angle)
         nothing = np.zeros_like(angle)
         return np.array([np.ones_like(angle), nothing, radiated, nothing, nothing])
@@ -281,12 +294,21 @@ def _radiated(stack: Stack, leaf: _Leaf, links: LineLinks | PointLinks, frequenc
     return np.asarray(per_link / links.spacing ** (1 if is_line else 2) * rows[2])
 
 
+def _through(system: System, first: int, stack: Stack, wave: Wave) -> ComplexArray:
+    """Return the pressure behind the wall over that on the front of a layer, with nothing before it."""
+    behind = replace(system, layers=system.layers[first:], contacts=("bonded", *system.contacts[first + 1 :]))
+    solution = solve_or_explain(behind, stack, wave)
+    assert solution.reflected is not None  # between half-spaces
+    assert solution.transmitted is not None
+    return np.asarray(solution.transmitted / (1 + solution.reflected))
+
+
 def _system(stack: Stack, wave: Wave) -> System:
     gas = stack.ambient.gas
     return build_system(stack, wave, HalfSpace(wave_impedance(wave, gas.density, gas.sound_speed)))
 
 
-def link_transmission(
+def linked_transmission(
     stack: Stack,
     links: Sequence[LineLinks | PointLinks],
     frequency: RealArray,
@@ -294,8 +316,9 @@ def link_transmission(
     *,
     max_angle: float = 78.0,
     weighting: WeightingName = "uniform",
+    window: Window | None = None,
 ) -> RealArray:
-    """Return the power that links between leaves transmit over the power that arrives.
+    """Return the power that a stack with links between its leaves transmits, over the power that arrives.
 
     Parameters
     ----------
@@ -310,41 +333,59 @@ def link_transmission(
         Of a plane wave, degrees; a diffuse field when left out.
     max_angle, weighting
         Of the diffuse field, as of `diffuse_field`.
+    window : Window, optional
+        Size of the wall; it corrects the wave that goes on as it came.
 
     Returns
     -------
     array, shape (n_frequency,)
-        To be added to what the layers transmit: airborne and structure-borne sound are taken as incoherent, and so is
-        the sound of the links beside each other. That holds above the resonance of the cavity and for links further
-        apart than half a wavelength in air; below, where leaves move together, links carry little.
 
     Warns
     -----
     ValidityWarning
         When the spacing is below half a bending wavelength of a leaf.
+
+    Notes
+    -----
+    The links' forces, spread evenly, send on a wave in the direction of the one that arrives, which adds to the
+    airborne one by pressure. What else they radiate goes into other directions and adds by power: all that single links
+    radiate, less that wave. A leaf is taken as endless: waves that run along it from link to link count as lost.
     """
 
     def compute(piece: RealArray) -> RealArray:
-        bridges = _bridges(stack, links, piece)
-        gas = stack.ambient.gas
+        bridges, gas = _bridges(stack, links, piece), stack.ambient.gas
+        k = 2 * np.pi * piece / gas.sound_speed
+        driven = {leaf for bridge in bridges for leaf in bridge.driven}
+        upper = float(np.sin(np.deg2rad(max_angle if angle is None else angle)))
+        radiation = None if window is None else radiation_at(window, k, float(np.max(k)) * upper, 3 * len(NODES))
 
         def tau(which: IndexArray, s: RealArray) -> RealArray:
-            wave = Wave(piece[which], 2 * np.pi * piece[which] / gas.sound_speed * np.sqrt(s), gas)
+            wave, cosine = Wave(piece[which], k[which] * np.sqrt(s), gas), np.sqrt(1 - s)
             system = _system(stack, wave)
             solution = solve_or_explain(system, stack, wave)
-            parts = [bridge.transmission(system, solution, which, np.sqrt(1 - s)) for bridge in bridges]
-            return np.asarray(np.sum(parts, axis=0))
+            assert solution.transmitted is not None  # by validation
+            through = {leaf: _through(system, leaf, stack, wave) for leaf in driven}
+            pressure, other = solution.transmitted, np.zeros(s.shape)
+            for bridge in bridges:
+                specular, pulled = bridge.carried(system, solution, which, through)
+                radiated = np.sum(bridge.radiated[:, which] * np.abs(pulled) ** 2, axis=0) / cosine
+                pressure = pressure + specular
+                other += np.maximum(radiated - np.abs(specular) ** 2, 0.0)
+            onward = np.abs(pressure) ** 2
+            if radiation is not None:
+                onward = finite_transmission(onward, radiation(which, wave.kx), cosine)
+            return np.asarray(onward + other)
 
         everything = np.arange(len(piece))
         if angle is not None:
-            return tau(everything, np.full(len(piece), np.sin(np.deg2rad(angle)) ** 2))
+            return tau(everything, np.full(len(piece), upper**2))
         relative = weighting_function(weighting)
 
         def integrand(which: IndexArray, s: RealArray) -> RealArray:
             weight, nothing = relative(np.rad2deg(np.arcsin(np.sqrt(s)))), np.zeros_like(s)
             return np.array([weight, nothing, weight * tau(which, s), nothing, nothing])
 
-        rows, _ = integrate(integrand, len(piece), float(np.sin(np.deg2rad(max_angle)) ** 2), _EXACT, _PANELS)
+        rows, _ = integrate(integrand, len(piece), upper**2, _EXACT, _PANELS)
         return np.asarray(rows[2] / rows[0])
 
     return np.concatenate(in_chunks(compute, stack, np.asarray(frequency, dtype=float), 2 * len(NODES)))
