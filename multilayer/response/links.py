@@ -131,11 +131,19 @@ def _leaves(stack: Stack, links: _Links) -> tuple[_Leaf, _Leaf]:
 
 def wrong_links(stack: Stack, links: Sequence[LineLinks | PointLinks]) -> Iterator[Mistake]:
     """Give path, text and value of what is wrong with the links of a stack."""
+    held: dict[tuple[str, float], dict[_Leaf, set[_Leaf]]] = {}  # by lines, which leaves hang together
     for i, these in enumerate(links):
         try:
-            _leaves(stack, these)
+            front, back = _leaves(stack, these)
         except InputError as error:
             yield ("links", i, "between"), str(error), these.between
+            continue
+        together = held.setdefault((these.kind, these.spacing), {})
+        one, other = (together.get(leaf, {leaf}) for leaf in (front, back))
+        if one is other or front in other:
+            text = "these leaves are held together already by links of this kind and spacing, that is on the same lines"
+            yield ("links", i, "between"), f"{text}; leave these out, or give them another spacing", these.between
+        together.update(dict.fromkeys(one | other, one | other))
     if links and stack.termination != "ambient":
         text = "links are computed of walls between two rooms; write 'termination: ambient'"
         yield ("links",), text, stack.termination

@@ -141,6 +141,13 @@ def test_close_links_warn():
         linked_transmission(WALL, [LineLinks(**BETWEEN, spacing=0.01)], FREQUENCY)
 
 
+def test_the_same_links_twice_are_refused():
+    one = {"kind": "line", **BETWEEN, "spacing": 0.6}
+    with pytest.raises(InputError, match="held together already"):
+        Construction(**dict(WALL), links=[one, {**one, "compliance": 1e-6}])
+    Construction(**dict(WALL), links=[one, {**one, "spacing": 0.4}])
+
+
 @pytest.mark.parametrize(
     ("links", "fields", "text"),
     [
