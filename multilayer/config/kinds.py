@@ -30,7 +30,7 @@ _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"} 
 OF_A_SIMULATION = frozenset(
     {
         "frequency", "incidence", "finite_size", "excitation", "free_waves", "reference", "sweep", "tolerances",
-        "samples", "seed",
+        "samples", "seed", "area", "beside", "links",
     }
 )  # fmt: skip
 _OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})

@@ -139,7 +139,7 @@ def diffuse_field(
         raise InputError(f"a largest angle of {max_angle:g} degrees is not allowed; it must be above 0 and at most 90")
     if has_arrays(stack):
         raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
-    f, weight = np.asarray(frequency, dtype=float), _weighting(weighting)
+    f, weight = np.asarray(frequency, dtype=float), weighting_function(weighting)
     upper, speed = float(np.sin(np.deg2rad(max_angle)) ** 2), stack.ambient.gas.sound_speed
     allowed, turned_alike = Tolerance(tolerance, tolerance_db * np.log(10) / 10), stack.isotropic_in_plane
 
@@ -176,7 +176,8 @@ def _gaussian(angle: RealArray) -> RealArray:
 _WEIGHTINGS: dict[str, Weighting] = {"uniform": np.ones_like, "gaussian": _gaussian}
 
 
-def _weighting(wanted: Weighting | str) -> Weighting:
+def weighting_function(wanted: Weighting | str) -> Weighting:
+    """Return the relative intensity by angle, in degrees, that a name or a function stands for."""
     if callable(wanted):
         return wanted
     if wanted not in _WEIGHTINGS:

@@ -10,21 +10,18 @@ from typing import Annotated, Any, Self
 from pydantic import (
     Field,
     ModelWrapValidatorHandler,
-    PlainSerializer,
-    PlainValidator,
     PrivateAttr,
     ValidationError,
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from multilayer.bounds import SAMPLES
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
-from multilayer.json_schema import any_of
 from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
+from multilayer.response.construction import Construction
 from multilayer.simulation.settings import (
     Excitation,
     FiniteSize,
@@ -35,25 +32,9 @@ from multilayer.simulation.settings import (
 )
 from multilayer.simulation.sweep import expand, mistakes
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance
-from multilayer.stack import Stack, load_stack
+from multilayer.stack import Stack, StackField
 
-
-def _parse_reference(value: Any, info: ValidationInfo) -> Stack:
-    if isinstance(value, Stack):
-        return value
-    if isinstance(value, Mapping):
-        return Stack.model_validate(value, context=info.context)
-    folder = (info.context or {}).get("folder", Path())
-    try:
-        return load_stack(Path(folder) / str(value))
-    except InputError as error:
-        reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
-        raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
-
-
-Reference = Annotated[
-    Stack, PlainValidator(_parse_reference), PlainSerializer(Stack.to_dict), any_of({"type": "string"}, Stack)
-]
+Reference = StackField
 
 
 @dataclass(frozen=True)
@@ -88,8 +69,8 @@ class Case:
         return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
 
 
-class SimulationFile(Stack):
-    """A stack and the settings of its simulation; see ``docs/simulation.md``.
+class SimulationFile(Construction):
+    """A stack, what lies beside it, and the settings of its simulation; see ``docs/simulation.md``.
 
     Read one with `load_simulation`.
     """
@@ -148,6 +129,14 @@ class SimulationFile(Stack):
                 refuse(self, [(("reference",), text, None)])
         return self
 
+    @model_validator(mode="after")
+    def _is_excited_alone(self) -> Self:
+        key = "excitation" if self.excitation is not None else "free_waves"
+        if (self.excitation is not None or self.free_waves) and (self.beside or self.links):
+            text = "is computed of a stack alone; leave it out, or 'beside' and 'links'"
+            refuse(self, [((key,), text, None)])
+        return self
+
     def _parsed_tolerances(self) -> dict[str, Tolerance]:
         tolerances: dict[str, Tolerance] = {}
         wrong: list[tuple[tuple[str, ...], str, Any]] = []
@@ -176,8 +165,9 @@ class SimulationFile(Stack):
 
     @property
     def stack(self) -> Stack:
-        """The stack alone."""
-        return Stack(**{name: getattr(self, name) for name in Stack.model_fields})
+        """The stack alone; a `Construction` where something lies beside it."""
+        kind = Stack if self.is_plain else Construction
+        return kind(**{name: getattr(self, name) for name in kind.model_fields})
 
 
 def load_simulation(path: str | Path) -> SimulationFile:

@@ -16,7 +16,9 @@ from multilayer.models import mistake
 from multilayer.paths import with_entry
 
 T = TypeVar("T")
-SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size", "excitation")
+SWEPT = (
+    "ambient", "layers", "contacts", "termination", "incidence", "finite_size", "excitation", "area", "beside", "links",
+)  # fmt: skip
 
 
 def expand(

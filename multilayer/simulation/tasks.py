@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,8 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
 from multilayer.response.bands import POINTS_PER_THIRD
+from multilayer.response.beside import Shares, Sound
+from multilayer.response.construction import Construction, wall_shares
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.driven import driven
 from multilayer.response.excitations import Excitation, TappingMachine
@@ -36,6 +38,7 @@ class Task:
     Attributes
     ----------
     stack : Stack
+        Or a `Construction`.
     frequency : array
         Hz; of shape (n_bands, n_points) to be averaged over the last axis.
     incidence : PlaneIncidence or DiffuseIncidence
@@ -110,8 +113,9 @@ def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
 def _sampled(task: Task) -> Arrays:
     """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
-    at_once = isinstance(task.incidence, PlaneIncidence) and task.excitation is None and not task.free_waves
-    if at_once and all(path.startswith("layers.") for path in task.samples):
+    of_layers = all(path.startswith("layers.") for path in task.samples)
+    of_sound = task.excitation is None and not task.free_waves and not _is_built(task.stack)
+    if isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound:
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
         quantities = _respond(with_values(task.stack, values), task)
@@ -178,6 +182,8 @@ def _of_excitation(
 
 def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
     window = task.window
+    if _is_built(stack):
+        return _of_wall(wall_shares(stack, frequency, _sound(task.incidence), window))
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
         field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
@@ -191,6 +197,23 @@ def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict
         "transmission": wave.transmission,
     }
     return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+
+
+def _is_built(stack: Stack) -> TypeGuard[Construction]:
+    return isinstance(stack, Construction) and not stack.is_plain
+
+
+def _sound(incidence: PlaneIncidence | DiffuseIncidence) -> Sound:
+    if isinstance(incidence, PlaneIncidence):
+        return Sound(incidence.angle)
+    return Sound(None, incidence.diffuse.max_angle, incidence.diffuse.weighting)
+
+
+def _of_wall(shares: Shares) -> dict[str, NDArray[Any] | None]:
+    """Return absorption and loss of a wall of several paths, whose pressures are known of none."""
+    with np.errstate(divide="ignore"):
+        loss = None if shares.transmission is None else -10 * np.log10(shares.transmission)
+    return {"absorption": shares.absorption, "transmission_loss": loss}
 
 
 def _normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
@@ -223,7 +246,7 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
     absorption, loss = outcome.quantities["absorption"], outcome.quantities.get("transmission_loss")
     kept = [values for name, values in outcome.quantities.items() if name not in OF_FREE_WAVES]
     sound = ~np.any([np.isnan(values) for values in kept], axis=0)
-    if task.size is None:  # edges add to what a sample takes in
+    if task.size is None and not _is_built(task.stack):  # edges, and openings, add to what a sample takes in
         through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
         sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
     if not np.all(sound):

@@ -107,6 +107,14 @@ def double_wall(source, folder):
     assert found == pytest.approx(10 * np.log10(1 + pull**2), abs=0.02)
 
 
+def steel_stud_wall(source, folder):
+    """More passes than by the floor alone; studs that give way carry less above the resonance of the cavity."""
+    losses = np.array([float(row["transmission_loss_db"]) for row in simulated(source, folder)]).reshape(3, 18)
+    assert np.all(losses < 60)
+    assert np.all(np.diff(losses[:, 4:12], axis=0) > 0)  # 250 Hz to 1250 Hz
+    assert losses[:, 10] == pytest.approx([50.1, 59.6, 59.7], abs=0.1)
+
+
 def virtual_rig(source, folder):
     """The accelerometer is a mass on a rod, whatever the campaign says: E1 comes out 7 % low under the thin plate."""
     done = run("rig", source, "--out", folder)
@@ -170,6 +178,7 @@ CHECKS = {
     "foam_b": foam_b,
     "foam_tube": foam_tube,
     "raw_tube": raw_tube,
+    "steel_stud_wall.yaml": steel_stud_wall,
     "three_layers.yaml": three_layers,
     "virtual_rig.yaml": virtual_rig,
 }
