@@ -50,6 +50,7 @@ class TestCheck:
         return {
             "stack": STACK,
             "simulation": EXAMPLES / "double_wall.yaml",
+            "optimisation": EXAMPLES / "best_absorber.yaml",
             "campaign": campaign,
             "calibration": write_calibration(tmp_path / "calibration", 1.0, 0.0),
             "fit": tmp_path / "fit.yaml",
@@ -158,6 +159,7 @@ class TestJson:
         drawn = (*out, "--no-figures")
         arguments = {
             "simulate": ("simulate", EXAMPLES / "foam_absorption.yaml", *drawn),
+            "optimise": ("optimise", EXAMPLES / "best_absorber.yaml", *drawn),
             "compare": ("compare", EXAMPLES / "foam_absorption.yaml", measured, *drawn),
             "fit": ("fit", sound_campaign, *drawn),
             "fit --joint": ("fit", sound_campaign, "--joint", "--law", "loss_factor", *drawn),
