@@ -93,19 +93,25 @@ class Predictor:
         Figures
             NaN for designs that are not allowed, or have no finite response.
         """
-        values, n = variant.values(x), len(x)
-        good = np.ones(n, dtype=bool)
+        values = variant.values(x)
+        good = np.ones(len(x), dtype=bool)
         if values:
             good = np.asarray(allowed({path: locate(variant.stack, path) for path in values}, values))
         spectra = self._designs(variant, x, good) if self.has_spectra else {}
-        sized = with_values(variant.stack, {path: column[:, None] for path, column in values.items()})
-        sizes = {
-            name: np.array(np.broadcast_to(np.ravel(size_of(name, sized, variant, self.catalogue)), n), dtype=float)
-            for name in self.sizes
-        }
+        sizes = self.measures(variant, x)
         for size in sizes.values():
             size[~good] = np.nan
         return Figures(spectra, sizes)
+
+    def measures(self, variant: Variant, x: RealArray) -> dict[str, RealArray]:
+        """Return the sizes that are asked for, by name, shape (n,): they cost next to nothing."""
+        sized = with_values(variant.stack, {path: column[:, None] for path, column in variant.values(x).items()})
+        return {
+            name: np.array(
+                np.broadcast_to(np.ravel(size_of(name, sized, variant, self.catalogue)), len(x)), dtype=float
+            )
+            for name in self.sizes
+        }
 
     def _designs(self, variant: Variant, x: RealArray, good: Any) -> dict[str, RealArray]:
         stack, names = variant.stack, _names(variant.simulation)

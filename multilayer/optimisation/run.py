@@ -38,7 +38,7 @@ from multilayer.simulation.result import SimulationResult
 from multilayer.simulation.run import simulate
 
 MOST_VARIANTS = 64  # that are gone through one by one
-_POINTS, _FEWER = 64, 32  # of a screening, and where there are more than a few variants
+_POINTS, _FEWER = 64, 16  # of a screening, and where there are more than a few variants
 _FEW_VARIANTS = 8
 _DESCENDED = 16  # variants of a global search, and screened before it, that are searched further
 _RUNS = 3  # of a global search, from other seeds

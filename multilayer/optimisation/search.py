@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import IndexArray, RealArray
-from multilayer.optimisation.aims import Aim, Catalogue
+from multilayer.optimisation.aims import Aim, Catalogue, Figures
 from multilayer.optimisation.design import Key, Space, Variant
 from multilayer.optimisation.predict import Predictor
 from multilayer.simulation.bands import Grid
@@ -18,10 +19,12 @@ from multilayer.simulation.bands import Grid
 KEPT = 1e-6  # by so little may a limit be missed, over its size, and count as kept
 _STEP = 1e-6  # of differences, in coordinates from 0 to 1
 _ROUNDS, _STEPS, _TOLERANCE = 3, 60, 1e-8  # of SLSQP, which is begun again where a kink stopped it
+_MOST = 100  # designs of a round: at a kink, line searches lead nowhere
 _GAIN = 1e-5  # of a round that another one is worth
 _AUGMENTED = 1e-3  # share of the sum beside the largest: no design that is as good in one goal and worse in another
 _FAR = 1e3  # merit of what keeps no limit; goals are near 1
 _NO_RESPONSE = 1e6
+_SPREAD = 16  # times as many designs are looked at for the limits of sizes
 _POPULATION, _GENERATIONS = 48, 40
 _FOUND = 6  # variants of a global search that are searched further
 
@@ -103,6 +106,12 @@ class Problem:
         slack = np.concatenate([np.zeros((len(x), 0)), *kept], axis=1)
         return np.nan_to_num(goals, nan=np.inf), np.nan_to_num(slack, nan=-1.0, neginf=-1.0)
 
+    def oversized(self, variant: Variant, x: RealArray) -> RealArray:
+        """Return the sum of what designs miss of the limits of sizes, without their spectra, shape (n,)."""
+        figures = Figures({}, self.predictor.measures(variant, x))
+        kept = [aim.slack(aim.values(figures)) for aim in self.bounds if not aim.quantity]
+        return missed(np.concatenate([np.zeros((len(x), 0)), *kept], axis=1))
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -134,7 +143,7 @@ def ranked(scalar: Scalar, goals: RealArray, short: RealArray) -> RealArray:
 
 @dataclass(frozen=True)
 class Screen:
-    """Designs of a variant spread evenly over its fields."""
+    """Designs of a variant spread evenly over its fields, of those that keep the limits of sizes if there are any."""
 
     problem: Problem
     variant: Variant
@@ -148,8 +157,9 @@ class Screen:
         n = len(self.variant.ranges)
         x = self.variant.written[None]
         if n:
-            spread = Sobol(n, rng=np.random.default_rng(self.seed)).random(self.points)
-            x = np.concatenate([x, spread])
+            spread = Sobol(n, rng=np.random.default_rng(self.seed)).random(_SPREAD * self.points)
+            nearest = np.argsort(self.problem.oversized(self.variant, spread), kind="stable")
+            x = np.concatenate([x, spread[nearest[: self.points]]])
         goals, slack = self.problem.measure(self.variant, x)
         return [Candidate(self.variant.key, *row) for row in zip(x, goals, missed(slack).tolist(), strict=True)]
 
@@ -178,6 +188,10 @@ class _Point:
     slack: RealArray
 
 
+class _StuckError(Exception):
+    """A round has taken too many designs."""
+
+
 class _Walk:
     """Values and differences along a descent, each computed once."""
 
@@ -185,12 +199,15 @@ class _Walk:
         self.problem, self.variant, self.scalar = problem, variant, scalar
         self.visited: dict[bytes, _Point] = {}
         self.slopes: dict[bytes, tuple[RealArray, RealArray]] = {}
+        self.most = _MOST
 
     def at(self, x: RealArray) -> _Point:
         """Return goals and limits at a point."""
         x = np.clip(x, 0, 1)
         key = x.tobytes()
         if key not in self.visited:
+            if len(self.visited) >= self.most:
+                raise _StuckError
             goals, slack = self.problem.measure(self.variant, x[None])
             self.visited[key] = _Point(x, goals[0], slack[0])
         return self.visited[key]
@@ -227,8 +244,9 @@ class _Walk:
             return self.best()
         before = np.inf
         for _ in range(_ROUNDS):
-            point = self.best()
-            self.round(point.x)
+            self.most = len(self.visited) + _MOST
+            with suppress(_StuckError):
+                self.round(self.best().x)
             now = self.best()
             value = float(ranked(self.scalar, now.goals[None], missed(now.slack)[None])[0])
             if not value < before - _GAIN:
