@@ -14,6 +14,7 @@ from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError
 from multilayer.errors import Problem as Mistake
 from multilayer.executors import as_done, call
+from multilayer.number_text import significant, with_unit
 from multilayer.optimisation.aims import Aim, Figures
 from multilayer.optimisation.design import Variant
 from multilayer.optimisation.file import OptimisationFile, load_optimisation
@@ -356,7 +357,7 @@ def _why_none(run: _Run, problem: Problem) -> list[Mistake]:
         reached = -aim.sign * min(float(one.goals[0]) for task in tasks for one in task())
         if aim.slack(reached) < -KEPT:
             most = "most" if aim.sign > 0 else "least"
-            text = f"{aim.title}: no design keeps this; the {most} that is reached is {reached:.4g} {aim.unit}".rstrip()
+            text = f"{aim.title}: no design keeps this; the {most} that is reached is {_shown(reached, aim)}"
             mistakes.append(Mistake(text, ".".join(map(str, aim.place))))
     if mistakes:
         return mistakes
@@ -365,10 +366,13 @@ def _why_none(run: _Run, problem: Problem) -> list[Mistake]:
     for aim, value in zip(problem.bounds, design.limits, strict=True):
         if aim.slack(value) < -KEPT:
             text = f"{aim.title}: kept by some designs, but by none together with the other limits"
-            mistakes.append(
-                Mistake(f"{text}; the nearest has {value:.4g} {aim.unit}".rstrip(), ".".join(map(str, aim.place)))
-            )
+            text += f"; the nearest has {_shown(value, aim)}"
+            mistakes.append(Mistake(text, ".".join(map(str, aim.place))))
     return mistakes or [Mistake("no design keeps all limits when it is computed exactly; relax one a little", "limits")]
+
+
+def _shown(value: float, aim: Aim) -> str:
+    return with_unit(value, aim.unit) if aim.unit else significant(value)
 
 
 def _result(

@@ -328,6 +328,7 @@ class GlobalSearch:
         return float(ranked(self.scalar, one.goals[None], np.array([one.missed]))[0])
 
     def _merits(self, rows: RealArray) -> RealArray:
+        """Return merits of rows of choices and coordinates; those of one variant are computed at once."""
         n = len(self.space.axes)
         keys = [tuple(round(i) for i in row[:n].tolist()) for row in rows]
         merits = np.zeros(len(rows))
@@ -335,6 +336,9 @@ class GlobalSearch:
         for key in dict.fromkeys(keys):
             which = [i for i, other in enumerate(keys) if other == key]
             variant = self.space.variant(key)
+            if not variant.ranges and key in self.best:
+                merits[which] = self._rank(self.best[key])
+                continue
             x = rows[np.ix_(which, [columns[item.name] for item in variant.ranges])]
             goals, slack = self.problem.measure(variant, x)
             short = missed(slack)

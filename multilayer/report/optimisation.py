@@ -112,7 +112,7 @@ def _note(result: OptimisationResult) -> str:
         )
         told.append(f"end within {_ALIKE:.1%} of its goal (seed {result.settings['search']['seed']})")
     else:
-        told.append(f"seed {result.settings['search']['seed']}")
+        told.append(f"the search began with the seed {result.settings['search']['seed']}")
     if aim.rating is not None and not others:
         value = f"{result.best.followed[0]:.{2 if aim.unit == 'dB' else 3}f} {aim.unit}".rstrip()
         told.append(f"; with a real shift of its reference curve, as the search follows it, {aim.name} is {value}")

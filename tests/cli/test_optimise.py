@@ -190,7 +190,7 @@ class TestMistakes:
         lines = refused(file, tmp_path / "out")
         assert len(lines) == 2
         assert f"{file}:15:" in lines[0]
-        assert "thickness at most 1 cm: no design keeps this; the least that is reached is 0.02 m" in lines[0]
+        assert "thickness at most 1 cm: no design keeps this; the least that is reached is 20 mm" in lines[0]
         assert f"{file}:16:" in lines[1]
         text = "absorption from 250 to 1000 Hz at least 0.95: no design keeps this; the most that is reached is 0.928"
         assert text in lines[1]

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from multilayer.optimisation import search
 from multilayer.optimisation.file import OptimisationFile
-from multilayer.optimisation.run import evaluated, optimise
+from multilayer.optimisation.predict import Predictor
+from multilayer.optimisation.run import MOST_VARIANTS, evaluated, optimise
 from multilayer.response import plane_wave
+from multilayer.simulation.bands import grid_of
 from multilayer.stack import Stack
 
 C = Stack(layers=[{"type": "fluid", "thickness": 1.0}]).ambient.gas.sound_speed
@@ -98,9 +101,6 @@ def test_no_design_on_a_grid_is_better(goal):
     variant = file.space.variant(())
     axis = np.linspace(0, 1, 41)
     x = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    from multilayer.optimisation.predict import Predictor
-    from multilayer.simulation.bands import grid_of
-
     predictor = Predictor(variant, grid_of(file.frequency), {}, file.goals)
     on_grid = file.goals[0].values(predictor.figures(variant, x))[:, 0]
     assert best.followed[0] >= on_grid.max() - 2e-4
@@ -141,12 +141,39 @@ def test_front():
     assert values[0, 0] == pytest.approx(alone.best.followed[0], abs=1e-3)
     assert values[:, 1].min() == pytest.approx(0.025, rel=1e-6)
     assert np.all(np.diff(values, axis=0) <= 0)  # less absorption, less thickness
-    from multilayer.optimisation.predict import Predictor
-    from multilayer.simulation.bands import grid_of
-
     variant, axis = file.space.variant(()), np.linspace(0, 1, 31)
     x = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     figures = Predictor(variant, grid_of(file.frequency), {}, file.goals).figures(variant, x)
     absorbed, thick = (aim.values(figures)[:, 0] for aim in file.goals)
     for saa, thickness in values:
         assert not np.any((absorbed > saa + 2e-3) & (thick <= thickness))
+
+
+@pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")
+def test_many_choices(monkeypatch):
+    """Of more choices than are gone through, the global search finds what going through all of them on a grid has."""
+    monkeypatch.setattr(search, "_GENERATIONS", 12)
+    file = read(
+        layers=[{**FOAM, "name": name, "thickness": 0.01} for name in "abc"]
+        + [{"type": "fluid", "name": "gap", "thickness": 0.02}],
+        frequency=[500.0, 1000.0],
+        design={
+            "order": ["a", "b", "gap"],
+            "layers.a.flow_resistivity": {"among": [3e3, 3e4, 6e4]},
+            "layers.b.thickness": {"among": [0.005, 0.02]},
+            "layers.c.flow_resistivity": {"among": [3e3, 5e4]},
+            "layers.gap.thickness": [0.005, 0.03],
+        },
+        goal={"highest": "absorption"},
+        limits=[{"of": "thickness", "at_most": 0.055}],
+        search={"starts": 2},
+    )
+    assert file.space.count == 6 * 3 * 2 * 2 > MOST_VARIANTS
+    predictor = Predictor(file.space.variant((0,) * 5), grid_of(file.frequency), {}, (*file.goals, *file.bounds))
+    best = -np.inf
+    for variant in file.space.variants():
+        figures = predictor.figures(variant, np.linspace(0, 1, 11)[:, None])
+        kept = file.bounds[0].slack(file.bounds[0].values(figures)[:, 0]) >= 0
+        best = max(best, *file.goals[0].values(figures)[kept, 0])
+    found = optimise(file).best.goals[0]
+    assert best - 1e-9 <= found < best + 0.01
