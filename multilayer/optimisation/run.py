@@ -384,7 +384,8 @@ def _result(
     except MultilayerError as error:
         raise InputError(f"as the file has it: {error}") from error
     grid = grid_of(file.frequency)
-    shown = [written, *designs[: 1 if len(file.goals) == 1 else _LISTED]]
+    some = np.linspace(0, len(designs) - 1, _LISTED).round().astype(int) if len(file.goals) > 1 else [0]
+    shown = [written, *(designs[i] for i in dict.fromkeys(map(int, some)))]
     names = {"1": "best"} if len(file.goals) == 1 else {}
     simulated = SimulationResult(
         run.name,

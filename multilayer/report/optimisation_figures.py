@@ -34,7 +34,8 @@ def draw_front(result: OptimisationResult, *, upright: bool = False) -> Figure:
         axis.plot(values[:, 0], values[:, i], line, color=colour(0), markersize=4, linewidth=0.8, label="front")
         for design, row in zip(result.designs, values, strict=True):
             axis.annotate(design.name, (row[0], row[i]), (3, 3), textcoords="offset points", fontsize=6)
-        axis.plot(*written[[0, i]], "x", color=colour(1), label="as written")
+        label = "as written" if result.written.is_kept else "as written, misses a limit"
+        axis.plot(*written[[0, i]], "x", color=colour(1), label=label)
         axis.set_ylabel(_label(aim))
         axis.legend(fontsize=7)
     grid[-1, 0].set_xlabel(_label(first))
