@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -44,46 +45,32 @@ class Rating:
         return QUANTITIES[self.quantity].unit
 
 
-def _sum(bands: Mapping[float, float], term: str) -> float:
+def _alpha_w(bands: Mapping[float, float]) -> float:
+    return ratings.weighted_absorption(bands).alpha_w
+
+
+def _alpha_w_of_octaves(bands: Mapping[float, float]) -> float:
+    return ratings.weighted_absorption_octaves(bands).alpha_w
+
+
+def _rw(bands: Mapping[float, float], term: str = "") -> float:
     index = ratings.weighted_reduction_index(bands)
-    return index.rw + float(getattr(index, term))
+    return index.rw + (float(getattr(index, term)) if term else 0.0)
 
 
+# functions with names: they are pickled for other processes
+_ABSORBED, _LOST = "absorption", "transmission_loss"
 RATINGS = {
-    "alpha_w": Rating(
-        "absorption",
-        lambda bands: ratings.weighted_absorption(bands).alpha_w,
-        real_ratings.real_weighted_absorption,
-    ),
-    "NRC": Rating("absorption", ratings.noise_reduction_coefficient, real_ratings.real_noise_reduction),
-    "SAA": Rating("absorption", ratings.sound_absorption_average, real_ratings.real_absorption_average),
-    "Rw": Rating(
-        "transmission_loss",
-        lambda bands: ratings.weighted_reduction_index(bands).rw,
-        real_ratings.real_reduction_index,
-    ),
-    "Rw+C": Rating(
-        "transmission_loss",
-        lambda bands: _sum(bands, "c"),
-        lambda bands: real_ratings.real_adapted_index(bands, "C"),
-    ),
-    "Rw+Ctr": Rating(
-        "transmission_loss",
-        lambda bands: _sum(bands, "ctr"),
-        lambda bands: real_ratings.real_adapted_index(bands, "Ctr"),
-    ),
-    "STC": Rating("transmission_loss", ratings.sound_transmission_class, real_ratings.real_transmission_class),
-    "OITC": Rating(
-        "transmission_loss", ratings.outdoor_indoor_transmission_class, real_ratings.real_outdoor_indoor_class
-    ),
+    "alpha_w": Rating(_ABSORBED, _alpha_w, real_ratings.real_weighted_absorption),
+    "NRC": Rating(_ABSORBED, ratings.noise_reduction_coefficient, real_ratings.real_noise_reduction),
+    "SAA": Rating(_ABSORBED, ratings.sound_absorption_average, real_ratings.real_absorption_average),
+    "Rw": Rating(_LOST, _rw, real_ratings.real_reduction_index),
+    "Rw+C": Rating(_LOST, partial(_rw, term="c"), partial(real_ratings.real_adapted_index, spectrum="C")),
+    "Rw+Ctr": Rating(_LOST, partial(_rw, term="ctr"), partial(real_ratings.real_adapted_index, spectrum="Ctr")),
+    "STC": Rating(_LOST, ratings.sound_transmission_class, real_ratings.real_transmission_class),
+    "OITC": Rating(_LOST, ratings.outdoor_indoor_transmission_class, real_ratings.real_outdoor_indoor_class),
 }
-_IN_OCTAVES = {
-    "alpha_w": Rating(
-        "absorption",
-        lambda bands: ratings.weighted_absorption_octaves(bands).alpha_w,
-        real_ratings.real_weighted_absorption_octaves,
-    )
-}
+_IN_OCTAVES = {"alpha_w": Rating(_ABSORBED, _alpha_w_of_octaves, real_ratings.real_weighted_absorption_octaves)}
 MEASURES = (*SPECTRA, *RATINGS, *SIZES)
 
 
@@ -291,7 +278,8 @@ def limit_of(limit: Limit, i: int, setting: Setting, mistakes: list[Mistake]) ->
         except ValueError as error:
             mistakes.append((("limits", i, word), str(error), written))
             continue
-        title = f"{aim.title} {word.replace('_', ' ')} {written}"
+        unit = f" {aim.unit}" if aim.unit and not isinstance(written, str) else ""
+        title = f"{aim.title} {word.replace('_', ' ')} {written}{unit}"
         yield replace(aim, place=("limits", i, word), title=title, bound=bound)
 
 

@@ -14,6 +14,8 @@ from multilayer.optimisation.design import Range
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.result import CaseResult, SimulationResult
 
+_UNUSED = ("sweep", "tolerances", "samples", "seed")  # of a simulation of one design
+
 
 @dataclass(frozen=True)
 class Design:
@@ -50,7 +52,8 @@ class Design:
     @property
     def yaml(self) -> str:
         """The text of a simulation file of the design."""
-        return dump_yaml({"kind": "simulation", **self.simulation.to_dict()})
+        data = {key: value for key, value in self.simulation.to_dict().items() if key not in _UNUSED}
+        return dump_yaml({"kind": "simulation", **data})
 
 
 @dataclass(frozen=True)

@@ -155,6 +155,8 @@ def _optimise(run: _Run) -> OptimisationResult:
     scalars = [*front, *anchors] if len(anchors) > 1 else anchors
     designs = [*_settled(run, problem, scalars, ends or run.archive)]
     if not designs:
+        if not run.is_whole:  # nothing is known of what was not searched
+            raise KeyboardInterrupt
         raise InputError(_why_none(run, problem))
     if len(anchors) == 1:
         designs = sorted(
@@ -345,7 +347,7 @@ def _not_dominated(designs: Sequence[Design], goals: Sequence[Aim]) -> list[Desi
 
 
 def _why_none(run: _Run, problem: Problem) -> list[Mistake]:
-    """Return which limits exclude all designs, and what can be reached."""
+    """Return which limits exclude all designs that the search meets, and what it reaches."""
     mistakes = []
     for aim in problem.bounds:
         wanted = replace(aim, bound=None, worst=True)
@@ -357,8 +359,8 @@ def _why_none(run: _Run, problem: Problem) -> list[Mistake]:
         reached = -aim.sign * min(float(one.goals[0]) for task in tasks for one in task())
         if aim.slack(reached) < -KEPT:
             most = "most" if aim.sign > 0 else "least"
-            text = f"{aim.title}: no design keeps this; the {most} that is reached is {_shown(reached, aim)}"
-            mistakes.append(Mistake(text, ".".join(map(str, aim.place))))
+            text = f"{aim.title}: the search finds no design that keeps this; the {most} it reaches is "
+            mistakes.append(Mistake(text + _shown(reached, aim), ".".join(map(str, aim.place))))
     if mistakes:
         return mistakes
     nearest = min(run.archive, key=lambda one: one.missed)
