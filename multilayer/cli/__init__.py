@@ -30,6 +30,7 @@ from multilayer.cli.layers import layers
 from multilayer.cli.loudness import LOUDNESS
 from multilayer.cli.materials import materials
 from multilayer.cli.methods import methods
+from multilayer.cli.optimise import optimise
 from multilayer.cli.plugin_commands import STOPPED, Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
@@ -63,6 +64,7 @@ def _options(
 
 
 app.command()(takes_plugins(simulate))
+app.command()(takes_plugins(optimise))
 app.command()(takes_plugins(compare))
 app.command()(takes_plugins(fit))
 app.command()(takes_plugins(methods))

@@ -28,6 +28,11 @@ class Fluid(Layer):
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
 
+    @property
+    def mass_per_area(self) -> Numeric:
+        """Mass over area, kg/m2, of a fluid whose density is stated; the ambient gas counts for nothing."""
+        return 0.0 if self.density is None else self.density * self.thickness
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, section 11.3.1."""
         return fluid_faces(wave, self.thickness, *self._medium(wave))

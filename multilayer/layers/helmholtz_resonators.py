@@ -67,6 +67,11 @@ class HelmholtzResonators(Layer):
     def _cavity_radius(self) -> Any:
         return self.pitch / math.sqrt(math.pi) if self.cavity_radius is None else self.cavity_radius
 
+    @property
+    def depth(self) -> Numeric:
+        """Necks and cavities behind each other, m."""
+        return self.neck_length + self.cavity_depth
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices: a sheet before a duct; U. Ingard, J. Acoust. Soc. Am. 25 (1953) 1037-1061."""
         self._check(wave)

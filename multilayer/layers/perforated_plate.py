@@ -117,6 +117,11 @@ class PerforatedPlate(FieldSets):
             wrong.append((("hole_velocity",), text, self.hole_velocity))
         return wrong
 
+    @property
+    def mass_per_area(self) -> Numeric | None:
+        """Mass over area of the plate without its holes, kg/m2; None where its density is left out."""
+        return None if self.density is None else (1 - self.perforation) * self.density * self.thickness
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Atalla & Sgard 2007, or Maa 1998 and 2000, see `media.perforations`."""
         pitch = self._pitch() * wave.frequency / wave.ambient.sound_speed

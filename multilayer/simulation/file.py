@@ -69,28 +69,46 @@ class Case:
         return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
 
 
-class SimulationFile(Construction):
-    """A stack, what lies beside it, and the settings of its simulation; see ``docs/simulation.md``.
-
-    Read one with `load_simulation`.
-    """
+class SimulatedStack(Stack):
+    """A stack, and in which field it is: what all files have that ask for its response."""
 
     frequency: FrequencyGrid = FrequencyRange()
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
-    excitation: Excitation | None = None
-    free_waves: bool = False
     reference: Reference | None = None
-    sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
-    tolerances: dict[str, Any] = Field(default_factory=dict)
-    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
-    seed: Annotated[int, Field(ge=0)] = 0
 
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Give path and text of values that are allowed, and hardly ever meant."""
         yield from super().implausible()
         if "termination" not in self.model_fields_set:
             yield (), "no termination is stated: a rigid wall is assumed, without transmission; say rigid or ambient"
+
+    @model_validator(mode="after")
+    def _lets_sound_through(self) -> Self:
+        for stack, which in ((self, "this stack"), (self.reference, "the reference")):
+            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
+                text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
+                refuse(self, [(("reference",), text, None)])
+        return self
+
+    @property
+    def stack(self) -> Stack:
+        """The stack alone."""
+        return Stack(**{name: getattr(self, name) for name in Stack.model_fields})
+
+
+class SimulationFile(SimulatedStack, Construction):
+    """A stack, what lies beside it, and the settings of its simulation; see ``docs/simulation.md``.
+
+    Read one with `load_simulation`.
+    """
+
+    excitation: Excitation | None = None
+    free_waves: bool = False
+    sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
+    tolerances: dict[str, Any] = Field(default_factory=dict)
+    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
+    seed: Annotated[int, Field(ge=0)] = 0
 
     _cases: tuple[Case, ...] = PrivateAttr(default=())
     _scatter: dict[str, Tolerance] = PrivateAttr(default_factory=dict)
@@ -120,14 +138,6 @@ class SimulationFile(Construction):
         read_once = single if model.reference is None else {**single, "reference": model.reference}
         model._cases = tuple(Case(values, case) for values, case in expand(read_once, model.sweep, validated))
         return model
-
-    @model_validator(mode="after")
-    def _lets_sound_through(self) -> Self:
-        for stack, which in ((self, "this stack"), (self.reference, "the reference")):
-            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
-                text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
-                refuse(self, [(("reference",), text, None)])
-        return self
 
     @model_validator(mode="after")
     def _is_excited_alone(self) -> Self:
