@@ -7,8 +7,6 @@ import re
 import shutil
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from multilayer.errors import InputError
 from multilayer.explore.explorer import Explorer
 from multilayer.explore.server import POLICY, Server
 from tests.cli.command import run
+from tests.explore.command import exploring
 
 FOAM = Path(__file__).parents[2] / "examples" / "foam_absorption.yaml"
 
@@ -185,13 +184,7 @@ class TestCommand:
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_ends_when_asked(self, number, tmp_path):
         file = Path(shutil.copy(FOAM, tmp_path))
-        script = (
-            "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
-            "from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
-        )
-        command = [sys.executable, "-c", script, "explore", file, "--no-browser"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-            url = process.stdout.readline().strip()
+        with exploring(file) as (process, url):
             port, token = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([\w-]+)/", url).groups()
             connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=20)
             connection.request("GET", f"/{token}/")

@@ -69,9 +69,9 @@ class Browser:
 
     def type(self, selector, text):
         """Replace the text of a box, and leave it."""
-        element = self.find(selector)
-        self.ask("POST", f"/element/{element}/clear", {})
-        self.ask("POST", f"/element/{element}/value", {"text": text + KEYS["Tab"]})
+        self.click(selector)
+        self.press("a", hold=["Control"])
+        self.press(*text, "Tab")
 
     def choose(self, selector, value):
         """Choose an option of a list."""
@@ -113,12 +113,11 @@ class Browser:
         return self.ask("GET", f"/element/{self.find(selector)}/text")
 
     def new_window(self, url):
-        """Open a page in another window, and look at it; return the names of the first and of the new one."""
+        """Open a page in another window, and look at it; return the name of the first."""
         first = self.ask("GET", "/window")
-        second = self.ask("POST", "/window/new", {"type": "window"})["handle"]
-        self.look_at(second)
+        self.look_at(self.ask("POST", "/window/new", {"type": "window"})["handle"])
         self.open(url)
-        return first, second
+        return first
 
     def look_at(self, window):
         """Go to a window."""
