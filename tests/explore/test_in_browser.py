@@ -1,4 +1,4 @@
-"""The page in headless Chromium, used as a person uses it: pointer, keyboard, two widths, two windows, an editor beside."""
+"""The page in headless Chromium as a person uses it: pointer, keyboard, two widths, two windows, another editor."""
 
 import signal
 import threading
