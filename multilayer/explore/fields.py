@@ -228,9 +228,10 @@ def _slider(
     name: str, value: float | None, begin: float | None, unit: str, bounds: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return range and unit of a slider."""
-    allowed = ", ".join(f"{_SIGNS[key]} {bound:g}" for key, bound in bounds.items())
+    plain = dict(bounds) != {"gt": 0}  # of lengths and their like nobody has to be told; nor of 0 K
+    allowed = ", ".join(f"{_SIGNS[key]} {bound:g}" for key, bound in bounds.items() if plain)
     at = next(number for number in (value, begin, _EMPTY_AT.get(unit, 0.5)) if number is not None)
-    low, high, scale = _range(name, at, bounds)
+    low, high, scale = _range(name, min(max(at, bounds.get("ge", at)), bounds.get("le", bounds.get("lt", at))), bounds)
     symbol, factor, offset = _unit(at, unit)
     typed = {"°C": "degC", "°": ""}.get(symbol, symbol.translate(_AS_TYPED))
     return {

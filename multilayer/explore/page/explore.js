@@ -4,7 +4,8 @@
 
 const $ = id => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
-const STEPS = 1000, MOST_PAST = 300, MOST_FROZEN = 4, MOST_POINTS = 400, SETTLED = 180, WATCHED = 2000;
+// steps of a slider: 1.2 % each over two decades, so that no two of them are the same to three digits
+const STEPS = 400, MOST_PAST = 300, MOST_FROZEN = 4, MOST_POINTS = 400, SETTLED = 180, WATCHED = 2000;
 const WISHED = 60, LEAST_POINTS = 40; // ms that curves may take while a slider moves; fewer frequencies gain nothing
 const KEPT = "multilayer " + location.pathname;
 
@@ -608,6 +609,10 @@ function showResult() {
   if (!result || !result.curves) return;
   showDrawing();
   showRatings();
+  $("left-out").textContent = [
+    result.left_out ? `Drawn at ${result.frequency.length} of ${result.frequency.length + result.left_out} frequencies.` : "",
+    described?.aside.length ? `The file's ${described.aside.join(" and ")} stay${described.aside.length > 1 ? "" : "s"} in it and ${described.aside.length > 1 ? "are" : "is"} not drawn.` : "",
+  ].join(" ");
   showLegend();
   showShown();
   showCharts();
@@ -887,7 +892,10 @@ async function begin() {
   start = await ask("start");
   if (!start) return;
   if (!start.data) { said = start.problems.map(one => one.text); showBanners(); return; }
+  said = start.warnings;
   $("file").textContent = start.file;
+  const isStack = Object.keys(start.data).every(key => ["version", "ambient", "library", "layers", "contacts", "termination"].includes(key));
+  document.querySelector(`[name=kind][value=${isStack ? "stack" : "simulation"}]`).checked = true;
   document.title = `${start.file}: multilayer explore`;
   let kept = null;
   try { kept = JSON.parse(sessionStorage.getItem(KEPT)); } catch { /* nothing was kept */ }
