@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import http.client
 import json
+import os
+import sys
 import tempfile
 import threading
 import time
@@ -24,7 +26,13 @@ from tests.explore.webdriver import CHROMIUM, DRIVER, browsing
 FOAM = {"material": "AA2009/T11.6/foam", "thickness": "40 mm"}
 BOARD = {"material": "Bauakustik/T4.2.4-1/gypsum_board", "thickness": "12.5 mm"}
 AIR = {"type": "fluid", "thickness": "30 mm"}
-STEEL = {"type": "elastic_solid", "thickness": "1 mm", "density": 7850, "young_modulus": "210 GPa", "poisson_ratio": 0.3}
+STEEL = {
+    "type": "elastic_solid",
+    "thickness": "1 mm",
+    "density": 7850,
+    "young_modulus": "210 GPa",
+    "poisson_ratio": 0.3,
+}
 WOOD = {
     "type": "orthotropic_plate", "thickness": "19 mm", "density": 700, "young_modulus_x": "11 GPa",
     "young_modulus_y": "0.5 GPa", "poisson_ratio_xy": 0.4, "shear_modulus_xy": "0.7 GPa", "loss_factor": 0.02,
@@ -39,7 +47,20 @@ DESIGNS = {
     "wood, not isotropic, before foam": ([WOOD, FOAM], "ambient"),
 }
 INCIDENCES = {"normal": "normal", "oblique, 45°": 45, "diffuse, to 78°": "diffuse"}
-MOVES = 40
+MOVES = 12
+_TEXT = """\
+# Curves that follow a slider
+
+`python -m validation.explore`: how long a move of a slider of `multilayer explore` takes, at 200 frequencies:
+
+- processor: what the computation takes of one core;
+- answer: from the question to its answer, over HTTP;
+- curves: from a key on the slider to curves that are drawn, in headless Chromium without a graphics card. Where all
+  frequencies take longer than 60 ms, the page asks for fewer of them while a slider moves.
+
+Medians of {moves} moves, with the 95 % percentile in brackets. When this was measured, {load} processes wanted the
+{cores} cores of the machine (its load average): each got a part of one.
+"""
 DRAWN = "return Number(document.body.dataset.latency)"
 
 
@@ -52,20 +73,21 @@ def served(file: Path):
         server.shutdown()
 
 
-def answered(server, data) -> list[float]:
-    """Return the times of questions for all curves of a moved slider, ms."""
+def answered(server, data) -> tuple[list[float], list[float]]:
+    """Return the times of answers to a moved slider, ms, and of the processor within them."""
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port)
-    times = []
+    times, of_processor = [], []
     for i in range(MOVES + 3):
         data["layers"][0]["thickness"] = f"{10 + 0.7 * i:.4g} mm"
-        body = json.dumps({"data": data})
-        begun = time.perf_counter()
+        body = json.dumps({"data": data, "moving": True})
+        begun, processor = time.perf_counter(), time.process_time()
         connection.request("POST", f"/{server.token}/evaluate", body, {"Content-Type": "application/json"})
         answer = json.loads(connection.getresponse().read())
         times.append(1e3 * (time.perf_counter() - begun))
+        of_processor.append(1e3 * (time.process_time() - processor))
         assert not answer["problems"], answer["problems"]
     connection.close()
-    return times[3:]  # the first ones load what is needed
+    return times[3:], of_processor[3:]  # the first ones load what is needed
 
 
 def drawn(browser, url) -> list[float]:
@@ -82,9 +104,9 @@ def drawn(browser, url) -> list[float]:
     return times[3:]
 
 
-def row(name, incidence, answers, curves) -> str:
+def row(name, incidence, *columns) -> str:
     """Return a row of the table."""
-    cells = [f"{np.median(times):.0f} ({np.percentile(times, 95):.0f})" if times else "–" for times in (answers, curves)]
+    cells = [f"{np.median(times):.0f} ({np.percentile(times, 95):.0f})" if times else "–" for times in columns]
     return f"| {name} | {incidence} | {' | '.join(cells)} |"
 
 
@@ -98,8 +120,9 @@ def rows(browser) -> list[str]:
                 data = {"version": 1, "layers": layers, "termination": termination, "incidence": incidence}
                 file.write_text(dump_yaml(data), encoding="utf-8")
                 with served(file) as server:
-                    answers = answered(server, json.loads(json.dumps(data)))
-                    found.append(row(name, title, answers, drawn(browser, server.url) if browser else []))
+                    answers, processor = answered(server, json.loads(json.dumps(data)))
+                    curves = drawn(browser, server.url) if browser else []
+                    found.append(row(name, title, processor, answers, curves))
     return found
 
 
@@ -110,14 +133,10 @@ def main() -> None:
             table = rows(browser)
     else:
         table = rows(None)
-    print("# Curves that follow a slider\n")
-    print("`python -m validation.explore`: ms from a question to its answer at all 200 frequencies, over HTTP; and from a key")
-    print(f"on a slider to curves that are drawn, in headless Chromium without a graphics card. Medians of {MOVES} moves, with")
-    print("the 95 % percentile in brackets. Where all frequencies take longer than 60 ms, the page asks for fewer of them while")
-    print("a slider moves, 40 at least; so curves may be faster than answers.\n")
-    print("| design | sound | answer / ms | curves / ms |")
-    print("|---|---|---|---|")
-    print("\n".join(table))
+    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+    headings = ["| design | sound | processor / ms | answer / ms | curves / ms |", "|---|---|---|---|---|"]
+    text = _TEXT.format(moves=MOVES, load=load, cores=os.cpu_count())
+    sys.stdout.write("\n".join([text, *headings, *table, ""]))
 
 
 if __name__ == "__main__":

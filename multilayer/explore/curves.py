@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -16,18 +17,34 @@ from multilayer.simulation.bands import Grid, grid_of
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.run import plan, run
-from multilayer.simulation.settings import Bands, FrequencyRange
+from multilayer.simulation.settings import Bands, DiffuseIncidence, FrequencyRange
 
 MOST_POINTS = 400  # frequencies: more than a screen shows of a curve
 _LEAST_POINTS = 20
 _DIGITS = 6
 
 
-def computed(data: Mapping[str, Any], file: Path, points: int | None = None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class _Effort:
+    """How much a diffuse field may take: frequencies, and arguments of `diffuse_field`."""
+
+    points: int = MOST_POINTS
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+
+
+_AT_REST = _Effort()
+_MOVING = _Effort(tolerances={"tolerance_db": 0.1, "tolerance": 1e-3, "max_panels": 8})
+# of a layer that is not isotropic in its plane: azimuths times angles, near coincidence ten thousands of directions
+_TURNED_AT_REST = _Effort(120, {"tolerance_db": 0.3, "tolerance": 5e-3, "max_panels": 4})
+_TURNED_MOVING = _Effort(40, {"tolerance_db": 0.5, "tolerance": 1e-2, "max_panels": 2})
+
+
+def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, moving: bool = False) -> dict[str, Any]:
     """Return curves and ratings of data as a file has them.
 
-    Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, where its frequencies are few
-    enough to be all computed (`MOST_POINTS`).
+    Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, with two exceptions: of more
+    than `MOST_POINTS` frequencies as many are computed, spread over all of them; and a diffuse field is computed to
+    0.1 dB while a slider moves, or, where a layer is not isotropic in its plane, at 120 frequencies to 0.3 dB.
 
     Parameters
     ----------
@@ -35,7 +52,9 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None) -> 
     file : Path
         In whose folder other files are looked for.
     points : int, optional
-        Fewer frequencies than the data ask for, for curves that follow a slider.
+        Fewer frequencies than the data ask for.
+    moving : bool
+        Whether the curves have to follow a slider.
 
     Returns
     -------
@@ -51,9 +70,12 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None) -> 
     begun = perf_counter()
     simulation = validated({key: value for key, value in data.items() if key not in ASIDE}, file)
     assert isinstance(simulation, SimulationFile)
-    wanted = min(max(points or MOST_POINTS, _LEAST_POINTS), MOST_POINTS)
+    effort = _effort(simulation, moving=moving)
+    wanted = min(max(points or MOST_POINTS, _LEAST_POINTS), effort.points)
     grid, left_out = _thinned(simulation.frequency, wanted)
-    result = run(plan(simulation, file.stem, grid))
+    planned = plan(simulation, file.stem, grid)
+    tasks = tuple(replace(task, effort=effort.tolerances) for task in planned.tasks)
+    result = run(replace(planned, tasks=tasks))
     case = result.cases[0]
     return {
         "frequency": _rounded(result.frequency),
@@ -63,6 +85,14 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None) -> 
         "left_out": left_out,
         "elapsed": 1e3 * (perf_counter() - begun),
     }
+
+
+def _effort(simulation: SimulationFile, *, moving: bool) -> _Effort:
+    if not isinstance(simulation.incidence, DiffuseIncidence):
+        return _AT_REST
+    if simulation.isotropic_in_plane:
+        return _MOVING if moving else _AT_REST
+    return _TURNED_MOVING if moving else _TURNED_AT_REST
 
 
 def _thinned(frequency: FrequencyRange | Bands | Sequence[float], most: int) -> tuple[Grid, int]:

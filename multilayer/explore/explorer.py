@@ -96,12 +96,16 @@ class Explorer:
         }
 
     def evaluate(self, request: Mapping[str, Any]) -> Answer:
-        """Return curves and ratings of ``data``; with ``describe`` also what there is to be changed."""
+        """Return curves and ratings of ``data``; with ``describe`` also what there is to be changed.
+
+        While a slider is ``moving``, they may be of fewer ``points`` and digits.
+        """
         data = _data(request)
         described = self._described(data) if request.get("describe") else {}
         points = request.get("points")
         try:
-            result = computed(data, self.file, points if isinstance(points, int) else None)
+            moving = request.get("moving") is True
+            result = computed(data, self.file, points if isinstance(points, int) else None, moving=moving)
         except MultilayerError as error:
             return {**described, "problems": _problems(error)}
         return {**described, **result, "problems": []}

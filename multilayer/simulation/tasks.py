@@ -41,6 +41,8 @@ class Task:
         For the insertion loss.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
+    effort : mapping
+        Arguments of `diffuse_field` in place of its own tolerances.
     """
 
     stack: Stack
@@ -50,6 +52,7 @@ class Task:
     size: FiniteSize | None = None
     reference: Stack | None = None
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    effort: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -129,7 +132,9 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     window = None if task.size is None else Window(task.size.width, task.size.height)
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
-        field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
+        field = diffuse_field(
+            stack, frequency, asked.max_angle, weighting=asked.weighting, window=window, **task.effort
+        )
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
     quantities = {

@@ -81,6 +81,19 @@ class TestCurves:
         assert (answer["frequency"][0], answer["frequency"][-1]) == (100, 1000)
         assert len(answer["frequency"]) + answer["left_out"] == 1001
 
+    @pytest.mark.filterwarnings("ignore:diffuse field")
+    @pytest.mark.parametrize(("kind", "allowed"), [("elastic_plate", 0.2), ("orthotropic_plate", 1.0)])
+    def test_of_a_diffuse_field_are_rough_while_a_slider_moves(self, kind, allowed, tmp_path):
+        layers = [
+            completed({"type": kind}),
+            {"type": "fluid", "thickness": "50 mm"},
+            completed({"type": "elastic_plate"}),
+        ]
+        data = {"layers": layers, "termination": "ambient", "incidence": "diffuse", "frequency": [200, 500, 1500, 4000]}
+        rest, moving = (computed(data, tmp_path / "x.yaml", moving=moving) for moving in (False, True))
+        rest, moving = (np.array(one["curves"]["transmission_loss"]["parts"][0]["values"]) for one in (rest, moving))
+        assert np.max(np.abs(rest - moving)) < allowed
+
     def test_an_infinite_impedance_is_no_number_in_json(self, tmp_path):
         data = {"layers": [{"type": "fluid", "thickness": "1 m"}], "termination": "rigid", "frequency": [85.75, 171.5]}
         json.dumps(computed(data, tmp_path / "x.yaml"), allow_nan=False)

@@ -128,7 +128,7 @@ let asking = false, again = null, settling = 0, begun = 0;
 function follow() { // while something moves
   begun = begun || performance.now();
   const points = Math.max(LEAST_POINTS, Math.min(MOST_POINTS, Math.floor(WISHED / cost)));
-  request({points: points < MOST_POINTS ? points : undefined, describe: false});
+  request({points: points < MOST_POINTS ? points : undefined, describe: false, moving: true});
   clearTimeout(settling);
   settling = setTimeout(() => refresh(), SETTLED);
 }
@@ -139,7 +139,7 @@ function refresh(rebuild = false) { // all frequencies, and what the controls sh
 }
 function request(options) {
   again = {...options, describe: options.describe || (again !== null && again.describe)};
-  if (again.describe) again.points = undefined;
+  if (again.describe) { again.points = undefined; again.moving = false; }
   return asking || (asking = answerAll().finally(() => { asking = false; }));
 }
 async function answerAll() {
@@ -156,6 +156,12 @@ function shown(answer, from) {
   problems = answer.problems;
   if (answer.layers) { described = answer; showControls(); }
   if (!problems.length) {
+    // while a slider moves fewer frequencies may be drawn, too few for ratings; what is told of validity comes at rest
+    const pending = !answer.layers && result && answer.left_out > result.all_left_out;
+    if (!answer.layers && result) answer.warnings = result.warnings;
+    if (pending) answer.ratings = result.ratings;
+    answer.all_left_out = answer.layers || !result ? answer.left_out : result.all_left_out;
+    $("ratings").classList.toggle("pending", Boolean(pending));
     result = answer;
     if (answer.layers) cost = Math.max(answer.elapsed / answer.frequency.length, 0.01); // of all frequencies
   }
