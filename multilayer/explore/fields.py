@@ -253,7 +253,7 @@ def _unit(value: float, unit: str) -> tuple[str, float, float]:
 
 
 def _range(name: str, value: float, bounds: Mapping[str, float]) -> tuple[float, float, str]:
-    """Return ends of a slider, inside the field's bounds and with the value between, and whether it is logarithmic."""
+    """Return ends of a slider inside the field's bounds, with the value between if that is allowed, and its spacing."""
     least, most = bounds.get("ge", bounds.get("gt", -math.inf)), bounds.get("le", bounds.get("lt", math.inf))
     if name in _USUAL:
         low, high, scale = *_USUAL[name], "linear"
@@ -272,4 +272,6 @@ def _range(name: str, value: float, bounds: Mapping[str, float]) -> tuple[float,
     else:
         size = max(1.0, 2 * abs(value))
         low, high, scale = max(least, -size), min(most, size), "linear"
-    return min(low, value), max(high, value), scale
+    if least <= value <= most and (value > 0 or scale == "linear"):
+        low, high = min(low, value), max(high, value)
+    return low, high, scale

@@ -13,6 +13,7 @@ Who may ask:
 from __future__ import annotations
 
 import json
+import os
 import secrets
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -65,7 +66,7 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
-    allow_reuse_address = False  # of a port in use somebody should hear
+    allow_reuse_address = os.name != "nt"  # of a port just left; Windows would give one that is in use
 
     def __init__(self, explorer: Explorer, port: int = 0) -> None:
         self.explorer, self.token = explorer, secrets.token_urlsafe(24)

@@ -112,6 +112,12 @@ class TestDescription:
                     unit = field_unit(LAYERS[kind].model_fields[field["name"]])
                     assert parse_quantity(text, unit) == pytest.approx(end)
 
+    @pytest.mark.parametrize("written", ["-1 mm", 0, -3, "1e5 m", 1e-9])
+    def test_a_slider_has_a_range_whatever_is_written(self, written, explorer):
+        data = with_thickness(start(explorer)["data"], written)
+        thickness = fields(explorer.answer("evaluate", {"data": data, "describe": True}))["thickness"]
+        assert 0 < thickness["low"] < thickness["high"]
+
     def test_a_temperature_is_shown_in_degrees(self, explorer):
         answer = explorer.answer("evaluate", {"data": start(explorer)["data"], "describe": True})
         temperature = next(field for field in answer["ambient"] if field["name"] == "temperature")

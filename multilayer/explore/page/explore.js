@@ -80,6 +80,7 @@ function change(data, edit = "") {
   }
   state.edit = edit;
   state.future = [];
+  said = [];
   state.data = data;
   showHistory();
   return true;
@@ -89,6 +90,7 @@ function step(from, to, what) {
   to.push(JSON.stringify(state.data));
   state.data = JSON.parse(from.pop());
   state.edit = "";
+  said = [];
   showHistory();
   refresh(true);
   say(what);
@@ -114,8 +116,8 @@ async function edit(what, message) {
   if (!answer) return;
   if (answer.problems.length) { said = answer.problems.map(one => one.text); showBanners(); return; }
   state.open = answer.layer;
-  said = answer.notices;
   change(answer.data);
+  said = answer.notices;
   await refresh(true);
   say(message);
   const summary = document.querySelector(`#layers > li:nth-child(${answer.layer + 1}) summary`);
