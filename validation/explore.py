@@ -99,7 +99,7 @@ def drawn(browser, url) -> list[float]:
     for _ in range(MOVES + 3):
         browser.run("document.body.dataset.latency = 0")
         browser.press("Right")
-        browser.wait("return Number(document.body.dataset.latency) > 0")
+        browser.wait("return Number(document.body.dataset.latency) > 0", seconds=60)
         times.append(browser.run(DRAWN))
     return times[3:]
 

@@ -43,8 +43,9 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, 
     """Return curves and ratings of data as a file has them.
 
     Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, with two exceptions: of more
-    than `MOST_POINTS` frequencies as many are computed, spread over all of them; and a diffuse field is computed to
-    0.1 dB while a slider moves, or, where a layer is not isotropic in its plane, at 120 frequencies to 0.3 dB.
+    than `MOST_POINTS` frequencies as many are computed, spread over all of them; and a diffuse field is computed with
+    wider tolerances while a slider moves, and always where a layer is not isotropic in its plane (0.3 dB, at 120
+    frequencies): near coincidences of layers with little damping it may miss even these, and warns then.
 
     Parameters
     ----------
