@@ -109,7 +109,7 @@ function keep() { // so that a reload of the window loses nothing; of this windo
     sessionStorage.setItem(KEPT, JSON.stringify({...state, past: state.past.slice(-50)}));
   } catch { /* a full or forbidden storage: a reload then begins again with the file */ }
 }
-function say(text) { $("status").textContent = text; }
+function say(text) { $("status").textContent = `${text[0].toUpperCase()}${text.slice(1)}.`; }
 
 async function edit(what, message) {
   const answer = await ask("edit", {data: state.data, edit: what});
