@@ -132,8 +132,9 @@ def main() -> None:
     state = f" The machine has {cores} cores, and nothing else ran."
     if busy:
         state = (
-            f"\n\nWhile this was measured, others wanted the machine's {cores} cores (load average {load:.0f}). Times by the "
-            "clock would tell of\nthem, and are left out; those of the processor are longer than on a quiet machine, too."
+            f"\n\nWhile this was measured, others wanted the machine's {cores} cores (load average {load:.0f}). Times "
+            "by the clock would tell of\nthem, and are left out; those of the processor are longer than on a quiet "
+            "machine, too."
         )
     if CHROMIUM and DRIVER and not busy:
         with tempfile.TemporaryDirectory() as folder, browsing(Path(folder)) as browser:
