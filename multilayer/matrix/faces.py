@@ -13,7 +13,7 @@ make them:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,18 @@ class Faces:
     front: ComplexArray
     back: ComplexArray
     porosity: Numeric = 1.0
+
+
+def mirrored(faces: Faces) -> Faces:
+    """Return the face matrices of a layer that is turned round along axis 3: its back is where its front was."""
+
+    def turned(matrix: ComplexArray) -> ComplexArray:
+        half = faces.family.half
+        waves = np.concatenate([matrix[:, half:], matrix[:, :half]], axis=1)  # what went back goes on
+        waves[list(faces.family.odd)] *= -1
+        return waves
+
+    return replace(faces, front=turned(faces.back), back=turned(faces.front))
 
 
 def from_waves(

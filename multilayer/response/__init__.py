@@ -7,6 +7,13 @@ from multilayer.response.fields import LayerState, PowerBalance, fields, power_b
 from multilayer.response.finite_size import Window, radiation_impedance
 from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
+from multilayer.response.ports import (
+    admittance_matrix,
+    impedance_matrix,
+    surface_admittance,
+    surface_impedance,
+    transfer_matrix,
+)
 
 __all__ = [
     "BaseMotion",
@@ -15,6 +22,7 @@ __all__ = [
     "PlaneWave",
     "PowerBalance",
     "Window",
+    "admittance_matrix",
     "band_centres",
     "band_edges",
     "band_levels",
@@ -22,8 +30,12 @@ __all__ = [
     "base_motion",
     "diffuse_field",
     "fields",
+    "impedance_matrix",
     "insertion_loss",
     "plane_wave",
     "power_balance",
     "radiation_impedance",
+    "surface_admittance",
+    "surface_impedance",
+    "transfer_matrix",
 ]
