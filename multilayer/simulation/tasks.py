@@ -53,6 +53,8 @@ class Task:
         Whether those along the stack are asked for.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
+    effort : mapping
+        Arguments of `diffuse_field` in place of its own tolerances.
     """
 
     stack: Stack
@@ -64,6 +66,7 @@ class Task:
     excitation: Excitation | None = None
     free_waves: bool = False
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    effort: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def window(self) -> Window | None:
@@ -186,7 +189,9 @@ def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict
         return _of_wall(wall_shares(stack, frequency, _sound(task.incidence), window))
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
-        field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
+        field = diffuse_field(
+            stack, frequency, asked.max_angle, weighting=asked.weighting, window=window, **task.effort
+        )
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
     quantities = {
