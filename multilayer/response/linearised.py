@@ -1,0 +1,234 @@
+"""What a stack reflects, transmits and moves, with derivatives by fields of its layers, in one plane harmonic field.
+
+The adjoint system (`matrix.adjoint`) gives the derivatives by the coefficients of every layer's medium: densities,
+moduli, impedances, thickness. The derivatives of these few coefficients by a field are differences of fourth order of
+the medium's formulae alone, over frequency and mostly not over angle; their steps follow from how far the field lies
+from where formulae may end, and their error is some 1e-12 of the coefficient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.bounds import magnitudes
+from multilayer.errors import InputError
+from multilayer.layers.base import Layer
+from multilayer.matrix.adjoint import solve_with_adjoint
+from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
+from multilayer.matrix.wave import Wave
+from multilayer.paths import Located, locate
+from multilayer.response.base_motion import velocity_of_top
+from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
+from multilayer.stack import Stack
+from multilayer.units import field_unit
+
+_POINTS = np.array([1.0, -1.0, 2.0, -2.0])
+_WEIGHTS = np.array([8.0, -8.0, -1.0, 1.0]) / 12
+_STEP = 1e-3  # of the distance to where formulae may end
+_WHOLE_STEP = 1e-4  # of differences of whole responses, which vary faster than formulae of a medium
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The solution of a stack's system and derivatives of its outcomes.
+
+    Attributes
+    ----------
+    system : System
+    solution : Solution
+    slopes : complex array, shape (n_fields, n_outcomes, ...)
+        Derivatives by the fields, of the reflected and (with a half-space behind) the transmitted pressure; on a moving
+        base, of the normal velocity of the last back face.
+    by_differences : tuple of str
+        Fields whose derivatives are differences of the whole solution.
+    """
+
+    system: System
+    solution: Solution
+    slopes: ComplexArray
+    by_differences: tuple[str, ...]
+
+
+def linearised(stack: Stack, wave: Wave, head: HalfSpace | Wall, fields: Sequence[str]) -> Linearised:
+    """Return the solution of `stack` in the field `wave`, excited by `head`, and its derivatives.
+
+    Parameters
+    ----------
+    stack : Stack
+        Its fields may hold arrays.
+    wave : Wave
+    head : HalfSpace or Wall
+    fields : sequence of str
+        Dotted paths of fields that hold real numbers (`real_fields`).
+
+    Raises
+    ------
+    InputError, CouplingError
+        As `build_system`, and of a stack without a finite response.
+    """
+    system = build_system(stack, wave, head)
+    try:
+        outcomes = solve_with_adjoint(system)
+    except np.linalg.LinAlgError:  # with a message
+        solve_or_explain(system, stack, wave)
+        raise
+    refuse_infinite(outcomes.solution, stack, wave)
+    values = outcomes_of(system, outcomes.solution)
+    slopes = np.zeros((len(fields), *values.shape), dtype=complex)
+    unknown = set()
+    for i, layer in enumerate(system.layers):
+        mine = [path for path in fields if _concerns(stack, path, i)]
+        origin = layer.origin
+        if origin is None:
+            unknown.update(mine)
+        elif mine:
+            places = [fields.index(path) for path in mine]
+            gradient = [*origin.gradient(outcomes.fields[i]), outcomes.by_porosity[i]]
+            changes = _medium_slopes(stack, wave, isinstance(head, Wall), i, mine, values.ndim - 1)
+            _add_up(slopes, places, gradient, changes)
+    for path in sorted(unknown, key=fields.index):
+        slopes[fields.index(path)] = _by_differences(stack, wave, head, path, values.ndim - 1)
+    return Linearised(system, outcomes.solution, slopes, tuple(path for path in fields if path in unknown))
+
+
+def outcomes_of(system: System, solution: Solution) -> ComplexArray:
+    """Return the outcomes of a solved system, shape (n_outcomes, ...); see `Linearised`."""
+    if isinstance(system.head, Wall):
+        return velocity_of_top(system, solution)[None]
+    waves = [wave for wave in (solution.reflected, solution.transmitted) if wave is not None]
+    return np.array(np.broadcast_arrays(*waves))
+
+
+def _concerns(stack: Stack, path: str, layer: int) -> bool:
+    """Tell whether a field can change a layer: one of its own, or of another on which it depends."""
+    own = stack.index(path.split(".")[1]) == layer
+    return own or type(stack.layers[layer]).under is not Layer.under
+
+
+def _add_up(
+    slopes: ComplexArray,
+    places: Sequence[int],
+    gradient: Sequence[Numeric | None],
+    changes: Sequence[ComplexArray | None],
+) -> None:
+    """Add to the derivatives by fields those by each coefficient times that of the coefficient by the fields."""
+    for by_coefficient, change in zip(gradient, changes, strict=True):
+        if by_coefficient is None or change is None:
+            continue
+        for place, slope in zip(places, change, strict=True):
+            if np.any(slope):
+                slopes[place] += by_coefficient * slope
+
+
+def _medium_slopes(
+    stack: Stack, wave: Wave, on_base: bool, layer: int, fields: Sequence[str], ndim: int
+) -> list[ComplexArray | None]:
+    """Return the derivatives, shape (n_fields, ...), of every coefficient of a layer and of its faces' porosity.
+
+    All points of all fields are evaluated at once; of a coefficient that depends on none of the fields there is None.
+    """
+    values: dict[str, Numeric] = {}
+    steps = []
+    for i, path in enumerate(fields):
+        step = _STEP * _reach(locate(stack, path))
+        points = np.zeros((len(fields), len(_POINTS)))
+        points[i] = _POINTS
+        values[path] = _with_axis(locate(stack, path).value, ndim) + points.reshape(-1, *(1,) * ndim) * step
+        steps.append(step)
+    faces = stack.replaced(values).at_rest(on_base=on_base)[layer].faces(wave)
+    assert faces.origin is not None  # as without the steps
+    return [_slope(coefficient, steps, ndim) for coefficient in (*faces.origin.coefficients, faces.porosity)]
+
+
+def _with_axis(value: Numeric, ndim: int) -> RealArray:
+    """Return a field's value with an axis in front of `ndim` others."""
+    array = np.asarray(value, dtype=float)
+    return array.reshape((1,) * (ndim + 1 - array.ndim) + array.shape)
+
+
+def _slope(coefficient: Numeric, steps: Sequence[RealArray], ndim: int) -> ComplexArray | None:
+    array = np.asarray(coefficient)
+    count = len(steps) * len(_POINTS)
+    if array.ndim <= ndim or array.shape[0] != count:
+        return None
+    points = array.reshape(len(steps), len(_POINTS), *array.shape[1:])
+    differences = np.tensordot(_WEIGHTS, points, (0, 1))
+    return np.stack([difference / step for difference, step in zip(differences, steps, strict=True)])
+
+
+def _reach(field: Located) -> RealArray:
+    """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
+    value = np.asarray(field.value, dtype=float)
+    usual = magnitudes(field.unit).usual if field.unit else 1.0
+    ends = _open_bounds(type(field.owner).model_fields[field.field])
+    reach = np.where((value == 0) | bool(ends), usual, np.abs(value))
+    for end in ends or {0.0}:
+        room = np.abs(value - end)
+        reach = np.where(room > 0, np.minimum(reach, room), reach)
+    return reach
+
+
+def _open_bounds(info: FieldInfo) -> set[float]:
+    """Return the bounds that a field's values never meet, also inside ``T | None``."""
+    inner = [item for part in getattr(info.annotation, "__args__", ()) for item in getattr(part, "__metadata__", ())]
+    bounds = [bound for item in (*info.metadata, *inner) for bound in getattr(item, "metadata", [item])]
+    ends = {getattr(bound, side, None) for bound in bounds for side in ("gt", "lt")}
+    return {float(end) for end in ends if isinstance(end, int | float)}
+
+
+def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str, ndim: int) -> ComplexArray:
+    """Return derivatives of the outcomes by one field from five solutions of the whole stack, four of them off it."""
+    step = _WHOLE_STEP * _reach(locate(stack, path))
+    moved = _with_axis(locate(stack, path).value, ndim) + _POINTS.reshape(-1, *(1,) * ndim) * step
+    near = stack.replaced({path: moved})
+    system = build_system(near, wave, head)
+    values = outcomes_of(system, solve_or_explain(system, near, wave))
+    return np.asarray(np.tensordot(_WEIGHTS, values, (0, 1)) / step)
+
+
+def real_fields(stack: Stack, fields: Sequence[str] | None) -> tuple[str, ...]:
+    """Return dotted paths of layers' fields that hold real numbers: those asked for, or all.
+
+    Raises
+    ------
+    InputError
+        For a path that leads nowhere, not into a layer, or to what is no real number.
+    """
+    if fields is None:
+        return tuple(_every(stack.layers, ("layers",)))
+    for path in fields:
+        if path.split(".")[0] != "layers":
+            raise InputError(f"'{path}' is no field of a layer; derivatives are by fields as layers.NAME.thickness")
+        try:
+            value = locate(stack, path).value
+        except InputError as error:
+            raise InputError(f"'{path}' {error}") from None
+        if not _is_real(value):
+            raise InputError(f"'{path}' holds {value!r}, by which there is no derivative; it must be a real number")
+    return tuple(dict.fromkeys(fields))
+
+
+def _is_real(value: Any) -> bool:
+    array = np.asarray(value) if isinstance(value, int | float | np.ndarray) else None
+    return array is not None and array.dtype.kind in "fiu"
+
+
+def _every(item: Any, path: tuple[str, ...]) -> Iterator[str]:
+    """Give the paths of all quantities inside that are real numbers; layers go by their names."""
+    if isinstance(item, tuple):
+        for i, inner in enumerate(item):
+            yield from _every(inner, (*path, getattr(inner, "name", None) or str(i)))
+    elif isinstance(item, BaseModel):
+        for name, info in type(item).model_fields.items():
+            value = getattr(item, name)
+            if isinstance(value, tuple | BaseModel):
+                yield from _every(value, (*path, name))
+            elif field_unit(info) is not None and _is_real(value):
+                yield ".".join((*path, name))
