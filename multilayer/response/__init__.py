@@ -2,6 +2,14 @@
 
 from multilayer.response.bands import band_centres, band_edges, band_levels, band_means
 from multilayer.response.base_motion import BaseMotion, base_motion
+from multilayer.response.derivatives import (
+    BaseMotionDerivatives,
+    DiffuseFieldDerivatives,
+    PlaneWaveDerivatives,
+    base_motion_derivatives,
+    diffuse_field_derivatives,
+    plane_wave_derivatives,
+)
 from multilayer.response.diffuse_field import DiffuseField, diffuse_field
 from multilayer.response.fields import LayerState, PowerBalance, fields, power_balance
 from multilayer.response.finite_size import Window, radiation_impedance
@@ -10,9 +18,12 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 
 __all__ = [
     "BaseMotion",
+    "BaseMotionDerivatives",
     "DiffuseField",
+    "DiffuseFieldDerivatives",
     "LayerState",
     "PlaneWave",
+    "PlaneWaveDerivatives",
     "PowerBalance",
     "Window",
     "band_centres",
@@ -20,10 +31,13 @@ __all__ = [
     "band_levels",
     "band_means",
     "base_motion",
+    "base_motion_derivatives",
     "diffuse_field",
+    "diffuse_field_derivatives",
     "fields",
     "insertion_loss",
     "plane_wave",
+    "plane_wave_derivatives",
     "power_balance",
     "radiation_impedance",
 ]

@@ -14,12 +14,23 @@ from multilayer.frames import Array, Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace, Wall
 from multilayer.matrix.wave import Wave
 from multilayer.response.base_motion import BaseMotion, velocity_of_top
-from multilayer.response.chunks import in_chunks
+from multilayer.response.chunks import POINTS, in_chunks
+from multilayer.response.diffuse_field import (
+    DiffuseField,
+    DiffuseSetting,
+    Directions,
+    Rays,
+    Weighting,
+    WeightingName,
+)
+from multilayer.response.finite_size import Window, finite_absorption_slope, finite_transmission
 from multilayer.response.linearised import linearised, real_fields
 from multilayer.response.plane_wave import PlaneWave, front_impedance, joined, plane_wave_of
+from multilayer.response.quadrature import KRONROD, NODES, nodes
 from multilayer.stack import Stack
 
 _SOLUTIONS = 4  # as many arrays are held at once as of so many solutions
+_RAYS = POINTS // (_SOLUTIONS * len(NODES))
 _NEPER = 20 / np.log(10)  # dB
 
 
@@ -203,3 +214,116 @@ def base_motion_derivatives(stack: Stack, fields: Sequence[str] | None, frequenc
     found = linearised(stack, wave, Wall(), paths)
     response = BaseMotion(np.asarray(frequency, dtype=float), velocity_of_top(found.system, found.solution))
     return BaseMotionDerivatives(paths, found.by_differences, response, found.slopes[:, 0])
+
+
+@dataclass(frozen=True, repr=False)
+class DiffuseFieldDerivatives(Derivatives):
+    """Derivatives of a stack's response to a diffuse field; see `Derivatives` and `DiffuseField`.
+
+    Attributes
+    ----------
+    response : DiffuseField
+        The response itself.
+    absorption : array
+        Derivatives.
+    transmission_coefficient, transmission_loss : array or None
+        Derivatives, the second in dB per unit; None without a half-space behind.
+    """
+
+    response: DiffuseField
+    absorption: RealArray
+    transmission_coefficient: RealArray | None
+    transmission_loss: RealArray | None
+
+    @property
+    def frame(self) -> Frame:
+        """The derivatives over fields and frequency."""
+        return self._over({"frequency": self.response.frequency})
+
+
+def diffuse_field_derivatives(
+    stack: Stack,
+    fields: Sequence[str] | None,
+    frequency: ArrayLike,
+    max_angle: float = 78.0,
+    *,
+    weighting: Weighting | WeightingName = "uniform",
+    window: Window | None = None,
+    tolerance_db: float = 0.01,
+    tolerance: float = 1e-4,
+    max_panels: int = 64,
+    workers: int = 1,
+) -> DiffuseFieldDerivatives:
+    """Return absorption and transmission loss in a diffuse field, and their derivatives by fields of the layers.
+
+    Parameters
+    ----------
+    fields : sequence of str or None
+        As in `plane_wave_derivatives`.
+    stack, frequency, max_angle, weighting, window, tolerance_db, tolerance, max_panels, workers
+        As in `diffuse_field`.
+
+    Raises
+    ------
+    InputError, CouplingError
+        As `diffuse_field` and `plane_wave_derivatives`.
+
+    Warns
+    -----
+    ValidityWarning
+        When some frequency does not reach the tolerance.
+
+    Notes
+    -----
+    The derivatives are those of the quadrature: of the mean over the directions that the response itself takes.
+    """
+    paths, f = real_fields(stack, fields), np.asarray(frequency, dtype=float)
+    setting = DiffuseSetting(stack, max_angle, weighting, window, tolerance_db, tolerance, max_panels)
+    unknown: set[str] = set()
+
+    def compute(piece: RealArray) -> tuple[list[RealArray], RealArray]:
+        rays: list[Rays] = []
+        directions = setting.directions(np.atleast_1d(piece))
+        (whole, *means), taken = directions.integrals(rays)
+        slopes = np.zeros((2, len(paths), len(whole)))
+        for some in rays:
+            for first in range(0, len(some.which), _RAYS):
+                unknown.update(_add_slopes(directions, paths, some[first : first + _RAYS], slopes))
+        return [*(mean / whole for mean in means), taken], slopes / whole
+
+    parts = in_chunks(compute, stack, f, setting.n_directions, workers)
+    response = setting.result(f, [means for means, _ in parts])
+    alpha, tau = np.concatenate([slopes for _, slopes in parts], axis=-1).reshape(2, len(paths), *f.shape)
+    through = response.transmission_coefficient
+    return DiffuseFieldDerivatives(
+        paths, tuple(path for path in paths if path in unknown), response, alpha,
+        transmission_coefficient=None if through is None else tau,
+        transmission_loss=None if through is None else -_NEPER / 2 * tau / through,
+    )  # fmt: skip
+
+
+@np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
+def _add_slopes(directions: Directions, paths: tuple[str, ...], rays: Rays, slopes: RealArray) -> tuple[str, ...]:
+    """Add the derivatives of absorption and transmission along some directions, weighed; return `by_differences`."""
+    stack, gas, s = directions.stack, directions.stack.ambient.gas, nodes(rays.low, rays.high)
+    frequency = directions.frequency[rays.which][:, None]
+    kx = 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s)
+    wave = Wave(frequency, kx, gas, rays.azimuth[:, None])
+    found = linearised(stack, wave, HalfSpace(front_impedance(wave)), paths)
+    reflected, transmitted, tail = found.solution.reflected, found.solution.transmitted, found.system.tail
+    assert reflected is not None
+    # of |r|^2 and tau
+    returned, through = 2 * np.real(np.conj(reflected) * found.slopes[:, 0]), np.zeros((len(paths), *s.shape))
+    if transmitted is not None and isinstance(tail, HalfSpace):
+        power = np.real(1 / np.asarray(tail.impedance)) / np.real(1 / front_impedance(wave))
+        through = 2 * np.real(np.conj(transmitted) * found.slopes[:, 1]) * power
+    absorbed = -returned
+    if directions.radiation is not None:
+        cosine = np.sqrt(1 - s)
+        radiation = directions.radiation(np.broadcast_to(rays.which[:, None], s.shape), kx)
+        absorbed = finite_absorption_slope(reflected, found.slopes[:, 0], radiation, cosine)
+        through = finite_transmission(through, radiation, cosine)
+    weight = rays.weight[:, None] * KRONROD * directions.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
+    for total, slope in zip(slopes, (absorbed, through), strict=True):
+        np.add.at(total.T, rays.which, np.sum(weight * slope, axis=-1).T)
+    return found.by_differences

@@ -32,6 +32,7 @@ from multilayer.units import field_unit
 _POINTS = np.array([1.0, -1.0, 2.0, -2.0])
 _WEIGHTS = np.array([8.0, -8.0, -1.0, 1.0]) / 12
 _STEP = 1e-3  # of the distance to where formulae may end
+_LITTLE = 1e-2  # of what is usual: the reach of a field that is 0, of whose scale nothing is known
 _WHOLE_STEP = 1e-4  # of differences of whole responses, which vary faster than formulae of a medium
 
 
@@ -94,7 +95,7 @@ def linearised(stack: Stack, wave: Wave, head: HalfSpace | Wall, fields: Sequenc
             changes = _medium_slopes(stack, wave, isinstance(head, Wall), i, mine, values.ndim - 1)
             _add_up(slopes, places, gradient, changes)
     for path in sorted(unknown, key=fields.index):
-        slopes[fields.index(path)] = _by_differences(stack, wave, head, path, values.ndim - 1)
+        slopes[fields.index(path)] = _by_differences(stack, wave, head, path)
     return Linearised(system, outcomes.solution, slopes, tuple(path for path in fields if path in unknown))
 
 
@@ -166,31 +167,35 @@ def _slope(coefficient: Numeric, steps: Sequence[RealArray], ndim: int) -> Compl
 def _reach(field: Located) -> RealArray:
     """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
     value = np.asarray(field.value, dtype=float)
-    usual = magnitudes(field.unit).usual if field.unit else 1.0
-    ends = _open_bounds(type(field.owner).model_fields[field.field])
-    reach = np.where((value == 0) | bool(ends), usual, np.abs(value))
-    for end in ends or {0.0}:
+    usual = magnitudes(field.unit or "").usual
+    bounds = _bounds(type(field.owner).model_fields[field.field])
+    beyond_zero = any(bounds.get(side) for side in ("gt", "ge"))  # as Poisson's ratio, for which 0 is nothing special
+    reach = np.where(value == 0, _LITTLE * usual, usual if beyond_zero else np.abs(value))
+    for end in (bounds[side] for side in ("gt", "lt") if side in bounds):
         room = np.abs(value - end)
         reach = np.where(room > 0, np.minimum(reach, room), reach)
     return reach
 
 
-def _open_bounds(info: FieldInfo) -> set[float]:
-    """Return the bounds that a field's values never meet, also inside ``T | None``."""
+def _bounds(info: FieldInfo) -> dict[str, float]:
+    """Return the bounds of a field by their names in pydantic, also inside ``T | None``."""
     inner = [item for part in getattr(info.annotation, "__args__", ()) for item in getattr(part, "__metadata__", ())]
-    bounds = [bound for item in (*info.metadata, *inner) for bound in getattr(item, "metadata", [item])]
-    ends = {getattr(bound, side, None) for bound in bounds for side in ("gt", "lt")}
-    return {float(end) for end in ends if isinstance(end, int | float)}
+    items = [bound for item in (*info.metadata, *inner) for bound in getattr(item, "metadata", [item])]
+    found = {
+        side: getattr(item, side, None) for item in items for side in ("gt", "ge", "lt", "le") if hasattr(item, side)
+    }
+    return {side: float(end) for side, end in found.items() if isinstance(end, int | float)}
 
 
-def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str, ndim: int) -> ComplexArray:
-    """Return derivatives of the outcomes by one field from five solutions of the whole stack, four of them off it."""
-    step = _WHOLE_STEP * _reach(locate(stack, path))
-    moved = _with_axis(locate(stack, path).value, ndim) + _POINTS.reshape(-1, *(1,) * ndim) * step
-    near = stack.replaced({path: moved})
-    system = build_system(near, wave, head)
-    values = outcomes_of(system, solve_or_explain(system, near, wave))
-    return np.asarray(np.tensordot(_WEIGHTS, values, (0, 1)) / step)
+def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:
+    """Return derivatives of the outcomes by one field from four solutions of the whole stack."""
+    value, total = locate(stack, path).value, 0.0
+    step = _WHOLE_STEP * _reach(locate(stack, path))[()]
+    for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
+        near = stack.replaced({path: value + point * step})
+        system = build_system(near, wave, head)
+        total = total + weight * outcomes_of(system, solve_or_explain(system, near, wave))
+    return np.asarray(total / step)
 
 
 def real_fields(stack: Stack, fields: Sequence[str] | None) -> tuple[str, ...]:
