@@ -15,6 +15,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 from functools import cached_property
 from typing import ClassVar
 
@@ -51,6 +52,11 @@ class LayerField:
     back: ComplexArray
     adjoint_front: ComplexArray
     adjoint_back: ComplexArray
+
+    def at(self, mask: BoolArray) -> LayerField:
+        """Return the fields at some points of the trailing axes, in one axis."""
+        arrays = (getattr(self, item.name) for item in dataclass_fields(self))
+        return LayerField(*(np.broadcast_to(array, array.shape[:2] + mask.shape)[..., mask] for array in arrays))
 
 
 class Origin(ABC):

@@ -14,7 +14,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import factorial
 
 import numpy as np
@@ -34,7 +34,7 @@ from multilayer.matrix.families import Family
 from multilayer.matrix.small import Entries, aligned, beside, multiply, solve_small, stack_entries
 from multilayer.matrix.wave import Wave
 
-_ROUNDING = 1e-17
+_ROUNDING = 1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,27 +109,37 @@ class Slab(Origin):
 
     def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
         """Return derivatives by the thickness and the medium's coefficients."""
-        family, n = self.family, self.family.size
-        constants = self.constants
-        ends = (field.amplitudes, field.front, field.adjoint_front, field.adjoint_back)
-        known = 1 + len(constants)
-
-        def series(*arguments: Numeric) -> tuple[ComplexArray, ComplexArray]:
-            x, y = self.equations(*arguments[1:known])
-            front, adjoint = np.array(arguments[known + n : known + 2 * n]), np.array(arguments[known + 3 * n :])
-            return _by_series(family, x, y, arguments[0], front, adjoint, turn)
-
-        def waves(*arguments: Numeric) -> tuple[ComplexArray, ComplexArray]:
-            amplitudes, _, *adjoint = (
-                np.array(arguments[known + i * n : known + (i + 1) * n]) for i in range(len(ends))
-            )
-            k = arguments[known - family.half : known]
-            return _by_waves(family, self.waves(*arguments[1:known]), k, arguments[0], amplitudes, *adjoint)
-
-        turn = float(np.max(self.turn, where=self.thin, initial=0.0))
-        entries = (entry for end in ends for entry in end)
-        x, y = choose(self.thin, series, waves, (self.thickness, *constants, *entries))
+        x, y = self._by_equations(field)
         return self._by_thickness(field), *self.by_medium(x, y)
+
+    def _by_equations(self, field: LayerField) -> tuple[ComplexArray, ComplexArray]:
+        """Return derivatives by the entries of X and Y, from series where the slab is thin, from waves elsewhere."""
+        arguments = (self.thickness, *self.constants)
+        if np.all(self.thin):
+            return self._of_series(field, *arguments)
+        if not np.any(self.thin):
+            return self._of_waves(field, *arguments)
+        shape = np.broadcast_shapes(self.thin.shape, *(np.shape(argument) for argument in arguments))
+        shape = np.broadcast_shapes(shape, field.adjoint_back.shape[2:])
+        gradients: list[ComplexArray] = []
+        for make, where in ((self._of_series, self.thin), (self._of_waves, ~self.thin)):
+            mask = np.broadcast_to(where, shape)
+            parts = make(field.at(mask), *(np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments))
+            gradients = gradients or [np.empty((*part.shape[:-1], *shape), dtype=complex) for part in parts]
+            for gradient, part in zip(gradients, parts, strict=True):
+                gradient[..., mask] = part
+        return gradients[0], gradients[1]
+
+    def _of_series(
+        self, field: LayerField, thickness: Numeric, *constants: Numeric
+    ) -> tuple[ComplexArray, ComplexArray]:
+        turn = float(np.max(self.turn, where=self.thin, initial=0.0))
+        return _by_series(self.family, *self.equations(*constants), thickness, field, turn)
+
+    def _of_waves(
+        self, field: LayerField, thickness: Numeric, *constants: Numeric
+    ) -> tuple[ComplexArray, ComplexArray]:
+        return _by_waves(self.family, self.waves(*constants), constants[-self.family.half :], thickness, field)
 
     def _by_thickness(self, field: LayerField) -> ComplexArray:
         """Return the derivative by the thickness: the back face moves through the field."""
@@ -144,7 +154,7 @@ class Slab(Origin):
 
 
 def _by_series(
-    family: Family, x: Entries, y: Entries, h: Numeric, front: ComplexArray, adjoint: ComplexArray, turn: float
+    family: Family, x: Entries, y: Entries, h: Numeric, field: LayerField, turn: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return derivatives by X and Y from power series of both fields, of thin slabs.
 
@@ -152,60 +162,72 @@ def _by_series(
     they hold to rounding.
     """
     even, odd = list(family.even), list(family.odd)
-    nodes, weights = leggauss(5 + int(2.5 * turn))
-    nodes, weights = (1 + nodes) / 2, weights / 2
-    turned = [[entry * h for entry in row] for row in x], [[entry * h for entry in row] for row in y]
+    nodes, weights = _gauss(5 + int(2.5 * turn))
+    turned = ([[entry * h for entry in row] for row in matrix] for matrix in (x, y))
     matrix_x, matrix_y = (stack_entries(rows) for rows in turned)
+    powers = _powers(turn)
+    front, adjoint = field.front, field.adjoint_back
+    fields = _at(nodes[:, None] ** powers, front[even], front[odd], matrix_x, matrix_y)
     transposed = np.swapaxes(matrix_y, 0, 1), np.swapaxes(matrix_x, 0, 1)
-    terms = _terms(turn)
-    fields = _at(nodes, front[even], front[odd], matrix_x, matrix_y, terms)
-    adjoints = _at(1 - nodes, adjoint[even], adjoint[odd], *transposed, terms)
+    weighed = -weights[:, None] * (1 - nodes[:, None]) ** powers
+    adjoints = _at(weighed, adjoint[even], adjoint[odd], *transposed)
     gradients = []
     for left, right in ((adjoints[0], fields[1]), (adjoints[1], fields[0])):
-        total = (-weights[0] * left[0])[:, None] * right[0][None]
-        for weight, a, b in zip(weights[1:], left[1:], right[1:], strict=True):
-            total -= (weight * a)[:, None] * b[None]
+        total = left[0][:, None] * right[0]
+        for a, b in zip(left[1:], right[1:], strict=True):
+            total += a[:, None] * b
         gradients.append(total * h)
     return gradients[0], gradients[1]
 
 
-def _terms(turn: float) -> int:
-    """Return how many terms of the exponential series hold it to rounding up to an argument of the size `turn`."""
+@lru_cache
+def _gauss(n: int) -> tuple[RealArray, RealArray]:
+    """Return Gauss's nodes and weights from 0 to 1."""
+    nodes, weights = leggauss(n)
+    return (1 + nodes) / 2, weights / 2
+
+
+def _powers(turn: float) -> RealArray:
+    """Return the exponents of a series that holds exp(x) to rounding up to abs(x) = `turn`."""
     n = 4
     while turn**n / factorial(n) > _ROUNDING:
         n += 1
-    return n + 3  # of states whose waves merge the terms are larger, as n turn^n / n!
+    return np.arange(n + 2.0)  # of states whose waves merge the terms are larger, as n turn^n / n!
 
 
 def _at(
-    nodes: RealArray, even: ComplexArray, odd: ComplexArray, to_even: ComplexArray, to_odd: ComplexArray, n: int
-) -> list[ComplexArray]:
-    """Return both halves of a field at shares of the thickness, from its value at 0, by `n` terms of its series."""
-    terms = [(even, odd)]
+    powers: RealArray, even: ComplexArray, odd: ComplexArray, to_even: ComplexArray, to_odd: ComplexArray
+) -> ComplexArray:
+    """Return both halves of a field at some nodes, shape (2, n_nodes, n_state/2, ...), from its value at 0.
+
+    Parameters
+    ----------
+    powers : array, shape (n_nodes, n_terms)
+        Of the nodes, from 0 on.
+    even, odd : complex array
+        The halves at 0.
+    to_even, to_odd : complex array
+        Thickness times the matrices of the field equations.
+    """
+    n_nodes, n = powers.shape
+    to_even, to_odd = aligned(to_even, to_odd, ndim=even.ndim + 1)
+    shape = np.broadcast_shapes(even.shape[1:], to_even.shape[2:], to_odd.shape[2:])
+    terms = np.empty((2, n, len(even), *shape), dtype=complex)
+    terms[0, 0], terms[1, 0] = even, odd
     for m in range(1, n):
-        even, odd = terms[-1]
-        terms.append((multiply(to_even, odd[:, None])[:, 0] / m, multiply(to_odd, even[:, None])[:, 0] / m))
-    powers = nodes[:, None] ** np.arange(n)
-    halves = []
-    for which in (0, 1):
-        shape = np.broadcast_shapes(*{term[which].shape for term in terms})
-        series = np.empty((n, *shape), dtype=complex)
-        for place, term in zip(series, terms, strict=True):
-            place[...] = term[which]
-        # a real matrix times a complex one, which NumPy would take for two complex ones
-        flat = powers @ series.reshape(n, -1).view(float)
-        halves.append(flat.view(complex).reshape(len(nodes), *shape))
-    return halves
+        for half, matrix in enumerate((to_even, to_odd)):
+            source, term = terms[1 - half, m - 1], terms[half, m]
+            np.multiply(matrix[:, 0], source[0], out=term)
+            for k in range(1, len(source)):
+                term += matrix[:, k] * source[k]
+    scaled = powers / np.array([factorial(m) for m in range(n)], dtype=float)
+    # a real matrix times a complex one, which NumPy would take for two complex ones
+    flat = scaled @ terms.reshape(2, n, -1).view(float)
+    return np.asarray(flat.view(complex).reshape(2, n_nodes, len(even), *shape))
 
 
 def _by_waves(
-    family: Family,
-    waves: Entries,
-    k: Sequence[Numeric],
-    h: Numeric,
-    amplitudes: ComplexArray,
-    adjoint_front: ComplexArray,
-    adjoint_back: ComplexArray,
+    family: Family, waves: Entries, k: Sequence[Numeric], h: Numeric, field: LayerField
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return derivatives by X and Y from the waves of both fields, whose products have integrals in closed form.
 
@@ -216,9 +238,9 @@ def _by_waves(
     states = stack_entries(waves)
     s_even, s_odd = states[even], states[odd]
     # of the adjoint field: amplitudes that decay from the front face, and from the back face
-    alpha = _along(s_odd, adjoint_front[odd]) - _along(s_even, adjoint_front[even])
-    beta = _along(s_odd, adjoint_back[odd]) + _along(s_even, adjoint_back[even])
-    a, b = amplitudes[:n, None], amplitudes[n:, None]
+    alpha = _along(s_odd, field.adjoint_front[odd]) - _along(s_even, field.adjoint_front[even])
+    beta = _along(s_odd, field.adjoint_back[odd]) + _along(s_even, field.adjoint_back[even])
+    a, b = field.amplitudes[:n, None], field.amplitudes[n:, None]
     a, b, alpha, beta, alike, crossed = aligned(a, b, alpha[None], beta[None], *_integrals(k, h))
     of_both, of_one = (a * beta - b * alpha) * crossed, (a * alpha - b * beta) * alike
     x = multiply(s_odd, multiply(of_both + of_one, _inverse(s_even)))

@@ -24,12 +24,12 @@ from multilayer.response.diffuse_field import (
     WeightingName,
 )
 from multilayer.response.finite_size import Window, finite_absorption_slope, finite_transmission
-from multilayer.response.linearised import linearised, real_fields
+from multilayer.response.linearised import Variations, linearised, real_fields
 from multilayer.response.plane_wave import PlaneWave, front_impedance, joined, plane_wave_of
 from multilayer.response.quadrature import KRONROD, NODES, nodes
 from multilayer.stack import Stack
 
-_SOLUTIONS = 4  # as many arrays are held at once as of so many solutions
+_SOLUTIONS = 2  # as many arrays are held at once as of so many solutions
 _RAYS = POINTS // (_SOLUTIONS * len(NODES))
 _NEPER = 20 / np.log(10)  # dB
 
@@ -136,12 +136,13 @@ def plane_wave_derivatives(
     From the adjoint system; see ``docs/theory/stacks.md``.
     """
     paths, f = real_fields(stack, fields), np.asarray(frequency, dtype=float)
+    variations = Variations(stack, paths)
 
     @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
     def compute(piece: RealArray) -> PlaneWaveDerivatives:
         wave = Wave.incident(piece, angle, stack.ambient.gas, azimuth)
         front = front_impedance(wave)
-        found = linearised(stack, wave, HalfSpace(front), paths)
+        found = linearised(variations, wave, HalfSpace(front))
         response = plane_wave_of(found.system, found.solution, wave, piece, angle)
         return _of_plane_wave(response, front, found.slopes, paths, found.by_differences)
 
@@ -211,7 +212,7 @@ def base_motion_derivatives(stack: Stack, fields: Sequence[str] | None, frequenc
     """
     paths = real_fields(stack, fields)
     wave = Wave.incident(frequency, 0.0, stack.ambient.gas)
-    found = linearised(stack, wave, Wall(), paths)
+    found = linearised(Variations(stack, paths, on_base=True), wave, Wall())
     response = BaseMotion(np.asarray(frequency, dtype=float), velocity_of_top(found.system, found.solution))
     return BaseMotionDerivatives(paths, found.by_differences, response, found.slopes[:, 0])
 
@@ -279,6 +280,7 @@ def diffuse_field_derivatives(
     """
     paths, f = real_fields(stack, fields), np.asarray(frequency, dtype=float)
     setting = DiffuseSetting(stack, max_angle, weighting, window, tolerance_db, tolerance, max_panels)
+    variations = Variations(stack, paths)
     unknown: set[str] = set()
 
     def compute(piece: RealArray) -> tuple[list[RealArray], RealArray]:
@@ -288,7 +290,7 @@ def diffuse_field_derivatives(
         slopes = np.zeros((2, len(paths), len(whole)))
         for some in rays:
             for first in range(0, len(some.which), _RAYS):
-                unknown.update(_add_slopes(directions, paths, some[first : first + _RAYS], slopes))
+                unknown.update(_add_slopes(directions, variations, some[first : first + _RAYS], slopes))
         return [*(mean / whole for mean in means), taken], slopes / whole
 
     parts = in_chunks(compute, stack, f, setting.n_directions, workers)
@@ -303,17 +305,17 @@ def diffuse_field_derivatives(
 
 
 @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
-def _add_slopes(directions: Directions, paths: tuple[str, ...], rays: Rays, slopes: RealArray) -> tuple[str, ...]:
+def _add_slopes(directions: Directions, variations: Variations, rays: Rays, slopes: RealArray) -> tuple[str, ...]:
     """Add the derivatives of absorption and transmission along some directions, weighed; return `by_differences`."""
-    stack, gas, s = directions.stack, directions.stack.ambient.gas, nodes(rays.low, rays.high)
+    gas, s = directions.stack.ambient.gas, nodes(rays.low, rays.high)
     frequency = directions.frequency[rays.which][:, None]
     kx = 2 * np.pi * frequency / gas.sound_speed * np.sqrt(s)
     wave = Wave(frequency, kx, gas, rays.azimuth[:, None])
-    found = linearised(stack, wave, HalfSpace(front_impedance(wave)), paths)
+    found = linearised(variations, wave, HalfSpace(front_impedance(wave)))
     reflected, transmitted, tail = found.solution.reflected, found.solution.transmitted, found.system.tail
     assert reflected is not None
     # of |r|^2 and tau
-    returned, through = 2 * np.real(np.conj(reflected) * found.slopes[:, 0]), np.zeros((len(paths), *s.shape))
+    returned, through = 2 * np.real(np.conj(reflected) * found.slopes[:, 0]), np.zeros((len(found.slopes), *s.shape))
     if transmitted is not None and isinstance(tail, HalfSpace):
         power = np.real(1 / np.asarray(tail.impedance)) / np.real(1 / front_impedance(wave))
         through = 2 * np.real(np.conj(transmitted) * found.slopes[:, 1]) * power

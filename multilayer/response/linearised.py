@@ -9,7 +9,7 @@ from where formulae may end, and their error is some 1e-12 of the coefficient.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -57,23 +57,97 @@ class Linearised:
     by_differences: tuple[str, ...]
 
 
-def linearised(stack: Stack, wave: Wave, head: HalfSpace | Wall, fields: Sequence[str]) -> Linearised:
-    """Return the solution of `stack` in the field `wave`, excited by `head`, and its derivatives.
+@dataclass(frozen=True, eq=False)
+class Variations:
+    """Fields of a stack's layers, and each layer with these fields varied.
 
-    Parameters
+    Attributes
     ----------
     stack : Stack
         Its fields may hold arrays.
+    fields : tuple of str
+        Dotted paths of fields that hold real numbers (`real_fields`).
+    on_base : bool
+        Whether the stack stands on a shaken base.
+    """
+
+    stack: Stack
+    fields: tuple[str, ...]
+    on_base: bool = False
+    _layers: dict[int, list[_Varied]] = field(default_factory=dict, init=False, repr=False)
+
+    def layers(self, ndim: int) -> list[_Varied]:
+        """Return every layer with its fields varied, along an axis in front of `ndim` others."""
+        if ndim not in self._layers:  # pieces of a frequency axis share them
+            self._layers[ndim] = [self._varied(i, ndim) for i in range(len(self.stack.layers))]
+        return self._layers[ndim]
+
+    def _varied(self, layer: int, ndim: int) -> _Varied:
+        depends = type(self.stack.layers[layer]).under is not Layer.under
+        own = [self.stack.index(path.split(".")[1]) == layer for path in self.fields]
+        places = [place for place, is_own in enumerate(own) if is_own or depends]
+        values, steps = {}, []
+        for i, place in enumerate(places):
+            found = locate(self.stack, self.fields[place])
+            step = _STEP * _reach(found)
+            points = np.zeros((len(places), len(_POINTS)))
+            points[i] = _POINTS
+            values[self.fields[place]] = _with_axis(found.value, ndim) + points.reshape(-1, *(1,) * ndim) * step
+            steps.append(step)
+        return _Varied(places, steps, self.stack.replaced(values).at_rest(on_base=self.on_base)[layer])
+
+
+@dataclass(frozen=True, eq=False)
+class _Varied:
+    """A layer with some fields varied.
+
+    Attributes
+    ----------
+    places : list of int
+        Of the fields among all.
+    steps : list of array
+    layer : Layer
+        Its fields hold arrays of four points for each field, one after the other along the first axis.
+    """
+
+    places: list[int]
+    steps: list[RealArray]
+    layer: Layer
+
+    def slopes(self, wave: Wave, ndim: int) -> list[ComplexArray | None]:
+        """Return the derivatives, shape (n_places, ...), of every coefficient of the layer and its faces' porosity.
+
+        Of a coefficient that depends on none of the fields there is None.
+        """
+        faces = self.layer.faces(wave)
+        assert faces.origin is not None  # as without the steps
+        return [self._slope(coefficient, ndim) for coefficient in (*faces.origin.coefficients, faces.porosity)]
+
+    def _slope(self, coefficient: Numeric, ndim: int) -> ComplexArray | None:
+        array = np.asarray(coefficient)
+        if array.ndim <= ndim or len(array) != len(self.places) * len(_POINTS):
+            return None
+        points = array.reshape(len(self.places), len(_POINTS), *array.shape[1:])
+        differences = np.tensordot(_WEIGHTS, points, (0, 1))
+        return np.stack([difference / step for difference, step in zip(differences, self.steps, strict=True)])
+
+
+def linearised(variations: Variations, wave: Wave, head: HalfSpace | Wall) -> Linearised:
+    """Return the solution of a stack in the field `wave`, excited by `head`, and its derivatives.
+
+    Parameters
+    ----------
+    variations : Variations
+        The stack, and the fields.
     wave : Wave
     head : HalfSpace or Wall
-    fields : sequence of str
-        Dotted paths of fields that hold real numbers (`real_fields`).
 
     Raises
     ------
     InputError, CouplingError
         As `build_system`, and of a stack without a finite response.
     """
+    stack, fields = variations.stack, variations.fields
     system = build_system(stack, wave, head)
     try:
         outcomes = solve_with_adjoint(system)
@@ -84,19 +158,16 @@ def linearised(stack: Stack, wave: Wave, head: HalfSpace | Wall, fields: Sequenc
     values = outcomes_of(system, outcomes.solution)
     slopes = np.zeros((len(fields), *values.shape), dtype=complex)
     unknown = set()
-    for i, layer in enumerate(system.layers):
-        mine = [path for path in fields if _concerns(stack, path, i)]
-        origin = layer.origin
-        if origin is None:
-            unknown.update(mine)
-        elif mine:
-            places = [fields.index(path) for path in mine]
-            gradient = [*origin.gradient(outcomes.fields[i]), outcomes.by_porosity[i]]
-            changes = _medium_slopes(stack, wave, isinstance(head, Wall), i, mine, values.ndim - 1)
-            _add_up(slopes, places, gradient, changes)
-    for path in sorted(unknown, key=fields.index):
-        slopes[fields.index(path)] = _by_differences(stack, wave, head, path)
-    return Linearised(system, outcomes.solution, slopes, tuple(path for path in fields if path in unknown))
+    for i, (faces, varied) in enumerate(zip(system.layers, variations.layers(values.ndim - 1), strict=True)):
+        if faces.origin is None:
+            unknown.update(varied.places)
+        elif varied.places:
+            gradient = [*faces.origin.gradient(outcomes.fields[i]), outcomes.by_porosity[i]]
+            _add_up(slopes, varied.places, gradient, varied.slopes(wave, values.ndim - 1))
+    for place in unknown:
+        slopes[place] = _by_differences(stack, wave, head, fields[place])
+    differences = tuple(fields[place] for place in sorted(unknown))
+    return Linearised(system, outcomes.solution, slopes, differences)
 
 
 def outcomes_of(system: System, solution: Solution) -> ComplexArray:
@@ -105,12 +176,6 @@ def outcomes_of(system: System, solution: Solution) -> ComplexArray:
         return velocity_of_top(system, solution)[None]
     waves = [wave for wave in (solution.reflected, solution.transmitted) if wave is not None]
     return np.array(np.broadcast_arrays(*waves))
-
-
-def _concerns(stack: Stack, path: str, layer: int) -> bool:
-    """Tell whether a field can change a layer: one of its own, or of another on which it depends."""
-    own = stack.index(path.split(".")[1]) == layer
-    return own or type(stack.layers[layer]).under is not Layer.under
 
 
 def _add_up(
@@ -128,47 +193,17 @@ def _add_up(
                 slopes[place] += by_coefficient * slope
 
 
-def _medium_slopes(
-    stack: Stack, wave: Wave, on_base: bool, layer: int, fields: Sequence[str], ndim: int
-) -> list[ComplexArray | None]:
-    """Return the derivatives, shape (n_fields, ...), of every coefficient of a layer and of its faces' porosity.
-
-    All points of all fields are evaluated at once; of a coefficient that depends on none of the fields there is None.
-    """
-    values: dict[str, Numeric] = {}
-    steps = []
-    for i, path in enumerate(fields):
-        step = _STEP * _reach(locate(stack, path))
-        points = np.zeros((len(fields), len(_POINTS)))
-        points[i] = _POINTS
-        values[path] = _with_axis(locate(stack, path).value, ndim) + points.reshape(-1, *(1,) * ndim) * step
-        steps.append(step)
-    faces = stack.replaced(values).at_rest(on_base=on_base)[layer].faces(wave)
-    assert faces.origin is not None  # as without the steps
-    return [_slope(coefficient, steps, ndim) for coefficient in (*faces.origin.coefficients, faces.porosity)]
-
-
 def _with_axis(value: Numeric, ndim: int) -> RealArray:
     """Return a field's value with an axis in front of `ndim` others."""
     array = np.asarray(value, dtype=float)
     return array.reshape((1,) * (ndim + 1 - array.ndim) + array.shape)
 
 
-def _slope(coefficient: Numeric, steps: Sequence[RealArray], ndim: int) -> ComplexArray | None:
-    array = np.asarray(coefficient)
-    count = len(steps) * len(_POINTS)
-    if array.ndim <= ndim or array.shape[0] != count:
-        return None
-    points = array.reshape(len(steps), len(_POINTS), *array.shape[1:])
-    differences = np.tensordot(_WEIGHTS, points, (0, 1))
-    return np.stack([difference / step for difference, step in zip(differences, steps, strict=True)])
-
-
-def _reach(field: Located) -> RealArray:
+def _reach(found: Located) -> RealArray:
     """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
-    value = np.asarray(field.value, dtype=float)
-    usual = magnitudes(field.unit or "").usual
-    bounds = _bounds(type(field.owner).model_fields[field.field])
+    value = np.asarray(found.value, dtype=float)
+    usual = magnitudes(found.unit or "").usual
+    bounds = _bounds(type(found.owner).model_fields[found.field])
     beyond_zero = any(bounds.get(side) for side in ("gt", "ge"))  # as Poisson's ratio, for which 0 is nothing special
     reach = np.where(value == 0, _LITTLE * usual, usual if beyond_zero else np.abs(value))
     for end in (bounds[side] for side in ("gt", "lt") if side in bounds):
