@@ -4,6 +4,7 @@ from multilayer.response.bands import band_centres, band_edges, band_levels, ban
 from multilayer.response.base_motion import BaseMotion, base_motion
 from multilayer.response.derivatives import (
     BaseMotionDerivatives,
+    Derivatives,
     DiffuseFieldDerivatives,
     PlaneWaveDerivatives,
     base_motion_derivatives,
@@ -19,6 +20,7 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 __all__ = [
     "BaseMotion",
     "BaseMotionDerivatives",
+    "Derivatives",
     "DiffuseField",
     "DiffuseFieldDerivatives",
     "LayerState",

@@ -297,4 +297,6 @@ def _slopes(stack, path: str, response) -> list[complex]:
         value = mp.mpf(locate(stack, path).value)
         step = mp.mpf(10) ** -20 * (abs(value) or 1)
         ends = [response(with_values(stack, {path: value + sign * step})) for sign in (1, -1)]
-        return [complex((after - before) / (2 * step)) for after, before in zip(*ends, strict=True) if after is not None]
+        return [
+            complex((after - before) / (2 * step)) for after, before in zip(*ends, strict=True) if after is not None
+        ]
