@@ -14,16 +14,18 @@ from multilayer.doors import for_cell, from_cell
 _QUOTED = re.compile(r'[,"#\r\n]')  # also '#', which begins a comment where tables are read
 
 
-def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Return a table as CSV: numbers with nine significant digits, an empty cell for None, text as `for_cell` has it.
+def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]], digits: int = 9) -> str:
+    """Return a table as CSV: an empty cell for None, text as `for_cell` has it.
 
     Parameters
     ----------
     columns : sequence of str
     rows : iterable of iterable
         Values in the order of the columns.
+    digits : int
+        That are significant.
     """
-    lines = [[for_cell(name) for name in columns], *([_cell(value) for value in row] for row in rows)]
+    lines = [[for_cell(name) for name in columns], *([_cell(value, digits) for value in row] for row in rows)]
     return "".join(f"{_line(cells)}\n" for cells in lines)
 
 
@@ -45,11 +47,11 @@ def _quoted(cell: str) -> str:
     return '"' + cell.replace('"', '""') + '"' if _QUOTED.search(cell) else cell
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, digits: int) -> str:
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
-        return f"{value:.9g}"
+        return f"{value:.{digits}g}"
     return str(value) if isinstance(value, Number) else for_cell(str(value))

@@ -53,6 +53,19 @@ def for_terminal(text: object) -> str:
     return _IN_LINES.sub(_escape, str(text))
 
 
+def ascii_line(text: object, most: int) -> str:
+    """Return a text as one line of ASCII of at most so many characters, as cards and records of other programs take it.
+
+    Parameters
+    ----------
+    text : object
+        Taken as text.
+    most : int
+        Characters; what is longer loses its end.
+    """
+    return for_log(text).encode("ascii", "backslashreplace").decode()[:most].strip()
+
+
 def for_page(text: str) -> str:
     """Return HTML, SVG or XML, or a text to be escaped for it, with what XML 1.0 cannot hold shown as escapes.
 

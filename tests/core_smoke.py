@@ -18,6 +18,7 @@ COMMANDS = {
     "diagnose": [TUBE, "--out", "diagnosis"],
     "compare": [TUBE / "truth.yaml", TUBE / "tube.csv", "--out", "comparison"],
     "tube": [EXAMPLES / "raw_tube", "--out", "tube"],
+    "export": [EXAMPLES / "three_layers.yaml", "--as", "transfer_matrix", "--out", "transfer.mat"],
     "check": [EXAMPLES / "foam_b", TUBE, WALL],
     "layers": [],
     "effects": [],

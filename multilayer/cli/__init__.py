@@ -23,6 +23,7 @@ from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
 from multilayer.cli.effects import effects
 from multilayer.cli.examples import examples
+from multilayer.cli.export import export
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
@@ -69,6 +70,7 @@ app.command()(takes_plugins(diagnose))
 app.command()(takes_plugins(effects))
 app.command("shape-factor")(takes_plugins(shape_factor))
 app.command()(takes_plugins(rig))
+app.command()(takes_plugins(export))
 app.command("import")(takes_plugins(import_campaign))
 app.command()(takes_plugins(tube))
 app.command()(takes_plugins(layers))

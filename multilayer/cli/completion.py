@@ -58,3 +58,9 @@ laterals = among("bonded", "slender", "held")
 quantities = among(
     "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission"
 )
+exports = among(
+    "surface_impedance", "surface_admittance", "admittance_matrix", "impedance_matrix", "transfer_matrix", "absorption",
+    "transmission_loss", "sea_trim", "nastran",
+)  # fmt: skip
+faces = among("fluid", "plate")
+frame_densities = among("solid", "bulk")

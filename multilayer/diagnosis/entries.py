@@ -101,7 +101,8 @@ def gap_in_fit(fitted: Fitted) -> float:
 
 def _parameters(fitted: Fitted) -> dict[str, Any]:
     entries = {}
-    for parameter in fitted.hypothesis.effect_parameters:
+    named = fitted.hypothesis.bare(fitted.minimum.z)[0]
+    for parameter in named.effect_parameters:
         value, low, high = fitted.interval(parameter.name)
         entries[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
     return entries

@@ -308,10 +308,10 @@ def _exchanged(pair: Fitted, effects: Mapping[str, BaseEffect], singles: Mapping
     What single effects promise may mislead where neither explains anything alone.
     """
     tasks: PairTasks = {}
-    for other, kept in permutations(pair.hypothesis.effects):
-        is_kept = [not parameter.name.startswith(f"{other.name}.") for parameter in pair.hypothesis.parameters]
-        minimum = replace(pair.minimum, z=pair.minimum.z[is_kept])
-        base = replace(pair, hypothesis=pair.hypothesis.with_effects(kept), minimum=minimum)
+    hypothesis, z = pair.hypothesis.bare(pair.minimum.z)
+    for other, kept in permutations(hypothesis.effects):
+        is_kept = [not parameter.name.startswith(f"{other.name}.") for parameter in hypothesis.parameters]
+        base = replace(pair, hypothesis=hypothesis.with_effects(kept), minimum=replace(pair.minimum, z=z[is_kept]))
         for (name,) in singles:
             if name not in pair.names:
                 tasks[kept.name, name] = base, effects[name]
@@ -352,5 +352,5 @@ def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str
 
 def _begin_pair(task: tuple[Fitted, BaseEffect]) -> StartedFit:
     fitted, second = task
-    hypothesis = fitted.hypothesis.with_effects(*fitted.hypothesis.effects, second)
-    return begin(hypothesis, fitted.minimum.z, followed=1)
+    hypothesis, z = fitted.hypothesis.bare(fitted.minimum.z)
+    return begin(hypothesis.with_effects(*hypothesis.effects, second), z, followed=1)

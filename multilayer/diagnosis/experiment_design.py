@@ -110,7 +110,7 @@ def rank_designs(
 
 def _names(fitted: Fitted) -> list[str]:
     """Return the names of a hypothesis' effects; that of the unknown cause where a law is drawn."""
-    is_drawn = any(isinstance(effect, LawAtPlace) for effect in fitted.hypothesis.effects)
+    is_drawn = any(isinstance(effect, LawAtPlace) and not effect.error_of for effect in fitted.hypothesis.effects)
     return list(UNKNOWN if is_drawn else fitted.names)
 
 

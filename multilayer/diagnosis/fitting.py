@@ -14,6 +14,7 @@ from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.law_errors import with_errors_at_places
 from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import NEAR, UNEXPLAINED
 from multilayer.executors import call, run_all
@@ -33,6 +34,7 @@ _SOME, _MOST = 30, 100  # steps after which minima are compared, and after which
 COARSELY = (_SOME, _COARSE)  # steps and tolerance of minima that are only compared
 _FOLLOWED = 2  # valleys that are followed to their minimum
 _BEHIND = 10.0  # times the least misfit in the valleys of all effects, above which an effect is given up
+_ROUGH = 0.25  # share of its cost by which a coarse fit may be short
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # times the least misfit, up to which coarse minima are polished, and how many at most
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of sizes of either sign
@@ -102,6 +104,8 @@ class Fitted:
 
     def _size_error(self, name: str) -> float:
         effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
+        if any(other.error_of == effect.name for other in self.hypothesis.effects):
+            return 0.0  # the error is among the unknowns
         return float(effect.law_error if effect.size_error is None else effect.size_error)
 
 
@@ -177,7 +181,7 @@ def begin(
 
 
 def _has_law_errors(hypothesis: Hypothesis) -> bool:
-    return any(effect.law_error for effect in hypothesis.effects)
+    return any(hypothesis.law_errors)
 
 
 def at_minimum(hypothesis: Hypothesis, start: RealArray, most: int = _MOST, tolerance: float = _TOLERANCE) -> Fitted:
@@ -195,14 +199,27 @@ def polish_fits(
     """Return coarse fits at their exact minima.
 
     Fits that explain far less than the best, or leave a cost of more than `most` per datum, stay as they are; those
-    that an experiment may have to distinguish from the best are followed to full convergence.
+    that an experiment may have to distinguish from the best are followed to full convergence. A coarse fit has more
+    room for errors of its law than the effect's place gives it: as long as one promises more than those at places hold,
+    it is tried there.
     """
     least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
-    near = [key for key, fit in fits.items() if fit.minimum.cost < _NEAR * least and fit.minimum.cost_per_datum < most]
-    chosen = sorted(near, key=lambda key: -fits[key].log_evidence)[:_MOST_FOLLOWED]
-    polished = _replaced(fits, chosen, _polish, executor)
-    best = max((polished[key].log_evidence for key in chosen), default=0.0)
-    rivals = [key for key in chosen if polished[key].log_evidence > best - NEAR]
+    ranked = sorted(fits, key=lambda key: -fits[key].log_evidence)
+    promising = [key for key in ranked if fits[key].minimum.cost_per_datum < most]
+    chosen = [key for key in promising if fits[key].minimum.cost < _NEAR * least][:_MOST_FOLLOWED]
+    tried, polished, best = list[K](), dict(fits), float("-inf")
+    while chosen:
+        polished = _replaced(polished, chosen, _at_places, executor)
+        tried += chosen
+        best = max(polished[key].log_evidence for key in tried)
+        rest = [key for key in promising if key not in tried and fits[key].log_evidence > best - NEAR]
+        chosen = rest[:_MOST_FOLLOWED]
+    tried.sort(key=lambda key: -polished[key].log_evidence)
+    near = [key for key in tried if polished[key].log_evidence > best - NEAR - _ROUGH * polished[key].minimum.cost]
+    near = near[:_MOST_FOLLOWED]
+    polished = _replaced(polished, near, _polish, executor)
+    best = max((polished[key].log_evidence for key in near), default=0.0)
+    rivals = [key for key in near if polished[key].log_evidence > best - NEAR]
     return _replaced(polished, rivals, _with_fixed_errors, executor)
 
 
@@ -212,23 +229,45 @@ def _replaced(
     return {**fits, **dict(zip(keys, run_all(change, [fits[key] for key in keys], executor), strict=True))}
 
 
+def _at_places(fitted: Fitted) -> Fitted:
+    """Return a coarse fit with errors of its laws at their places, or with laws as they are, whatever is better.
+
+    A hypothesis without such a place stays as it is.
+    """
+    placed = with_errors_at_places(fitted.hypothesis, fitted.minimum.z)
+    if placed is None:
+        return fitted
+    exact = Fitted(fitted.hypothesis, minimise_scaled(fitted.hypothesis, fitted.minimum.z, *COARSELY))
+    again = with_errors_at_places(fitted.hypothesis, exact.minimum.z)
+    ends = [at_minimum(*at, *COARSELY) for at in (placed, again) if at is not None]
+    return replace(best_of([exact, *ends]), valleys=fitted.valleys)
+
+
 def _polish(fitted: Fitted) -> Fitted:
     """Return the best of the minima reached from a fit and, where its misfit is large, from its valleys.
 
     With errors of laws, and with the laws as they are: how wrong a law is cannot be known beforehand, and one that
-    holds exactly needs no room for errors. The misfit is that without errors of laws. A minimum that needs these need
-    not be near a valley without them, and a descent with them from far away goes astray: from there a smooth
-    discrepancy is allowed first, and reduced in steps.
+    holds exactly needs no room for errors. Where an effect has a place, the error of its law is a function there, the
+    same in all configurations. The misfit is that without errors of laws that are taken in to first order. A minimum
+    that needs these need not be near a valley without them, and a descent with them from far away goes astray: from
+    there a smooth discrepancy is allowed first, and reduced in steps.
     """
-    hypothesis, starts = fitted.hypothesis, [fitted.minimum.z]
-    if fitted.valleys is not None and is_far_off(float(costs_per_datum(hypothesis.residual, starts[0][None])[0])):
+    misfit = float(costs_per_datum(fitted.hypothesis.residual, fitted.minimum.z[None])[0])
+    hypothesis, z = fitted.hypothesis.bare(fitted.minimum.z)
+    starts = [z]
+    if fitted.valleys is not None and is_far_off(misfit):
         misfits = costs_per_datum(hypothesis.residual, fitted.valleys)
         pairs = zip(fitted.valleys, map(continuation_sizes, misfits), strict=True)
         starts += [_by_continuation(hypothesis, *pair) for pair in pairs]
-    ends = [at_minimum(hypothesis, start) for start in starts]
-    if _has_law_errors(hypothesis):
-        ends += [Fitted(hypothesis, minimise_scaled(hypothesis, start)) for start in starts]
-    return best_of(ends)
+    if not _has_law_errors(hypothesis):
+        return best_of([at_minimum(hypothesis, start) for start in starts])
+    exact = [Fitted(hypothesis, minimise_scaled(hypothesis, start)) for start in starts]
+    loose = [at_minimum(hypothesis, start) for start in starts]
+    placed = [with_errors_at_places(hypothesis, best_of(ends).minimum.z) for ends in (exact, loose)]
+    if fitted.hypothesis.effects != hypothesis.effects:
+        placed.append((fitted.hypothesis, fitted.minimum.z))
+    at_places = [at_minimum(*at) for at in placed if at is not None]
+    return best_of([*exact, *(at_places or loose)])
 
 
 def _by_continuation(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
@@ -48,23 +49,31 @@ def is_misfit_likely(fitted: Fitted) -> bool:
 
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability, by their priors, of effects' parameters as far out as these, all taken together."""
-    count = len(fitted.hypothesis.effect_parameters)
-    coordinates = fitted.minimum.z[len(fitted.minimum.z) - count :]
-    return exceeding(float(coordinates @ coordinates), count) if count else 1.0
+    coordinates = _coordinates(fitted, errors=False)
+    return exceeding(float(coordinates @ coordinates), len(coordinates)) if len(coordinates) else 1.0
+
+
+def _coordinates(fitted: Fitted, *, errors: bool) -> RealArray:
+    """Return the coordinates of effects' parameters, or of errors of their laws."""
+    names = {effect.name for effect in fitted.hypothesis.effects if bool(effect.error_of) == errors}
+    chosen = [parameter.name.partition(".")[0] in names for parameter in fitted.hypothesis.parameters]
+    return fitted.minimum.z[chosen]
 
 
 def law_p_value(fitted: Fitted) -> float:
-    """Return the probability of errors of the effects' laws as large as those in the fit.
+    """Return the probability of errors of the effects' laws as large as those in the fit, the less probable kind.
 
-    The posterior means of the errors have a weighted chi-square distribution, approximated by its first two moments: F.
+    Of errors that are unknowns of the hypothesis, that of their coordinates. Of those that are integrated out, the posterior means of the errors have a weighted chi-square distribution, approximated by its first two moments: F.
     E. Satterthwaite, Biometrics Bull. 2 (1946) 110-114.
     """
+    drawn = _coordinates(fitted, errors=True)
+    p_value = exceeding(float(drawn @ drawn), len(drawn)) if len(drawn) else 1.0
     if fitted.errors is None or not len(fitted.errors.sizes):
-        return 1.0
+        return p_value
     weights = fitted.errors.sizes**2 / (1 + fitted.errors.sizes**2)
     means = np.sqrt(weights) * (fitted.minimum.residual @ fitted.errors.directions)
     scale = float(np.sum(weights**2) / np.sum(weights))
-    return exceeding(float(means @ means) / scale, float(np.sum(weights)) / scale)
+    return min(p_value, exceeding(float(means @ means) / scale, float(np.sum(weights)) / scale))
 
 
 def probability_text(p: float) -> str:

@@ -149,8 +149,8 @@ def differences_and_changes(
     differences = hypothesis.differences(z)
     changes = [
         [_limited(change) for change in hypothesis.law_change(index, z, differences)]
-        for index, effect in enumerate(hypothesis.effects)
-        if effect.law_error
+        for index, error in enumerate(hypothesis.law_errors)
+        if error
     ]
     return differences, changes
 
@@ -173,7 +173,7 @@ def _columns(
 def _sizes(hypothesis: Hypothesis, configurations: int) -> list[float]:
     """Return the standard deviations of errors of laws, each for the common part and for the separate parts alike."""
     share = np.sqrt(0.5) if configurations > 1 else 1.0
-    return [float(share * effect.law_error) for effect in hypothesis.effects if effect.law_error]
+    return [float(share * error) for error in hypothesis.law_errors if error]
 
 
 def _shapes(hypothesis: Hypothesis, all_data: Sequence[Data]) -> list[RealArray]:

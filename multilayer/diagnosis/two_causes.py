@@ -75,7 +75,7 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
     if shrinkage.share < LEAST_SHRINKAGE:
         return None
     is_known = first is not best_alone.explanation
-    (effect,) = first.hypothesis.effects
+    effect = first.hypothesis.effects[0]
     drawn = DrawnPlace(second, simple_form(base, second, executor), shrinkage)
     place = str(getattr(effect, "place", "")) if is_known else best_alone.place.name
     return TwoCauses(None if is_known else best_alone, first.names if is_known else (), place, drawn)

@@ -36,6 +36,8 @@ class BaseEffect:
         Standard normal coordinates of all parameters from which fits start; a grid over the priors when empty.
     needs_finite_elements : bool
         Whether the rods of the two-plate rig are replaced by finite elements of the free rim.
+    error_of : str
+        Name of the known effect, whose law's error this is; empty of an effect.
     """
 
     kind: ClassVar[str]
@@ -49,3 +51,4 @@ class BaseEffect:
     size_error: ClassVar[float | None] = None
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
+    error_of: str = ""

@@ -112,8 +112,20 @@ class Hypothesis(Experiments):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects."""
-        return tuple(effect.name for effect in self.effects)
+        """Names of the effects, without what only corrects the law of one of them."""
+        return tuple(effect.name for effect in self.effects if not effect.error_of)
+
+    @property
+    def law_errors(self) -> tuple[float, ...]:
+        """`BaseEffect.law_error` of every effect; 0 where the error is an unknown of the hypothesis itself."""
+        drawn = {effect.error_of for effect in self.effects}
+        return tuple(0.0 if effect.name in drawn else effect.law_error for effect in self.effects)
+
+    def bare(self, z: RealArray) -> tuple[Self, RealArray]:
+        """Return the hypothesis without errors of its effects' laws as unknowns, and the remaining coordinates."""
+        errors = {effect.name for effect in self.effects if effect.error_of}
+        kept = [parameter.name.partition(".")[0] not in errors for parameter in self.parameters]
+        return self.with_effects(*(effect for effect in self.effects if not effect.error_of)), z[..., kept]
 
     @cached_property
     def effect_parameters(self) -> tuple[Parameter, ...]:

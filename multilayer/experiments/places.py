@@ -170,8 +170,8 @@ class DrawnLaw(LawAtPlace):
     at_place : BasePlace
     nodes : array, shape (k,)
         ln f.
-    size : float
-        Standard deviation of real and imaginary part, in the place's unit.
+    size : float or array, shape (k,)
+        Standard deviation of real and imaginary part, in the place's unit; an array at nodes, powers of f between them.
     length : float
         Correlation length in ln f.
     offset : complex
@@ -180,7 +180,7 @@ class DrawnLaw(LawAtPlace):
 
     at_place: Any
     nodes: RealArray
-    size: float
+    size: float | RealArray
     length: float = LENGTH
     offset: complex = 0.0
     name: str = ""
@@ -219,7 +219,37 @@ class DrawnLaw(LawAtPlace):
     def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
         """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k)."""
         k = len(self.nodes)
-        return np.asarray(self.size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
+        size = np.exp(np.interp(np.log(frequency), self.nodes, np.log(np.broadcast_to(self.size, k))))
+        return np.asarray(size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
+
+
+@dataclass(frozen=True, eq=False)
+class LawError(DrawnLaw):
+    """What the law of a known effect misses at its place: a free function, small beside the law itself.
+
+    Attributes
+    ----------
+    error_of : str
+        Name of the effect.
+    absent_in : str
+        The experiment that takes the effect away.
+    """
+
+    error_of: str = ""
+    absent_in: str = ""  # type: ignore[misc]
+
+    @property
+    def place(self) -> str:
+        """Name of its place, as effects have it."""
+        return str(self.at_place.name)
+
+    @classmethod
+    def of(cls, effect: Any, place: Any, frequency: RealArray, size: RealArray | float, length: float) -> LawError:
+        """Return the error of an effect's law at a place, for data at frequencies, Hz."""
+        law = DrawnLaw.at(place, frequency, 1.0, length)
+        name = f"error_of_{effect.name}"
+        absent = str(getattr(effect, "absent_in", ""))
+        return cls(place, law.nodes, size, length, 0.0, name, law.parameters, 0.0, effect.name, absent)
 
 
 def _kernel(a: RealArray, b: RealArray) -> RealArray:

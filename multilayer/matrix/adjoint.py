@@ -21,6 +21,7 @@ from multilayer.matrix.families import normal_velocity
 from multilayer.matrix.small import beside, multiply, solve_small
 from multilayer.matrix.solve import (
     HalfSpace,
+    Port,
     Solution,
     Sweep,
     System,
@@ -59,7 +60,7 @@ class Outcomes:
 
 
 def solve_with_adjoint(system: System) -> Outcomes:
-    """Solve a system and its transpose."""
+    """Solve a system and its transpose; the system has no ports."""
     sweep = backward(system)
     solution = onward(system, sweep)
     adjoints = _adjoints(system, sweep)
@@ -148,7 +149,7 @@ def _interfaces(system: System, sweep: Sweep) -> Iterator[tuple[ComplexArray, Ro
     for (here, there), answer, contact in zip(pairwise(chain), behind, between, strict=False):
         i_rows, j_rows = couple(here.family, there.family, contact, here.porosity, there.porosity)
         yield interface(here, there, answer, contact)[:, here.family.half :], i_rows, j_rows
-    if not isinstance(system.tail, HalfSpace):
+    if isinstance(system.tail, Wall | Void):
         rows = end_rows(last, system.tail, contacts[-1])
         yield apply_rows(rows, last.back[:, last.family.half :]), rows, ()
 
@@ -193,7 +194,7 @@ def _by_porosity(
 
 
 def _outside(
-    end: HalfSpace | Wall | Void, leaving: ComplexArray | None, arriving: float
+    end: HalfSpace | Wall | Void | Port, leaving: ComplexArray | None, arriving: float
 ) -> tuple[Faces | None, ComplexArray | None, ComplexArray | None]:
     """Return the faces of a half-space and the state there, twice; nothing of another end."""
     if not isinstance(end, HalfSpace) or leaving is None:

@@ -141,6 +141,18 @@ class FacesOf(Faces):
         return self._matrices[1]
 
 
+def mirrored(faces: Faces) -> Faces:
+    """Return the face matrices of a layer that is turned round along axis 3: its back is where its front was."""
+
+    def turned(matrix: ComplexArray) -> ComplexArray:
+        half = faces.family.half
+        waves = np.concatenate([matrix[:, half:], matrix[:, :half]], axis=1)  # what went back goes on
+        waves[list(faces.family.odd)] *= -1
+        return waves
+
+    return Faces(faces.family, turned(faces.back), turned(faces.front), faces.porosity)
+
+
 def from_waves(
     family: Family, forward: Entries, wavenumbers: Sequence[Numeric], thickness: Numeric
 ) -> tuple[ComplexArray, ComplexArray]:

@@ -20,7 +20,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
 from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import aligned, beside, common_shape, multiply, solve_small
 
 
@@ -48,23 +48,48 @@ class Void:
 
 
 @dataclass(frozen=True)
+class Port:
+    """What a medium imposes on an end of a stack: half of its state is given, the other half answers.
+
+    Attributes
+    ----------
+    family : Family
+        Of the medium.
+    given, answers : tuple of int
+        Indices into its state. As an excitation the first given quantity is 1 and the others are 0, and the first
+        answer is what `Solution.reflected` holds; as a termination all that is given is 0, and the first answer is what
+        `Solution.transmitted` holds.
+    """
+
+    family: Family
+    given: tuple[int, ...]
+    answers: tuple[int, ...]
+
+    def faces(self, ndim: int = 0, *, is_head: bool) -> Faces:
+        """Return the state by coefficients, those that are known first at a head, last at a tail."""
+        order = [*self.given, *self.answers] if is_head else [*self.answers, *self.given]
+        (entries,) = aligned(np.eye(self.family.size, dtype=complex)[:, order], ndim=ndim)
+        return Faces(self.family, entries, entries)
+
+
+@dataclass(frozen=True)
 class System:
     """A stack ready to be solved.
 
     Attributes
     ----------
-    head : HalfSpace or Wall
-        Excitation: a plane wave of unit pressure arriving through a half-space, or a base of unit velocity.
+    head : HalfSpace, Wall or Port
+        Excitation: a plane wave of unit pressure arriving through a half-space, a base of unit velocity, or a port.
     layers : sequence of Faces
         From the excitation to the termination.
-    tail : HalfSpace, Wall or Void
+    tail : HalfSpace, Wall, Void or Port
     contacts : sequence
         One per interface: head to first layer, between layers, last layer to tail.
     """
 
-    head: HalfSpace | Wall
+    head: HalfSpace | Wall | Port
     layers: Sequence[Faces]
-    tail: HalfSpace | Wall | Void
+    tail: HalfSpace | Wall | Void | Port
     contacts: Sequence[Contact]
 
 
@@ -77,9 +102,10 @@ class Solution:
     layers : list of complex array
         Coefficients of every layer.
     reflected : complex array or None
-        Pressure of the wave that goes back into the head; None for a moving base.
+        Pressure of the wave that goes back into the head, or the answer of a port; None for a moving base.
     transmitted : complex array or None
-        Pressure of the wave that leaves through the tail, at the interface; None without a half-space there.
+        Pressure of the wave that leaves through the tail, at the interface, or the answer of a port; None for a wall or
+        a void.
     """
 
     layers: list[ComplexArray]
@@ -116,8 +142,9 @@ def onward(system: System, sweep: Sweep) -> Solution:
     layers, answers, carries = sweep.layers, sweep.answers, sweep.carries
     first = layers[0]
     reflected: ComplexArray | None = None
-    if isinstance(system.head, HalfSpace):
-        head = system.head.faces(first.front.ndim)
+    if not isinstance(system.head, Wall):
+        ndim = first.front.ndim
+        head = system.head.faces(ndim, is_head=True) if isinstance(system.head, Port) else system.head.faces(ndim)
         reflection, carry = _join(head, first, answers[0], system.contacts[0])
         reflected, ahead = reflection[0, 0], carry[:, 0]
     else:
@@ -146,8 +173,10 @@ def backward(system: System) -> Sweep:
     last = layers[-1]
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
-    if isinstance(system.tail, HalfSpace):
-        answer, carry = _join(last, system.tail.faces(last.front.ndim), None, system.contacts[-1])
+    if isinstance(system.tail, HalfSpace | Port):
+        ndim, tail = last.front.ndim, system.tail
+        behind = tail.faces(ndim, is_head=False) if isinstance(tail, Port) else tail.faces(ndim)
+        answer, carry = _join(last, behind, None, system.contacts[-1])
         answers.append(answer)
         carries.append(carry)
     else:

@@ -12,8 +12,8 @@ from typing import Any
 from multilayer.errors import InputError, MultilayerError, Problem
 
 
-def library(module: str, file: Path) -> Any:
-    """Return an optional library that a file needs.
+def library(module: str, file: Path, to_be: str = "read") -> Any:
+    """Return an optional library that a file needs, to be read or written.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def library(module: str, file: Path) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        message = f"needs the package '{module}' to be read; install it with: pip install 'multilayer[formats]'"
+        message = f"needs the package '{module}' to be {to_be}; install it with: pip install 'multilayer[formats]'"
         raise InputError(Problem(message, file=file)) from None
 
 

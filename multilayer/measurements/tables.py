@@ -121,7 +121,12 @@ class Table:
 
     def text(self, index: int) -> list[str]:
         """Return the cells of a column; rows that end before it have an empty one."""
-        return [from_cell(_text(cells[index])) if index < len(cells) else "" for _, cells in self.rows]
+        return [self.cell(cells[index]) if index < len(cells) else "" for _, cells in self.rows]
+
+    @staticmethod
+    def cell(cell: str | float) -> str:
+        """Return a cell as a text."""
+        return from_cell(_text(cell))
 
     def numbers(self, columns: Collection[int]) -> dict[int, RealArray]:
         """Return some columns as numbers, shape (n_rows,), by index.
@@ -151,7 +156,7 @@ class Table:
             raise self.error(f"has {len(cells)} cells and lacks some of the columns that the header names", line)
         cell = cells[index]
         try:
-            value = cell if isinstance(cell, float) else float(self._pointed(cell))
+            value = cell if isinstance(cell, float) else float(self.pointed(cell))
         except ValueError:
             comma = "; write decimals with a point" if "," in str(cell) else ""
             raise self.error(f"{show(str(cell).strip())} is no number{comma}", line) from None
@@ -161,7 +166,8 @@ class Table:
             raise self.error(f"{value:g} is larger than any measured value; correct it, or leave such rows out", line)
         return value
 
-    def _pointed(self, cell: str) -> str:
+    def pointed(self, cell: str) -> str:
+        """Return the text of a number, its decimals behind a point."""
         written = _text(cell)
         return written.replace(",", ".") if self._decimal_commas else written
 

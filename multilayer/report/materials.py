@@ -12,7 +12,11 @@ from multilayer.report.listing import Listing
 from multilayer.report.report import Report, Section
 
 
-def materials_report(names: Sequence[str] | None = None, library: Path | None = None) -> Report:
+def materials_report(
+    names: Sequence[str] | None = None,
+    library: Path | None = None,
+    known: Mapping[str, Mapping[str, Any]] | None = None,
+) -> Report:
     """Return materials: all of a library in a table, or all values of some.
 
     Parameters
@@ -21,13 +25,16 @@ def materials_report(names: Sequence[str] | None = None, library: Path | None = 
         Names or parts of names.
     library : Path, optional
         The built-in one when left out.
+    known : mapping, optional
+        Materials in place of those of a library.
 
     Raises
     ------
     InputError
         For a name that no material has, or a library that cannot be read.
     """
-    known = load_library(library)
+    if known is None:
+        known = load_library(library)
     chosen = _chosen(names or [], known) if names else list(known)
     listings = [_values(name, known[name]) for name in chosen] if names else [_table(known)]
     record = [{"name": name, **known[name]} for name in chosen]

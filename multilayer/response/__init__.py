@@ -16,6 +16,13 @@ from multilayer.response.fields import LayerState, PowerBalance, fields, power_b
 from multilayer.response.finite_size import Window, radiation_impedance
 from multilayer.response.insertion_loss import insertion_loss
 from multilayer.response.plane_wave import PlaneWave, plane_wave
+from multilayer.response.ports import (
+    admittance_matrix,
+    impedance_matrix,
+    surface_admittance,
+    surface_impedance,
+    transfer_matrix,
+)
 
 __all__ = [
     "BaseMotion",
@@ -28,6 +35,7 @@ __all__ = [
     "PlaneWaveDerivatives",
     "PowerBalance",
     "Window",
+    "admittance_matrix",
     "band_centres",
     "band_edges",
     "band_levels",
@@ -37,9 +45,13 @@ __all__ = [
     "diffuse_field",
     "diffuse_field_derivatives",
     "fields",
+    "impedance_matrix",
     "insertion_loss",
     "plane_wave",
     "plane_wave_derivatives",
     "power_balance",
     "radiation_impedance",
+    "surface_admittance",
+    "surface_impedance",
+    "transfer_matrix",
 ]

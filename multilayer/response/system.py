@@ -9,15 +9,24 @@ import numpy as np
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.matrix.couplings import CouplingError, couple
-from multilayer.matrix.solve import HalfSpace, Solution, System, Void, Wall, solve
+from multilayer.matrix.families import FLUID
+from multilayer.matrix.solve import HalfSpace, Port, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
 from multilayer.paths import extremes
 from multilayer.stack import FluidHalfSpace, Stack
 
 
-def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
+def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: Port | None = None) -> System:
     """Return the system of `stack` in the field `wave`, excited by `head`.
+
+    Parameters
+    ----------
+    stack : Stack
+    wave : Wave
+    head : HalfSpace, Wall or Port
+    tail : Port, optional
+        In place of the stack's termination. A fluid there bears no shear, whatever the contact with a termination.
 
     Raises
     ------
@@ -42,7 +51,9 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall) -> System:
         except CouplingError as error:
             first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
             raise CouplingError(f"layers {first} and {second}: {error}") from None
-    return System(head, layers, _tail(stack, wave), interfaces)
+    if tail is None:
+        return System(head, layers, _tail(stack, wave), interfaces)
+    return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
 
 
 def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:

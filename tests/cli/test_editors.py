@@ -167,6 +167,7 @@ class TestJson:
             "methods without a campaign": ("methods",),
             "tube": ("tube", EXAMPLES / "raw_tube", *drawn),
             "import": ("import", recording, *IN_VOLTS, "--like", sound_campaign, *out),
+            "export": ("export", STACK, "--as", "surface_impedance", "--out", tmp_path / "z.csv"),
             "rig": ("rig", file, *out),
             "effects": ("effects",),
             "layers": ("layers",),
