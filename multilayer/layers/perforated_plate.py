@@ -12,8 +12,7 @@ from pydantic import Field, model_validator
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.field_sets import FieldSets
 from multilayer.layers.fluid import fluid_faces
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.media.perforations import (
@@ -130,7 +129,7 @@ class PerforatedPlate(FieldSets):
         if self.model == "maa":
             density = self._as_moving(wave, self._sheet_density(wave))
             impedance = 1j * wave.omega * self.thickness * density
-            return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+            return sheet_faces(wave, impedance)
         pores, bulk = self._pores(wave)
         return fluid_faces(wave, self.thickness, self._as_moving(wave, pores), bulk, lateral=0.0)
 

@@ -2,6 +2,15 @@
 
 from multilayer.response.bands import band_centres, band_edges, band_levels, band_means
 from multilayer.response.base_motion import BaseMotion, base_motion
+from multilayer.response.derivatives import (
+    BaseMotionDerivatives,
+    Derivatives,
+    DiffuseFieldDerivatives,
+    PlaneWaveDerivatives,
+    base_motion_derivatives,
+    diffuse_field_derivatives,
+    plane_wave_derivatives,
+)
 from multilayer.response.diffuse_field import DiffuseField, diffuse_field
 from multilayer.response.driven import Driven, driven, input_mobility
 from multilayer.response.excitations import Excitation, PointForce, Rain, TappingMachine, TurbulentFlow
@@ -20,12 +29,16 @@ from multilayer.response.ports import (
 
 __all__ = [
     "BaseMotion",
+    "BaseMotionDerivatives",
+    "Derivatives",
     "DiffuseField",
+    "DiffuseFieldDerivatives",
     "Driven",
     "Excitation",
     "FreeWaves",
     "LayerState",
     "PlaneWave",
+    "PlaneWaveDerivatives",
     "PointForce",
     "PowerBalance",
     "Rain",
@@ -38,7 +51,9 @@ __all__ = [
     "band_levels",
     "band_means",
     "base_motion",
+    "base_motion_derivatives",
     "diffuse_field",
+    "diffuse_field_derivatives",
     "driven",
     "fields",
     "free_waves",
@@ -46,6 +61,7 @@ __all__ = [
     "input_mobility",
     "insertion_loss",
     "plane_wave",
+    "plane_wave_derivatives",
     "power_balance",
     "radiation_impedance",
     "surface_admittance",

@@ -54,6 +54,13 @@ class Quantity:
             return -mean_loss(-values)
         return mean_loss(values) if self.unit == "dB" else mean_value(values)
 
+    def slope_of_mean(self, values: RealArray, slopes: RealArray) -> RealArray:
+        """Return the derivatives of the mean over the last axis from those of the values."""
+        if self.unit != "dB":
+            return mean_value(slopes)
+        power = 10 ** ((np.min(values, axis=-1, keepdims=True) - values) / 10)
+        return np.asarray(np.sum(power * slopes, axis=-1) / np.sum(power, axis=-1))
+
 
 QUANTITIES = {
     quantity.name: quantity
