@@ -193,6 +193,8 @@ MAGNITUDES = {
     "Pa*s/m": Magnitudes(1e-12, 1e18, 400.0, "impedances"),
     "N*s/m^3": Magnitudes(1e-6, 1e12, 100.0, "screens: a flow resistivity times a thickness"),
     "N*s/m^4": Magnitudes(1e-3, 1e15, 1e4, "open gauze; rock"),
+    "m^2/N": Magnitudes(1e-18, 1e6, 1e-6, "studs"),
+    "m/N": Magnitudes(1e-18, 1e6, 1e-6, "ties"),
     "N/m": Magnitudes(1e-12, 1e18, 1e4, "tensions and stiffnesses"),
     "Hz": Magnitudes(1e-18, 1e18, 1e3, "reduced frequencies of master curves; rates of recorders"),
     "s": Magnitudes(1e-18, 1e18, 1e-3, "relaxation times"),

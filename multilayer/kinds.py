@@ -88,6 +88,13 @@ def _read_simulation(source: Path) -> str:
     return _counted(len(load_simulation(source).cases), "case", "simulation")
 
 
+def _read_optimisation(source: Path) -> str:
+    from multilayer.optimisation.file import load_optimisation
+
+    file = load_optimisation(source)
+    return _counted(len(file.design), "freedom", "optimisation")
+
+
 def _read_campaign(source: Path) -> str:
     from multilayer.fits.sources import read_fit
 
@@ -141,6 +148,7 @@ def _read_rig_law(source: Path) -> str:
 _ALL = (
     Kind("stack", "multilayer.stack:Stack", _read_stack),
     Kind("simulation", "multilayer.simulation.file:SimulationFile", _read_simulation),
+    Kind("optimisation", "multilayer.optimisation.file:OptimisationFile", _read_optimisation),
     Kind("campaign", "multilayer.measurements.description:Campaign", _read_campaign),
     Kind("calibration", "multilayer.measurements.description:CalibrationCampaign", _read_calibration),
     Kind("fit", "multilayer.fits.settings:FitSettings", _read_campaign),

@@ -289,3 +289,22 @@ def load_stack(path: str | Path) -> Stack:
         kept = {key: value for key, value in document.data.items() if key not in OF_A_SIMULATION}
         document = replace(document, data=kept)
     return validate(document, Stack, "stack", context={"folder": file.parent})
+
+
+def _parse_stack(value: Any, info: ValidationInfo) -> Stack:
+    if isinstance(value, Stack):
+        return value
+    if isinstance(value, Mapping):
+        return Stack.model_validate(value, context=info.context)
+    folder = (info.context or {}).get("folder", Path())
+    try:
+        return load_stack(Path(folder) / str(value))
+    except InputError as error:
+        reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
+        raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
+
+
+StackField = Annotated[
+    Stack, PlainValidator(_parse_stack), PlainSerializer(Stack.to_dict), any_of({"type": "string"}, Stack)
+]
+"""A stack inside another file: the path of its own file, relative to that one, or its fields."""

@@ -236,6 +236,13 @@ def _metadata(annotation: Any) -> tuple[Any, ...]:
     return tuple(getattr(annotation, "__metadata__", ()))
 
 
+def field_bounds(info: FieldInfo) -> list[tuple[str, float]]:
+    """Return what bounds a field of a model, also inside ``T | None``, as ``("gt", 0.0)``: gt, ge, lt or le."""
+    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
+    constraints = [part for item in (*info.metadata, *inner) for part in (item, *getattr(item, "metadata", []))]
+    return [(key, getattr(c, key)) for c in constraints for key in ("gt", "ge", "lt", "le") if hasattr(c, key)]
+
+
 Positive = Field(gt=0)
 NonNegative = Field(ge=0)
 

@@ -15,6 +15,7 @@ TUBE, WALL = EXAMPLES / "foam_tube", EXAMPLES / "double_wall.yaml"
 COMMANDS = {
     "fit": [EXAMPLES / "foam_b", "--out", "fit"],
     "simulate": [EXAMPLES / "foam_absorption.yaml", "--out", "simulation"],
+    "optimise": [EXAMPLES / "best_absorber.yaml", "--out", "best"],
     "diagnose": [TUBE, "--out", "diagnosis"],
     "compare": [TUBE / "truth.yaml", TUBE / "tube.csv", "--out", "comparison"],
     "tube": [EXAMPLES / "raw_tube", "--out", "tube"],

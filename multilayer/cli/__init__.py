@@ -23,6 +23,7 @@ from multilayer.cli.compare import compare
 from multilayer.cli.diagnose import diagnose
 from multilayer.cli.effects import effects
 from multilayer.cli.examples import examples
+from multilayer.cli.explore import explore
 from multilayer.cli.export import export
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
@@ -30,6 +31,7 @@ from multilayer.cli.layers import layers
 from multilayer.cli.loudness import LOUDNESS
 from multilayer.cli.materials import materials
 from multilayer.cli.methods import methods
+from multilayer.cli.optimise import optimise
 from multilayer.cli.plugin_commands import STOPPED, Commands
 from multilayer.cli.plugin_option import PluginFiles, takes_plugins
 from multilayer.cli.plugins import plugins
@@ -63,7 +65,9 @@ def _options(
 
 
 app.command()(takes_plugins(simulate))
+app.command()(takes_plugins(optimise))
 app.command()(takes_plugins(compare))
+app.command()(takes_plugins(explore))
 app.command()(takes_plugins(fit))
 app.command()(takes_plugins(methods))
 app.command()(takes_plugins(diagnose))

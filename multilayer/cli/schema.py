@@ -51,4 +51,4 @@ def schema(
         typer.echo(json_text([{"kind": one.name, "title": one.title} for one in chosen]), nl=False)
     else:
         for one in chosen:
-            typer.echo(f"{one.name:12}{one.title}")
+            typer.echo(f"{one.name:14}{one.title}")

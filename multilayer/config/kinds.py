@@ -15,6 +15,7 @@ FIT_FILE = "fit.yaml"  # of a folder
 TITLES = {
     "stack": "stack file",
     "simulation": "simulation file",
+    "optimisation": "search of the best design",
     "campaign": "campaign on the two-plate rig",
     "calibration": "calibration of two accelerometers",
     "fit": "fit of a campaign",
@@ -28,8 +29,12 @@ TITLES = {
 _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"}  # a second kind that its reader takes
 # fields of a simulation beside its stack
 OF_A_SIMULATION = frozenset(
-    {"frequency", "incidence", "finite_size", "reference", "sweep", "tolerances", "samples", "seed"}
-)
+    {
+        "frequency", "incidence", "finite_size", "excitation", "free_waves", "reference", "sweep", "tolerances",
+        "samples", "seed", "area", "beside", "links",
+    }
+)  # fmt: skip
+_OF_AN_OPTIMISATION = frozenset({"design", "goal", "limits", "catalogue"})
 _OF_A_STACK_FIT = frozenset({"nominal", "stacks", "measurements", "unknowns"})
 _OF_A_DIAGNOSIS = frozenset({"effects", "tube", "reference"})
 OF_A_FIT = frozenset(
@@ -53,6 +58,8 @@ def kind_of_data(data: Any) -> str:
 def _kind_of_keys(data: Mapping[str, Any]) -> str:
     keys = data.keys()
     if "layers" in keys:
+        if not _OF_AN_OPTIMISATION.isdisjoint(keys):
+            return "optimisation"
         return "stack" if OF_A_SIMULATION.isdisjoint(keys) else "simulation"
     if "rig" in keys:
         return _RIGS.get(str(data["rig"]), "campaign")

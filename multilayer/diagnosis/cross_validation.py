@@ -23,6 +23,7 @@ from multilayer.inference.problem import Problem
 from multilayer.inference.pulls import stated_pulls
 
 _FEWEST = 4  # bursts that can be divided into blocks
+_FINE = (60, 1e-6)  # evaluations, and relative change of the cost at convergence: a thousandth of a nat
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,7 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     problem: Problem = kept
     if fitted.errors:
         problem = WithModelErrors(kept, LowRank.of(np.concatenate(law_columns(kept, start), axis=1)))
-    minimum = minimise_scaled(problem, start)
+    minimum = minimise_scaled(problem, start, *_FINE)
     residual, slopes = held_out.linearised(minimum.z)
     pulls = stated_pulls(kept.parameters, minimum.z)
     by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))

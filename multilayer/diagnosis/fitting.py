@@ -16,7 +16,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.law_errors import with_errors_at_places
 from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
-from multilayer.diagnosis.thresholds import NEAR, UNEXPLAINED
+from multilayer.diagnosis.thresholds import NEAR, ROUGH, UNEXPLAINED
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, minimise_bfgs
@@ -34,7 +34,6 @@ _SOME, _MOST = 30, 100  # steps after which minima are compared, and after which
 COARSELY = (_SOME, _COARSE)  # steps and tolerance of minima that are only compared
 _FOLLOWED = 2  # valleys that are followed to their minimum
 _BEHIND = 10.0  # times the least misfit in the valleys of all effects, above which an effect is given up
-_ROUGH = 0.25  # share of its cost by which a coarse fit may be short
 _NEAR, _MOST_FOLLOWED = 2.0, 5  # times the least misfit, up to which coarse minima are polished, and how many at most
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of sizes of either sign
@@ -215,7 +214,7 @@ def polish_fits(
         rest = [key for key in promising if key not in tried and fits[key].log_evidence > best - NEAR]
         chosen = rest[:_MOST_FOLLOWED]
     tried.sort(key=lambda key: -polished[key].log_evidence)
-    near = [key for key in tried if polished[key].log_evidence > best - NEAR - _ROUGH * polished[key].minimum.cost]
+    near = [key for key in tried if polished[key].log_evidence > best - NEAR - ROUGH * polished[key].minimum.cost]
     near = near[:_MOST_FOLLOWED]
     polished = _replaced(polished, near, _polish, executor)
     best = max((polished[key].log_evidence for key in near), default=0.0)

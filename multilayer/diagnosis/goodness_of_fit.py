@@ -63,8 +63,9 @@ def _coordinates(fitted: Fitted, *, errors: bool) -> RealArray:
 def law_p_value(fitted: Fitted) -> float:
     """Return the probability of errors of the effects' laws as large as those in the fit, the less probable kind.
 
-    Of errors that are unknowns of the hypothesis, that of their coordinates. Of those that are integrated out, the posterior means of the errors have a weighted chi-square distribution, approximated by its first two moments: F.
-    E. Satterthwaite, Biometrics Bull. 2 (1946) 110-114.
+    Of errors that are unknowns of the hypothesis, that of their coordinates. Of those integrated out, the posterior
+    means have a weighted chi-square distribution, approximated by its first two moments: F. E. Satterthwaite,
+    Biometrics Bull. 2 (1946) 110-114.
     """
     drawn = _coordinates(fitted, errors=True)
     p_value = exceeding(float(drawn @ drawn), len(drawn)) if len(drawn) else 1.0

@@ -1,7 +1,7 @@
 """Errors of known effects' laws as free functions at the effects' places.
 
-A known effect is a place with a law of few parameters; what that law misses is the place's own function, small beside it
-and the same in all configurations. An effect elsewhere that resembles it in one configuration does not do so in all.
+A known effect is a place with a law of few parameters; what that law misses is the place's own function, small beside
+it and the same in all configurations. An effect elsewhere that resembles it in one of them does not do so in all.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def with_errors_at_places(hypothesis: Hypothesis, z: RealArray) -> tuple[Hypothe
     """Return a hypothesis with errors of its effects' laws as unknowns, and coordinates there, the errors 0.
 
     Of all effects that have a place. The standard deviation of an error is the effect's `law_error` times
-    the law's amount, by what both change in the data near each frequency.
+    the law's amount, as a power of frequency, by what both change in the data.
 
     Parameters
     ----------
@@ -67,8 +67,10 @@ def _error_law(hypothesis: Hypothesis, z: RealArray, index: int, place: BasePlac
     by_effect = _strength(hypothesis, hypothesis.law_change(index, z, here))
     by_unit = _strength(hypothesis, [there - at for there, at in zip(moved, here, strict=True)])
     near = np.exp(-0.5 * (np.subtract.outer(law.nodes, np.log(frequency)) / DISCREPANCY_LENGTH) ** 2)
-    share = np.sqrt((near @ by_effect + _TINY) / (near @ by_unit + _TINY))
-    return replace(law, size=np.asarray(effect.law_error * unit * share))
+    share = 0.5 * np.log((near @ by_effect + _TINY) / (near @ by_unit + _TINY))
+    # a power of f, as most laws are: a size that has kinks would have laws with kinks
+    slope, mean = np.polyfit(law.nodes, share, 1)
+    return replace(law, size=np.asarray(effect.law_error * unit * np.exp(mean + slope * law.nodes)))
 
 
 def _strength(hypothesis: Hypothesis, changes: list[np.ndarray]) -> RealArray:

@@ -16,7 +16,7 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, SECOND_TERM, UNEXPLAINED
+from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, ROUGH, SECOND_TERM, UNEXPLAINED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
@@ -28,7 +28,6 @@ from multilayer.inference.problem import Minimum, Scaled
 
 # evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
-_ROUGH = 0.25  # share of its cost by which a coarse descent may be short: places are given up farther behind only
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
@@ -182,7 +181,7 @@ def fit_places(
     begun.sort(key=lambda fit: -tolerant_evidence(fit))
     best = tolerant_evidence(begun[0]) if begun else 0.0
     most = len(begun) if is_explained(begun) else _SHARP  # where no law explains anything, orders mean little
-    near = [fit for fit in begun[:most] if tolerant_evidence(fit) > best - NEAR - _ROUGH * fit.minimum.cost]
+    near = [fit for fit in begun[:most] if tolerant_evidence(fit) > best - NEAR - ROUGH * fit.minimum.cost]
     fits = run_all(call, [partial(_finished, nominal, fit) for fit in near], executor)
     fits += [_unfinished(fit) for fit in begun if not any(fit is other for other in near)]
     fits = sorted([*fits, *idle], key=lambda fit: -fit.log_evidence)
@@ -256,7 +255,7 @@ def may_explain(nominal: Fitted, places: Mapping[str, PlaceFit], effect: BaseEff
     cost = at.explanation.minimum.cost
     gain = 0.5 * (nominal.minimum.cost - cost)
     best = max(nominal.log_evidence, *(fit.log_evidence for fit in places.values()))
-    return gain > LEAST_SCORE and nominal.log_evidence + gain > best - NEAR - _ROUGH * cost
+    return gain > LEAST_SCORE and nominal.log_evidence + gain > best - NEAR - ROUGH * cost
 
 
 def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:

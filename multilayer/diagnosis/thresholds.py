@@ -35,6 +35,7 @@ UNKNOWN_SIZES = (0.01, 0.02, 0.04, 0.08)
 DISCREPANCY_LENGTH, LAW_LENGTH = 0.4, 1.0
 LAW_SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the place's scale
 UNEXPLAINED = 10.0  # cost per datum, errors of laws included, above which a hypothesis explains nothing
+ROUGH = 0.25  # share of its cost by which a coarse fit may be short: what is farther behind than that is given up
 FORM_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
 # probability below which a law is told not to be causal, and of calling a law on the edge of passivity not passive
 NOT_CAUSAL_P, NOT_PASSIVE_P = 0.001, 0.1

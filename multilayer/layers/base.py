@@ -74,6 +74,22 @@ class Layer(Model, metaclass=InWords):
                 f"a layer of {thickness:g} m; numbers without a unit are in m: is '{thickness:g} mm' meant?",
             )
 
+    @property
+    def depth(self) -> Numeric:
+        """How much room the layer takes along axis 3, m: its `thickness`, none for a sheet without."""
+        thickness: Numeric | None = getattr(self, "thickness", None)
+        return 0.0 if thickness is None else thickness
+
+    @property
+    def mass_per_area(self) -> Numeric | None:
+        """Mass over area, kg/m2, the gas in the layer left out; None where the fields do not tell it."""
+        for name in ("density", "frame_density"):
+            density: Numeric | None = getattr(self, name, None)
+            if density is not None:
+                return density * self.depth
+        sheet: Numeric | None = getattr(self, "surface_density", None)
+        return sheet
+
     @abstractmethod
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices for a plane harmonic field.

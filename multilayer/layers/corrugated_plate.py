@@ -59,6 +59,16 @@ class CorrugatedPlate(ElasticLayer):
             return [(("crest_width",), text, self.crest_width)]
         return []
 
+    @property
+    def depth(self) -> Numeric:
+        """Height of the corrugations, the sheet's thickness included, m."""
+        return self.height + self.thickness
+
+    @property
+    def mass_per_area(self) -> Numeric:
+        """Mass of the sheet over the area that it covers, kg/m2."""
+        return np.asarray(self.density * self.thickness * self._profile().length)
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Xia, Friswell & Saavedra Flores 2012, see `media.plates.corrugated`."""
         profile, modulus = self._profile(), self.complex_modulus(wave)
@@ -70,7 +80,7 @@ class CorrugatedPlate(ElasticLayer):
             ratio = wave.frequency / flat_resonance(modulus, self.poisson_ratio, self.thickness, self.density, flat)
             warn_outside(what, "frequency / resonance of the flats", ratio, -np.inf, 1, wave.frequency)
         rigidities = corrugated(modulus, self.poisson_ratio, self.thickness, profile)
-        return orthotropic_faces(wave, rigidities, self.azimuth, self.density * self.thickness * profile.length)
+        return orthotropic_faces(wave, rigidities, self.azimuth, self.mass_per_area)
 
     def _profile(self) -> Profile:
         if self.crest_width is None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from multilayer.layers.base import ElasticLayer
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.units import Density, Length
 
@@ -32,4 +31,4 @@ class ElasticPlate(ElasticLayer):
         stiffness = modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
         mass = 1j * wave.omega * self.density * self.thickness
         impedance = mass + stiffness * wave.kx**4 / (1j * wave.omega)
-        return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+        return sheet_faces(wave, impedance)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Literal
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import Layer
 from multilayer.matrix.equations import FieldEquations
-from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, FacesOf
+from multilayer.matrix.families import FLUID, Family
+from multilayer.matrix.slab import Slab
 from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
@@ -27,6 +30,11 @@ class Fluid(Layer):
     sound_speed: Speed | None = None
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
+
+    @property
+    def mass_per_area(self) -> Numeric:
+        """Mass over area, kg/m2, of a fluid whose density is stated; the ambient gas counts for nothing."""
+        return 0.0 if self.density is None else self.density * self.thickness
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, section 11.3.1."""
@@ -64,25 +72,53 @@ def fluid_faces(
     lateral : complex or array
         `density` over the density that counts along the layer: 0 where nothing flows along it.
     """
-    omega = wave.omega
-    square = omega**2 * density / bulk_modulus - lateral * wave.kx**2
-    k3 = decaying_root(square)
-    arguments = (omega, density, square, k3, thickness, wave.ambient.impedance)
-    # its equations know k3 only: the series serves thick layers too where the waves run along them and merge
-    return Faces(FLUID, *choose(is_thin([k3], 0 * wave.kx, thickness), _series, _waves, arguments))
+    return FacesOf(FluidSlab(wave, thickness, density, bulk_modulus, lateral))
 
 
-def _waves(
-    omega: Numeric, density: Numeric, _square: Numeric, k3: Numeric, thickness: Numeric, _impedance: float
-) -> tuple[ComplexArray, ComplexArray]:
-    return from_waves(FLUID, [[1.0], [k3 / (omega * density)]], [k3], thickness)
+@dataclass(frozen=True, eq=False)
+class FluidSlab(Slab):
+    """A slab of any fluid; see `fluid_faces`."""
 
+    family: ClassVar[Family] = FLUID
 
-def _series(
-    omega: Numeric, density: Numeric, square: Numeric, _k3: Numeric, thickness: Numeric, impedance: float
-) -> tuple[ComplexArray, ComplexArray]:
-    x, y = _equations(omega, density, square)
-    return from_propagator(FLUID, propagator_series(FLUID, x, y, thickness), impedance)
+    density: Numeric
+    bulk_modulus: Numeric
+    lateral: Numeric = 1.0
+
+    @property
+    def coefficients(self) -> tuple[Numeric, ...]:
+        """Thickness, density, bulk modulus, and the density over that along the layer."""
+        return self.thickness, self.density, self.bulk_modulus, self.lateral
+
+    @cached_property
+    def constants(self) -> tuple[Numeric, ...]:
+        """What `equations` and `waves` take."""
+        omega = self.wave.omega
+        square = omega**2 * self.density / self.bulk_modulus - self.lateral * self.wave.kx**2
+        return omega, self.density, square, decaying_root(square)
+
+    @property
+    def trace(self) -> Numeric:
+        """None: the equations know k3 only. The series serves thick layers too where waves run along them and merge."""
+        return 0 * self.wave.kx
+
+    @staticmethod
+    def equations(*constants: Numeric) -> tuple[Entries, Entries]:
+        """Return the field equations."""
+        return _equations(*constants[:3])
+
+    @staticmethod
+    def waves(*constants: Numeric) -> Entries:
+        """Return the wave of unit pressure."""
+        omega, density, _, k3 = constants
+        return [[1.0], [k3 / (omega * density)]]
+
+    def by_medium(self, x: ComplexArray, y: ComplexArray) -> tuple[Numeric, ...]:
+        """Return derivatives by density, bulk modulus and the ratio of densities; see `_equations`."""
+        omega, density = self.wave.omega, self.density
+        along = 1j * self.wave.kx**2 / (omega * density) * y[0, 0]
+        by_density = -1j * omega * x[0, 0] - self.lateral / density * along
+        return by_density, 1j * omega / self.bulk_modulus**2 * y[0, 0], along
 
 
 def _equations(omega: Numeric, density: Numeric, square: Numeric) -> tuple[Entries, Entries]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from multilayer.arrays import Numeric
+from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import Layer
-from multilayer.layers.fluid import fluid_faces
-from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import FLUID
+from multilayer.layers.fluid import FluidSlab
+from multilayer.matrix.faces import Faces, FacesOf, LayerField, Origin
+from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import multiply, stack_entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.narrow import narrow_gas
@@ -67,15 +68,19 @@ class HelmholtzResonators(Layer):
     def _cavity_radius(self) -> Any:
         return self.pitch / math.sqrt(math.pi) if self.cavity_radius is None else self.cavity_radius
 
+    @property
+    def depth(self) -> Numeric:
+        """Necks and cavities behind each other, m."""
+        return self.neck_length + self.cavity_depth
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices: a sheet before a duct; U. Ingard, J. Acoust. Soc. Am. 25 (1953) 1037-1061."""
         self._check(wave)
         cell, radius = self.pitch**2, self._cavity_radius()
         share = math.pi * radius**2 / cell
         density, bulk = narrow_gas(wave.omega, "tube", radius, wave.ambient)
-        cavity = fluid_faces(wave, self.cavity_depth, density / share, bulk / share, lateral=0.0)
-        neck = stack_entries([[1.0, self._neck_impedance(wave)], [0.0, 1.0]])
-        return Faces(FLUID, multiply(neck, cavity.front), cavity.back)
+        cavity = FluidSlab(wave, self.cavity_depth, density / share, bulk / share, lateral=0.0)
+        return FacesOf(NeckAndCavity(self._neck_impedance(wave), cavity))
 
     def _neck_impedance(self, wave: Wave) -> Numeric:
         """Return the pressure difference over the mean velocity of the front face, Pa s/m."""
@@ -89,3 +94,38 @@ class HelmholtzResonators(Layer):
         warn_outside(what, "pitch / wavelength", self.pitch * waves, -np.inf, 0.5, wave.frequency)
         warn_outside(what, "neck_length / wavelength", self.neck_length * waves, -np.inf, 0.1, wave.frequency)
         warn_outside(what, "neck_radius / cavity_radius", self.neck_radius / self._cavity_radius(), -np.inf, _WIDE)
+
+
+@dataclass(frozen=True, eq=False)
+class NeckAndCavity(Origin):
+    """A sheet before a slab of fluid.
+
+    Attributes
+    ----------
+    neck : complex or array
+        Impedance of the sheet, Pa s/m.
+    cavity : FluidSlab
+    """
+
+    family: ClassVar[Family] = FLUID
+
+    neck: Numeric
+    cavity: FluidSlab
+
+    @property
+    def coefficients(self) -> tuple[Numeric, ...]:
+        """The sheet's impedance and the coefficients of the slab."""
+        return self.neck, *self.cavity.coefficients
+
+    def matrices(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the face matrices."""
+        front, back = self.cavity.matrices()
+        return multiply(stack_entries([[1.0, self.neck], [0.0, 1.0]]), front), back
+
+    def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
+        """Return derivatives by the coefficients, those of the slab from the field behind the sheet."""
+        (pressure, velocity), (by_pressure, by_velocity) = field.front, field.adjoint_front
+        behind = np.array([pressure - self.neck * velocity, velocity])
+        adjoint = np.array([by_pressure, self.neck * by_pressure + by_velocity])
+        inside = replace(field, front=behind, adjoint_front=adjoint)
+        return -by_pressure * velocity, *self.cavity.gradient(inside)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from multilayer.layers.base import Layer
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.units import NonNegative, Positive, Ratio, Unit
 
@@ -32,4 +31,4 @@ class Membrane(Layer):
         """Return the face matrices: p(front) - p(back) = (i w m + T kx^2 / (i w)) v3; Allard & Atalla 2009, 11.3.6."""
         stiffness = self.tension * (1 + 1j * self.loss_factor) * wave.kx**2
         impedance = 1j * wave.omega * self.surface_density + stiffness / (1j * wave.omega)
-        return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+        return sheet_faces(wave, impedance)

@@ -9,8 +9,7 @@ from pydantic import model_validator
 
 from multilayer.arrays import Numeric
 from multilayer.layers.base import Layer
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.laws import Modulus, ModulusLaw, complex_modulus
 from multilayer.media.plates import Rigidities
@@ -88,4 +87,4 @@ def orthotropic_faces(wave: Wave, rigidities: Rigidities, azimuth: Numeric, surf
     """
     stiffness = rigidities.at(np.deg2rad(azimuth + np.asarray(wave.azimuth)))
     impedance = 1j * wave.omega * surface_density + stiffness * wave.kx**4 / (1j * wave.omega)
-    return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+    return sheet_faces(wave, impedance)

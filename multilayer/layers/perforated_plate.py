@@ -12,8 +12,7 @@ from pydantic import Field, model_validator
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.field_sets import FieldSets
 from multilayer.layers.fluid import fluid_faces
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.media.perforations import (
@@ -117,6 +116,11 @@ class PerforatedPlate(FieldSets):
             wrong.append((("hole_velocity",), text, self.hole_velocity))
         return wrong
 
+    @property
+    def mass_per_area(self) -> Numeric | None:
+        """Mass over area of the plate without its holes, kg/m2; None where its density is left out."""
+        return None if self.density is None else (1 - self.perforation) * self.density * self.thickness
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Atalla & Sgard 2007, or Maa 1998 and 2000, see `media.perforations`."""
         pitch = self._pitch() * wave.frequency / wave.ambient.sound_speed
@@ -125,7 +129,7 @@ class PerforatedPlate(FieldSets):
         if self.model == "maa":
             density = self._as_moving(wave, self._sheet_density(wave))
             impedance = 1j * wave.omega * self.thickness * density
-            return Faces(FLUID, *from_series_impedance(impedance, wave.ambient.impedance))
+            return sheet_faces(wave, impedance)
         pores, bulk = self._pores(wave)
         return fluid_faces(wave, self.thickness, self._as_moving(wave, pores), bulk, lateral=0.0)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -11,8 +12,9 @@ from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import ElasticLayer
 from multilayer.layers.pores import StructuredPoreLayer
 from multilayer.matrix.equations import FieldEquations
-from multilayer.matrix.faces import Faces, choose, from_propagator, from_waves, is_thin, propagator_series
-from multilayer.matrix.families import POROELASTIC
+from multilayer.matrix.faces import Faces, FacesOf
+from multilayer.matrix.families import POROELASTIC, Family
+from multilayer.matrix.slab import Slab
 from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.biot import BiotMedium, biot_medium, compressional_waves, shear_wave
@@ -47,54 +49,95 @@ class Poroelastic(StructuredPoreLayer, ElasticLayer):
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, sections 6.5 and 11.3.3."""
-        a, b = poroelastic_faces(wave, self.thickness, self.medium(wave))
-        return Faces(POROELASTIC, a, b, self.porosity)
+        return FacesOf(BiotSlab(wave, self.thickness, self.medium(wave)), self.porosity)
 
     def field_equations(self, wave: Wave) -> FieldEquations:
         """Return Biot's equations of plane strain."""
         return FieldEquations(POROELASTIC, *_equations(wave.omega, wave.kx, self.medium(wave)), self.porosity)
 
 
-def poroelastic_faces(wave: Wave, thickness: Numeric, medium: BiotMedium) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices (A, B) of a Biot medium."""
-    waves = (*compressional_waves(wave.omega, medium), shear_wave(wave.omega, medium))
-    k3 = [decaying_root(square - wave.kx**2) for square, *_ in waves]
-    amplitudes = [value for each in waves for value in each]
-    coefficients = (getattr(medium, field.name) for field in fields(medium))
-    arguments = (wave.omega, wave.kx, thickness, wave.ambient.impedance, *coefficients, *k3, *amplitudes)
-    return choose(is_thin(k3, wave.kx, thickness, waves[2][0]), _series, _waves, arguments)
+@dataclass(frozen=True, eq=False)
+class BiotSlab(Slab):
+    """A slab of a Biot medium."""
 
+    family: ClassVar[Family] = POROELASTIC
 
-def _waves(
-    omega: Numeric, kx: Numeric, thickness: Numeric, _impedance: float, *rest: Numeric
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices from Biot's three waves, scaled to velocities of about 1."""
-    m, k3, amplitudes = BiotMedium(*rest[:8]), rest[8:11], rest[11:]
-    period = 1 / omega  # of a radian
-    shearing = 2 * m.N * kx * period
-    columns = []
-    for q, (square, frame, fluid) in zip(k3, (amplitudes[:3], amplitudes[3:6]), strict=False):
-        scale = 1 / np.sqrt(np.abs(square))
-        moved, flowed, rate = scale * frame, scale * fluid, square * period
-        along, across = moved * kx, moved * q
-        frame_stress = shearing * along - (m.P * moved + m.Q * flowed) * rate
-        fluid_stress = -(m.Q * moved + m.R * flowed) * rate
-        columns.append([along, across, flowed * q, frame_stress, -shearing * across, fluid_stress])
-    square, ratio = amplitudes[6:]
-    q, scale = k3[2], 1 / np.sqrt(np.abs(square))
-    along, across = -scale * q, scale * kx
-    twist = m.N * (q**2 - kx**2) * (scale * period)
-    columns.append([along, across, ratio * across, shearing * along, twist, 0.0])
-    states = [list(row) for row in zip(*columns, strict=True)]
-    return from_waves(POROELASTIC, states, k3, thickness)
+    medium: BiotMedium
 
+    @property
+    def coefficients(self) -> tuple[Numeric, ...]:
+        """Thickness and the coefficients of the medium; P follows from the others."""
+        m = self.medium
+        return self.thickness, m.N, m.P_drained, m.Q, m.R, m.rho11, m.rho12, m.rho22
 
-def _series(
-    omega: Numeric, kx: Numeric, thickness: Numeric, impedance: float, *rest: Numeric
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices from Biot's equations."""
-    x, y = _equations(omega, kx, BiotMedium(*rest[:8]))
-    return from_propagator(POROELASTIC, propagator_series(POROELASTIC, x, y, thickness), impedance)
+    @cached_property
+    def _types(self) -> tuple[tuple[ComplexArray, ...], ...]:
+        """Biot's three waves."""
+        return *compressional_waves(self.wave.omega, self.medium), shear_wave(self.wave.omega, self.medium)
+
+    @cached_property
+    def constants(self) -> tuple[Numeric, ...]:
+        """What `equations` and `waves` take."""
+        coefficients = (getattr(self.medium, field.name) for field in fields(self.medium))
+        amplitudes = (value for each in self._types for value in each)
+        k3 = (decaying_root(square - self.wave.kx**2) for square, *_ in self._types)
+        return self.wave.omega, self.wave.kx, *coefficients, *amplitudes, *k3
+
+    @property
+    def shear(self) -> Numeric:
+        """Squared wavenumber of the shear wave."""
+        return self._types[2][0]
+
+    @staticmethod
+    def equations(*constants: Numeric) -> tuple[Entries, Entries]:
+        """Return Biot's equations of plane strain."""
+        omega, kx, *coefficients = constants[:10]
+        return _equations(omega, kx, BiotMedium(*coefficients))
+
+    @staticmethod
+    def waves(*constants: Numeric) -> Entries:
+        """Return the states of Biot's three waves, scaled to velocities of about 1."""
+        omega, kx, *_ = constants
+        m, amplitudes, k3 = BiotMedium(*constants[2:10]), constants[10:18], constants[18:]
+        period = 1 / omega  # of a radian
+        shearing = 2 * m.N * kx * period
+        columns = []
+        for q, (square, frame, fluid) in zip(k3, (amplitudes[:3], amplitudes[3:6]), strict=False):
+            scale = 1 / np.sqrt(np.abs(square))
+            moved, flowed, rate = scale * frame, scale * fluid, square * period
+            along, across = moved * kx, moved * q
+            frame_stress = shearing * along - (m.P * moved + m.Q * flowed) * rate
+            fluid_stress = -(m.Q * moved + m.R * flowed) * rate
+            columns.append([along, across, flowed * q, frame_stress, -shearing * across, fluid_stress])
+        square, ratio = amplitudes[6:]
+        q, scale = k3[2], 1 / np.sqrt(np.abs(square))
+        along, across = -scale * q, scale * kx
+        twist = m.N * (q**2 - kx**2) * (scale * period)
+        columns.append([along, across, ratio * across, shearing * along, twist, 0.0])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    def by_medium(self, x: ComplexArray, y: ComplexArray) -> tuple[Numeric, ...]:
+        """Return derivatives by the coefficients of the medium: `_equations` backwards."""
+        w, kx, m = self.wave.omega, self.wave.kx, self.medium
+        slip, coupling, tension = m.rho12 / m.rho22, m.Q / m.R, 2 * m.N * kx / w
+        dilatation = [-2j * m.N * kx / m.P_drained, 1j * w / m.P_drained, -1j * w * coupling / m.P_drained]
+        by_dilatation = [y[0, i] - coupling * y[1, i] - tension * y[2, i] for i in range(3)]
+        by_coupling, by_tension = (-sum(dilatation[i] * y[row, i] for i in range(3)) for row in (1, 2))
+        by_slip = -1j * (kx * (y[1, 0] + y[2, 2]) + w * m.rho12 * y[2, 0])
+        by_coupling = by_coupling - 1j * w / m.P_drained * by_dilatation[2]
+        compressed = 1j * w / m.R**2 * y[1, 2]
+        return (
+            -1j * w / m.N**2 * x[0, 2]
+            - 2j * kx / m.P_drained * by_dilatation[0]
+            + 2 * kx / w * by_tension
+            - 4j * kx**2 / w * y[2, 0],
+            -sum(dilatation[i] * by_dilatation[i] for i in range(3)) / m.P_drained,
+            by_coupling / m.R,
+            -coupling / m.R * by_coupling - compressed,
+            1j * w * (x[1, 0] + y[2, 0]),
+            1j * w * (x[1, 1] + x[2, 0] - slip * y[2, 0]) + by_slip / m.rho22,
+            1j * w * x[2, 1] + 1j * kx**2 / (w * m.rho22**2) * y[1, 2] - slip / m.rho22 * by_slip,
+        )
 
 
 def _equations(w: Numeric, kx: Numeric, m: BiotMedium) -> tuple[Entries, Entries]:

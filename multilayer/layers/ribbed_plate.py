@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
+from multilayer.arrays import Numeric
 from multilayer.layers.base import ElasticLayer
 from multilayer.layers.orthotropic_plate import Azimuth, orthotropic_faces
 from multilayer.matrix.faces import Faces
@@ -54,6 +55,16 @@ class RibbedPlate(ElasticLayer):
         )
         return [(("rib_width",), text, self.rib_width)]
 
+    @property
+    def depth(self) -> Numeric:
+        """Plate and ribs, m."""
+        return self.thickness + self.rib_height
+
+    @property
+    def mass_per_area(self) -> Numeric:
+        """Mass of plate and ribs over area, kg/m2."""
+        return self.density * (self.thickness + self.rib_height * self.rib_width / self.rib_spacing)
+
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Timoshenko & Woinowsky-Krieger 1959, see `media.plates.ribbed`."""
         modulus, what = self.complex_modulus(wave), "the ribbed plate"
@@ -64,5 +75,4 @@ class RibbedPlate(ElasticLayer):
         warn_outside(what, "frequency / resonance between ribs", ratio, -np.inf, 1, wave.frequency)
         ribs = (self.rib_height, self.rib_width, self.rib_spacing)
         rigidities = ribbed(modulus, self.poisson_ratio, self.thickness, *ribs)
-        mass = self.density * (self.thickness + self.rib_height * self.rib_width / self.rib_spacing)
-        return orthotropic_faces(wave, rigidities, self.azimuth, mass)
+        return orthotropic_faces(wave, rigidities, self.azimuth, self.mass_per_area)

@@ -8,8 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from multilayer.layers.field_sets import FieldSets
-from multilayer.matrix.faces import Faces, from_series_impedance
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
 from multilayer.units import FlowResistivity, Length, Positive, Unit
 
@@ -57,7 +56,7 @@ class Screen(FieldSets):
         else:
             inertia = 1j * wave.omega * self.surface_density
             impedance = resistance * inertia / (resistance + inertia)
-        return Faces(FLUID, *from_series_impedance(np.asarray(impedance), wave.ambient.impedance))
+        return sheet_faces(wave, np.asarray(impedance))
 
     def _resistance(self) -> float:
         if self.flow_resistance is not None:

@@ -12,18 +12,70 @@ make them:
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
-from multilayer.matrix.families import Family
+from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import Entries, aligned, common_shape, multiply, stack_entries
+from multilayer.matrix.wave import Wave
 
 THIN = 2.0  # largest |k| h of the power series
 _APART = 0.3
 _TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
+
+
+@dataclass(frozen=True)
+class LayerField:
+    """The field in a layer, and the adjoint field of some outcomes of the stack; see `matrix.adjoint`.
+
+    Arrays of shape (n, 1, ...), those of the adjoint field (n, n_outcomes, ...). A change of the face matrices changes
+    the outcomes by ``-(adjoint_front^T dA + adjoint_back^T dB) amplitudes``.
+
+    Attributes
+    ----------
+    amplitudes : complex array
+        The layer's coefficients c.
+    front, back : complex array
+        The states V = A c and V = B c at its faces.
+    adjoint_front, adjoint_back : complex array
+    """
+
+    amplitudes: ComplexArray
+    front: ComplexArray
+    back: ComplexArray
+    adjoint_front: ComplexArray
+    adjoint_back: ComplexArray
+
+    def at(self, mask: BoolArray) -> LayerField:
+        """Return the fields at some points of the trailing axes, in one axis."""
+        arrays = (getattr(self, item.name) for item in dataclass_fields(self))
+        return LayerField(*(np.broadcast_to(array, array.shape[:2] + mask.shape)[..., mask] for array in arrays))
+
+
+class Origin(ABC):
+    """What face matrices are computed from: a few coefficients of a medium, by which responses have derivatives."""
+
+    family: ClassVar[Family]
+
+    @property
+    @abstractmethod
+    def coefficients(self) -> tuple[Numeric, ...]:
+        """Numbers and arrays that hold all that the matrices depend on beside the wave."""
+
+    @abstractmethod
+    def matrices(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the face matrices (A, B)."""
+
+    @abstractmethod
+    def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
+        """Return the complex derivatives of the outcomes, shape (n_outcomes, ...), by each of the coefficients."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +96,50 @@ class Faces:
     back: ComplexArray
     porosity: Numeric = 1.0
 
+    @property
+    def origin(self) -> Origin | None:
+        """What the matrices are computed from, where that is known."""
+        return None
+
+    @property
+    def computed(self) -> Faces:
+        """The same, its matrices computed now: errors in their formulae are raised here."""
+        return self
+
+
+class FacesOf(Faces):
+    """Face matrices that are computed from coefficients of a medium, when they are asked for."""
+
+    def __init__(self, origin: Origin, porosity: Numeric = 1.0) -> None:
+        for name, value in (("family", origin.family), ("porosity", porosity), ("_origin", origin)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def origin(self) -> Origin:
+        """What the matrices are computed from."""
+        origin: Origin = self.__dict__["_origin"]
+        return origin
+
+    @property
+    def computed(self) -> Faces:
+        """The same, its matrices computed now."""
+        assert self._matrices
+        return self
+
+    @cached_property
+    def _matrices(self) -> tuple[ComplexArray, ComplexArray]:
+        return self.origin.matrices()
+
+    @property
+    def front(self) -> ComplexArray:
+        """The matrix A."""
+        return self._matrices[0]
+
+    @property
+    def back(self) -> ComplexArray:
+        """The matrix B."""
+        return self._matrices[1]
+
 
 def mirrored(faces: Faces) -> Faces:
     """Return the face matrices of a layer that is turned round along axis 3: its back is where its front was."""
@@ -54,7 +150,7 @@ def mirrored(faces: Faces) -> Faces:
         waves[list(faces.family.odd)] *= -1
         return waves
 
-    return replace(faces, front=turned(faces.back), back=turned(faces.front))
+    return Faces(faces.family, turned(faces.back), turned(faces.front), faces.porosity)
 
 
 def from_waves(
@@ -115,6 +211,42 @@ def from_propagator(family: Family, propagator: ComplexArray, impedance: float) 
     w = amplitudes(family, impedance)
     b = multiply(propagator, w)
     return np.broadcast_to(w.reshape(w.shape + (1,) * (b.ndim - 2)), b.shape), b
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet(Origin):
+    """A sheet in a fluid that moves as one: p(front) - p(back) = impedance v3.
+
+    Attributes
+    ----------
+    impedance : complex or array
+        Pa s/m.
+    reference : float
+        Impedance of the surroundings, Pa s/m.
+    """
+
+    family: ClassVar[Family] = FLUID
+
+    impedance: Numeric
+    reference: float
+
+    @property
+    def coefficients(self) -> tuple[Numeric, ...]:
+        """The impedance."""
+        return (self.impedance,)
+
+    def matrices(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the face matrices."""
+        return from_series_impedance(self.impedance, self.reference)
+
+    def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
+        """Return the derivative by the impedance: the pressure behind loses it times the velocity."""
+        return (field.adjoint_back[0] * field.front[1],)
+
+
+def sheet_faces(wave: Wave, impedance: Numeric) -> Faces:
+    """Return the face matrices of a sheet by its impedance, Pa s/m; see `from_series_impedance`."""
+    return FacesOf(Sheet(impedance, wave.ambient.impedance))
 
 
 def from_series_impedance(impedance: Numeric, reference: float) -> tuple[ComplexArray, ComplexArray]:
@@ -214,24 +346,15 @@ def choose(
     return matrices[0], matrices[1]
 
 
-def is_thin(
-    wavenumbers: Sequence[Numeric], kx: RealArray, thickness: Numeric, shear: Numeric | None = None
-) -> BoolArray:
-    """Tell where the power series is the better basis.
+def thin_limit(kx: RealArray, shear: Numeric | None = None) -> Numeric:
+    """Return the abs(k) h below which the power series is the better basis.
 
     Parameters
     ----------
-    wavenumbers : sequence
-        k along x3 of the waves in the layer.
     kx : array
-    thickness : float or array
     shear : complex, optional
         Squared wavenumber of the shear wave. Where it is below 2 kx^2, in a layer stiffer than its surroundings,
-        compression and shear waves grow alike and cancel each other in thin layers: the series serves up to
-        abs(k) h = `THIN` there. Elsewhere waves are good down to `_APART`.
+        compression and shear waves grow alike and cancel each other in thin layers: the series serves up to `THIN`
+        there. Elsewhere waves are good down to `_APART`.
     """
-    largest = np.abs(kx)
-    for k in wavenumbers:
-        largest = np.maximum(largest, np.abs(k))
-    limit = THIN if shear is None else np.where(np.abs(shear) < 2 * kx**2, THIN, _APART)
-    return np.asarray(largest * thickness < limit)
+    return THIN if shear is None else np.where(np.abs(shear) < 2 * kx**2, THIN, _APART)

@@ -55,3 +55,8 @@ POROELASTIC = Family(
     ((1, 3, -1), (2, 5, -1), (0, 4, -1)),
     even=(0, 3, 5),
 )
+
+
+def normal_velocity(family: Family) -> int:
+    """Return the index of the normal velocity (of the frame) in a state."""
+    return next(i for i, name in enumerate(family.components) if name.startswith("v3"))

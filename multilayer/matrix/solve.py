@@ -12,7 +12,7 @@ the number of layers. The same equations as one matrix (Allard & Atalla 2009, se
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -113,10 +113,33 @@ class Solution:
     transmitted: ComplexArray | None
 
 
+@dataclass(frozen=True)
+class Sweep:
+    """The stack behind every layer, as the sweep from the termination finds it.
+
+    Attributes
+    ----------
+    layers : list of Faces
+        With equally many axes in their matrices.
+    answers : list of complex array
+        Of every layer, c- from c+.
+    carries : list of complex array or None
+        Of every layer, the c+ of the next layer or half-space from c+; None before a wall or a void.
+    """
+
+    layers: list[Faces]
+    answers: list[ComplexArray]
+    carries: list[ComplexArray | None]
+
+
 def solve(system: System) -> Solution:
     """Solve a system; every result broadcasts over frequency, angle and samples."""
-    layers = _same_axes(system.layers)
-    answers, carries = _sweep(system, layers)
+    return onward(system, backward(system))
+
+
+def onward(system: System, sweep: Sweep) -> Solution:
+    """Return the solution of a system, from the excitation on, after the sweep from its termination."""
+    layers, answers, carries = sweep.layers, sweep.answers, sweep.carries
     first = layers[0]
     reflected: ComplexArray | None = None
     if not isinstance(system.head, Wall):
@@ -137,13 +160,16 @@ def _same_axes(layers: Sequence[Faces]) -> list[Faces]:
     """Return the layers with equally many axes in their matrices; one layer alone may depend on samples."""
     ndim = max(matrix.ndim for layer in layers for matrix in (layer.front, layer.back))
     return [
-        replace(layer, front=aligned(layer.front, ndim=ndim)[0], back=aligned(layer.back, ndim=ndim)[0])
+        Faces(
+            layer.family, aligned(layer.front, ndim=ndim)[0], aligned(layer.back, ndim=ndim)[0], porosity=layer.porosity
+        )
         for layer in layers
     ]
 
 
-def _sweep(system: System, layers: list[Faces]) -> tuple[list[ComplexArray], list[ComplexArray | None]]:
-    """Return, for every layer, c- from c+ and the next layer's (or half-space's) c+ from c+."""
+def backward(system: System) -> Sweep:
+    """Sweep a system from its termination to its first layer."""
+    layers = _same_axes(system.layers)
     last = layers[-1]
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
@@ -162,42 +188,52 @@ def _sweep(system: System, layers: list[Faces]) -> tuple[list[ComplexArray], lis
         answer, carry = _join(layer, following, answers[-1], contact)
         answers.append(answer)
         carries.append(carry)
-    return answers[::-1], carries[::-1]
+    return Sweep(layers, answers[::-1], carries[::-1])
 
 
 def _join(
     layer: Faces, following: Faces, answer: ComplexArray | None, contact: Contact
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return (R, F) of one interface: unknown are the layer's c- and the c+ behind, given is the layer's c+."""
-    i_rows, j_rows = couple(layer.family, following.family, contact, layer.porosity, following.porosity)
-    here, behind = apply_rows(i_rows, layer.back), _allowed(j_rows, following, answer)
-    half, n_behind = layer.family.half, following.family.half
-    # c- is eliminated: what passes through a stiff layer is small beside what comes back, and no difference of it
-    solution = solve_small(beside(here[:, :half], behind, here[:, half:]))
+    n_behind = following.family.half
+    solution = solve_small(interface(layer, following, answer, contact))
     return solution[n_behind:], solution[:n_behind]
 
 
-def _allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArray:
+def interface(layer: Faces, following: Faces, answer: ComplexArray | None, contact: Contact) -> ComplexArray:
+    """Return the equations of one interface: columns of the layer's c+, of the c+ behind, and of the layer's c-."""
+    i_rows, j_rows = couple(layer.family, following.family, contact, layer.porosity, following.porosity)
+    here, behind = apply_rows(i_rows, layer.back), allowed(j_rows, following, answer)
+    half = layer.family.half
+    # c- is eliminated: what passes through a stiff layer is small beside what comes back, and no difference of it
+    return beside(here[:, :half], behind, here[:, half:])
+
+
+def allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArray:
     """Return rows @ the front states that the stack behind allows, one column per c+; c- is zero without an answer."""
     half = layer.family.half
     if answer is None:
         return apply_rows(rows, layer.front[:, :half])
     held = apply_rows(rows, layer.front)
-    allowed = multiply(held[:, half:], answer)
-    allowed += held[:, :half]
-    return allowed
+    total = multiply(held[:, half:], answer)
+    total += held[:, :half]
+    return total
 
 
 def _terminate(layer: Faces, tail: Wall | Void, contact: Contact) -> ComplexArray:
     """Return c- from c+ in front of a wall or a void."""
-    rows = wall_rows(layer.family, contact)[0] if isinstance(tail, Wall) else void_rows(layer.family)
-    return solve_small(apply_rows(rows, layer.back))
+    return solve_small(apply_rows(end_rows(layer, tail, contact), layer.back))
+
+
+def end_rows(layer: Faces, tail: Wall | Void, contact: Contact) -> Rows:
+    """Return the rows of what vanishes at a wall or a void."""
+    return wall_rows(layer.family, contact)[0] if isinstance(tail, Wall) else void_rows(layer.family)
 
 
 def _drive(layer: Faces, answer: ComplexArray, contact: Contact) -> ComplexArray:
     """Return c+ of the layer on a base that moves with unit velocity along axis 3."""
     rows, normal = wall_rows(layer.family, contact)
-    held = _allowed(rows, layer, answer)
+    held = allowed(rows, layer, answer)
     base = -np.reshape(np.array(normal, dtype=complex), (-1, 1, *(1,) * (held.ndim - 2)))
     return solve_small(beside(base, held))[:, 0]
 

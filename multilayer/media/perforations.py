@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric
+from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.media.gas import Gas
 from multilayer.media.narrow import narrow_gas
 
@@ -103,14 +103,20 @@ def sheet_impedance(
     thickness : float or array
         Length of the hole, m.
     ends : float or array
-        What the air outside adds to it at both ends together, m. Friction there is sqrt(2 w density viscosity) / 2 for
-        both ends (U. Ingard, J. Acoust. Soc. Am. 25 (1953) 1037-1061, as Maa 1998 takes it).
+        What the air outside adds to it at both ends together, m. Friction there is `end_friction`.
     gas : Gas
     """
     inside = 1j * omega * narrow_gas(omega, shape, half_width, gas)[0] * thickness
     outside = 1j * omega * gas.density * ends
-    friction = np.sqrt(2 * omega * gas.density * gas.viscosity) / 2
-    return np.asarray(inside + outside + friction)
+    return np.asarray(inside + outside + end_friction(omega, gas))
+
+
+def end_friction(omega: Numeric, gas: Gas) -> RealArray:
+    """Return the resistance, Pa s/m, that both ends of a hole or slit have by friction on the plate around them.
+
+    U. Ingard, J. Acoust. Soc. Am. 25 (1953) 1037-1061, as Maa 1998 takes it.
+    """
+    return np.asarray(np.sqrt(2 * omega * gas.density * gas.viscosity) / 2)
 
 
 def jet_resistance(

@@ -13,7 +13,7 @@ from multilayer.layers.meanings import MEANINGS
 from multilayer.registry import RegistryError
 from multilayer.report.listing import Listing, Tinted
 from multilayer.report.report import Report, Section
-from multilayer.units import field_unit
+from multilayer.units import field_bounds, field_unit
 
 _PLAIN_FIELDS = {"type", "name"}
 _FIELDS = ("field", "unit", "default", "allowed", "meaning")
@@ -61,11 +61,7 @@ def _field(name: str, info: FieldInfo) -> dict[str, Any]:
 
 
 def _bounds(info: FieldInfo) -> list[str]:
-    """Return what bounds a field, also inside ``T | None``."""
-    arguments = getattr(info.annotation, "__args__", ())
-    inner = [item for argument in arguments for item in getattr(argument, "__metadata__", ())]
-    constraints = [part for item in (*info.metadata, *inner) for part in (item, *getattr(item, "metadata", []))]
-    return [f"{sign} {getattr(c, k):g}" for c in constraints for k, sign in _SIGNS.items() if hasattr(c, k)]
+    return [f"{_SIGNS[key]} {bound:g}" for key, bound in field_bounds(info)]
 
 
 def _choices(entry: dict[str, Any], asked: Sequence[str] | None) -> tuple[Listing, ...]:

@@ -17,14 +17,23 @@ from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.compare import Comparison, Misfit
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
+from multilayer.simulation.single_numbers import IMPACT
 
 _DRAWN = {
     "absorption": "absorption.png",
     "transmission_loss": "transmission_loss.png",
     "insertion_loss": "insertion_loss.png",
     "normalised_impedance": "impedance.png",
+    "sound_power_level": "sound_power_level.png",
+    "impact_level": "impact_level.png",
+    "radiation_efficiency": "radiation_efficiency.png",
+    "input_mobility": "input_mobility.png",
+    "bending_stiffness": "bending_stiffness.png",
+    "loss_factor": "loss_factor.png",
+    "phase_speed": "phase_speed.png",
 }
-_LISTED = ("absorption", "transmission_loss", "insertion_loss")  # the last that there is, a simulation is made for
+# the last that there is, a simulation is made for
+_LISTED = ("absorption", "transmission_loss", "insertion_loss", "sound_power_level", "impact_level")
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
 _MOST_PICTURES = 4
@@ -135,11 +144,12 @@ def _size(value: float, misfit: Misfit) -> str:
 def _ranked(cases: Sequence[CaseResult]) -> list[CaseResult]:
     """Return the cases by what people rank by, their first single-number rating, the best first; none without it.
 
-    ISO 717-1 and ISO 11654; a mean over frequency may rank them otherwise.
+    ISO 717 and ISO 11654; a mean over frequency may rank them otherwise.
     """
     if not cases or not all(case.ratings for case in cases):
         return []
-    return sorted(cases, key=lambda case: -_number(next(iter(case.ratings.values()))))
+    lowest_first = IMPACT in cases[0].ratings
+    return sorted(cases, key=lambda case: _number(next(iter(case.ratings.values()))), reverse=not lowest_first)
 
 
 def _number(rating: str) -> float:

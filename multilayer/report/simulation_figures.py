@@ -141,7 +141,7 @@ def _frequency_axis(axis: Axes, result: SimulationResult) -> None:
 def _limits(
     quantity: Quantity, cases: Sequence[CaseResult], column: str, measured: Mapping[str, RealArray]
 ) -> tuple[float | None, float | None]:
-    """Return limits of the axis: 0 to 1 for an absorption, from 0 dB for a loss, no poles of an impedance."""
+    """Return limits of the axis: 0 to 1 for an absorption, from 0 for a loss, no poles of an impedance."""
     drawn = [case.columns[column] for case in cases] + [measured[column] for _ in (1,) if column in measured]
     drawn += [band for case in cases for band in case.percentiles.get(column, ())]
     values = np.concatenate(drawn)
@@ -152,4 +152,5 @@ def _limits(
         low, high = np.percentile(values, (2, 98))
         margin = 0.15 * max(high - low, 1.0)
         return float(low - margin), float(high + margin)
-    return (0.0 if values.size and values.min() > 0 else None), None
+    from_zero = values.size and values.min() > 0 and not quantity.is_level
+    return (0.0 if from_zero else None), None

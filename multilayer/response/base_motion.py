@@ -8,9 +8,9 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.frames import Frame, Tabular, over
-from multilayer.matrix.families import Family
+from multilayer.matrix.families import normal_velocity
 from multilayer.matrix.small import multiply
-from multilayer.matrix.solve import Wall
+from multilayer.matrix.solve import Solution, System, Wall
 from multilayer.matrix.wave import Wave
 from multilayer.response.system import build_system, solve_or_explain
 from multilayer.stack import Stack
@@ -55,12 +55,12 @@ def base_motion(stack: Stack, frequency: ArrayLike) -> BaseMotion:
     """
     wave = Wave.incident(frequency, 0.0, stack.ambient.gas)
     system = build_system(stack, wave, Wall())
-    solution = solve_or_explain(system, stack, wave)
-    last = system.layers[-1]
-    row = _normal_velocity(last.family)
-    top = multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0]
+    top = velocity_of_top(system, solve_or_explain(system, stack, wave))
     return BaseMotion(np.asarray(frequency, dtype=float), top)
 
 
-def _normal_velocity(family: Family) -> int:
-    return next(i for i, name in enumerate(family.components) if name.startswith("v3"))
+def velocity_of_top(system: System, solution: Solution) -> ComplexArray:
+    """Return the normal velocity (of the frame) at the last back face."""
+    last = system.layers[-1]
+    row = normal_velocity(last.family)
+    return np.asarray(multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0])

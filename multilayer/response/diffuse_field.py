@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, IndexArray, RealArray
+from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning, suggest
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
@@ -22,7 +22,7 @@ from multilayer.response.finite_size import (
     finite_transmission,
     radiation_at,
 )
-from multilayer.response.quadrature import NODES, Tolerance, integrate
+from multilayer.response.quadrature import KRONROD, NODES, Panels, Tolerance, integrate, nodes
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
 from multilayer.stack import Stack
 
@@ -135,38 +135,69 @@ def diffuse_field(
     same rules, each with half of the tolerance; their errors add up. A window's radiation is its mean over the azimuth
     all the same, so that the result is the mean over all orientations of the window on the panel.
     """
-    if not 0 < max_angle <= 90:
-        raise InputError(f"a largest angle of {max_angle:g} degrees is not allowed; it must be above 0 and at most 90")
-    if has_arrays(stack):
-        raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
-    f, weight = np.asarray(frequency, dtype=float), _weighting(weighting)
-    upper, speed = float(np.sin(np.deg2rad(max_angle)) ** 2), stack.ambient.gas.sound_speed
-    allowed, turned_alike = Tolerance(tolerance, tolerance_db * np.log(10) / 10), stack.isotropic_in_plane
+    setting = DiffuseSetting(stack, max_angle, weighting, window, tolerance_db, tolerance, max_panels)
+    f = np.asarray(frequency, dtype=float)
+    means = in_chunks(setting.means, stack, f, setting.n_directions, workers)
+    return setting.result(f, means)
 
-    def compute(piece: RealArray) -> list[RealArray]:
-        some = np.atleast_1d(piece)
-        radiation = None if window is None else _radiation(window, 2 * np.pi * some / speed, upper)
-        directions = _Directions(stack, some, weight, radiation, upper, allowed, max_panels)
-        rows, taken = directions.over_angles() if turned_alike else directions.over_azimuths()
-        whole, *means = rows
+
+@dataclass(frozen=True)
+class DiffuseSetting:
+    """A stack in a diffuse field; see `diffuse_field`, whose parameters these are."""
+
+    stack: Stack
+    max_angle: float
+    weighting: Weighting | WeightingName
+    window: Window | None
+    tolerance_db: float
+    tolerance: float
+    max_panels: int
+
+    def __post_init__(self) -> None:
+        weighting_function(self.weighting)
+        if not 0 < self.max_angle <= 90:
+            text = f"a largest angle of {self.max_angle:g} degrees is not allowed; it must be above 0 and at most 90"
+            raise InputError(text)
+        if has_arrays(self.stack):
+            raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
+
+    @property
+    def n_directions(self) -> int:
+        """About how many directions are solved at once for each frequency."""
+        return 2 * len(NODES) * (1 if self.stack.isotropic_in_plane else _FIRST_PANELS * len(NODES))
+
+    def directions(self, frequency: RealArray) -> Directions:
+        """Return the integrals over directions at frequencies, Hz, shape (n_frequency,)."""
+        upper = float(np.sin(np.deg2rad(self.max_angle)) ** 2)
+        wavenumber = 2 * np.pi * frequency / self.stack.ambient.gas.sound_speed
+        radiation = None if self.window is None else _radiation(self.window, wavenumber, upper)
+        allowed = Tolerance(self.tolerance, self.tolerance_db * np.log(10) / 10)
+        return Directions(
+            self.stack, frequency, weighting_function(self.weighting), radiation, upper, allowed, self.max_panels
+        )
+
+    def means(self, frequency: RealArray) -> list[RealArray]:
+        """Return mean absorption, transmission, the errors of both, and the number of directions, per frequency."""
+        (whole, *means), taken = self.directions(np.atleast_1d(frequency)).integrals()
         return [*(mean / whole for mean in means), taken]
 
-    n_directions = 2 * len(NODES) * (1 if turned_alike else _FIRST_PANELS * len(NODES))
-    parts = in_chunks(compute, stack, f, n_directions, workers)
-    alpha, tau, alpha_error, tau_error, angles = (np.concatenate(p).reshape(f.shape) for p in zip(*parts, strict=True))
-    through = not np.all(np.isnan(tau))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        loss, loss_error = -10 * np.log10(tau), 10 / np.log(10) * tau_error / tau
-    poor = (alpha_error > tolerance) | ((loss_error > tolerance_db) if through else False)
-    if np.any(poor):
-        worst = (
-            f"{np.count_nonzero(poor)} of {poor.size} frequencies, worst error {np.max(alpha_error):.1g} in absorption"
+    def result(self, frequency: RealArray, means: Sequence[Sequence[RealArray]]) -> DiffuseField:
+        """Return the response from `means` at consecutive pieces of the frequency axis, and warn where it is poor."""
+        alpha, tau, alpha_error, tau_error, angles = (
+            np.concatenate(parts).reshape(frequency.shape) for parts in zip(*means, strict=True)
         )
-        warnings.warn(f"diffuse field: {worst} after {max_panels} panels of angles", ValidityWarning, stacklevel=2)
-    return DiffuseField(
-        f, max_angle, alpha, tau if through else None, loss if through else None,
-        alpha_error, loss_error if through else None, angles,
-    )  # fmt: skip
+        through = not np.all(np.isnan(tau))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            loss, loss_error = -10 * np.log10(tau), 10 / np.log(10) * tau_error / tau
+        poor = (alpha_error > self.tolerance) | ((loss_error > self.tolerance_db) if through else False)
+        if np.any(poor):
+            worst = f"worst error {np.max(alpha_error):.1g} in absorption after {self.max_panels} panels of angles"
+            text = f"diffuse field: {np.count_nonzero(poor)} of {poor.size} frequencies, {worst}"
+            warnings.warn(text, ValidityWarning, stacklevel=3)
+        return DiffuseField(
+            frequency, self.max_angle, alpha, tau if through else None, loss if through else None,
+            alpha_error, loss_error if through else None, angles,
+        )  # fmt: skip
 
 
 def _gaussian(angle: RealArray) -> RealArray:
@@ -176,7 +207,8 @@ def _gaussian(angle: RealArray) -> RealArray:
 _WEIGHTINGS: dict[str, Weighting] = {"uniform": np.ones_like, "gaussian": _gaussian}
 
 
-def _weighting(wanted: Weighting | str) -> Weighting:
+def weighting_function(wanted: Weighting | str) -> Weighting:
+    """Return the relative intensity by angle, in degrees, that a name or a function stands for."""
     if callable(wanted):
         return wanted
     if wanted not in _WEIGHTINGS:
@@ -190,7 +222,43 @@ def _radiation(window: Window, wavenumber: RealArray, upper: float) -> Radiation
 
 
 @dataclass(frozen=True)
-class _Directions:
+class Rays:
+    """Panels of s = sin^2(angle) at pairs of a frequency and an azimuth; arrays of shape (n_panels,).
+
+    Attributes
+    ----------
+    which : array of int
+        Index of the frequency.
+    azimuth : array
+        Degrees.
+    low, high : array
+        Ends in s.
+    weight : array
+        Of the panel in the integral over all directions, times that of the node (`quadrature.KRONROD`).
+    """
+
+    which: IndexArray
+    azimuth: RealArray
+    low: RealArray
+    high: RealArray
+    weight: RealArray
+
+    def __getitem__(self, index: slice | BoolArray) -> Rays:
+        return Rays(*(getattr(self, item.name)[index] for item in fields(self)))
+
+
+def _weighed(tried: Sequence[Rays], sectors: Panels) -> Iterator[Rays]:
+    """Give those rays whose azimuths are nodes of the accepted sectors, with the weights of these."""
+    half = 0.5 * (sectors.high - sectors.low)
+    pairs = zip(np.repeat(sectors.which, len(NODES)), nodes(sectors.low, sectors.high).ravel(), strict=True)
+    weights = dict(zip(pairs, (half[:, None] * KRONROD).ravel(), strict=True))
+    for rays in tried:
+        weight = np.array([weights.get(pair, 0.0) for pair in zip(rays.which, rays.azimuth, strict=True)])
+        yield replace(rays, weight=rays.weight * weight)[weight > 0]
+
+
+@dataclass(frozen=True)
+class Directions:
     """Integrals over s = sin^2(angle), and over the azimuth where it makes a difference; all frequencies side by side.
 
     Rows of results are those of `quadrature.Integrand`.
@@ -204,12 +272,20 @@ class _Directions:
     tolerance: Tolerance
     max_panels: int
 
-    def over_angles(self) -> tuple[RealArray, RealArray]:
-        """Return integrals over s at azimuth 0, and the number of directions, per frequency."""
-        everything = np.arange(len(self.frequency))
-        return self._over_angles(everything, np.zeros(len(everything)), self.tolerance)
+    def integrals(self, rays: list[Rays] | None = None) -> tuple[RealArray, RealArray]:
+        """Return the integrals, and the number of directions, per frequency.
 
-    def over_azimuths(self) -> tuple[RealArray, RealArray]:
+        Parameters
+        ----------
+        rays : list, optional
+            Takes the directions that make the integrals.
+        """
+        if not self.stack.isotropic_in_plane:
+            return self._over_azimuths(rays)
+        everything = np.arange(len(self.frequency))
+        return self._over_angles(everything, np.zeros(len(everything)), self.tolerance, rays=rays)
+
+    def _over_azimuths(self, rays: list[Rays] | None) -> tuple[RealArray, RealArray]:
         """Return integrals over s and over half a turn of the azimuth, and the number of directions, per frequency.
 
         Each integral gets half of the tolerance. Integrals over s are smooth in the azimuth, but for a step where
@@ -217,20 +293,30 @@ class _Directions:
         """
         n = len(self.frequency)
         directions, half = np.zeros(n), self.tolerance.halved
+        tried: list[Rays] | None = None if rays is None else []
+        sectors: list[Panels] = []
 
         def integrand(which: IndexArray, azimuth: RealArray) -> RealArray:
-            rows, taken = self._over_angles(which.ravel(), azimuth.ravel(), half, first=_FIRST_PANELS)
+            rows, taken = self._over_angles(which.ravel(), azimuth.ravel(), half, first=_FIRST_PANELS, rays=tried)
             np.add.at(directions, which.ravel(), taken)
             return rows.reshape(len(rows), *which.shape)
 
         many = _MANY_DIRECTIONS * self.max_panels * len(NODES)
         rows, _ = integrate(
-            integrand, n, _HALF_TURN, half, self.max_panels, _FIRST_PANELS, exhausted=lambda: directions > many
-        )
+            integrand, n, _HALF_TURN, half, self.max_panels, _FIRST_PANELS,
+            exhausted=lambda: directions > many, accepted=sectors,
+        )  # fmt: skip
+        if rays is not None and tried is not None:
+            rays += _weighed(tried, Panels.joined(sectors))
         return rows, directions
 
     def _over_angles(
-        self, which: IndexArray, azimuth: RealArray, tolerance: Tolerance, first: int = 1
+        self,
+        which: IndexArray,
+        azimuth: RealArray,
+        tolerance: Tolerance,
+        first: int = 1,
+        rays: list[Rays] | None = None,
     ) -> tuple[RealArray, RealArray]:
         """Return integrals over s at pairs of frequencies, by their indices, and azimuths."""
 
@@ -240,7 +326,14 @@ class _Directions:
             exact = np.zeros_like(s)
             return np.array([weight, weight * alpha, weight * tau, exact, exact])
 
-        return integrate(integrand, len(which), self.upper, tolerance, self.max_panels, first)
+        accepted: list[Panels] = []
+        result = integrate(integrand, len(which), self.upper, tolerance, self.max_panels, first, accepted=accepted)
+        if rays is not None:
+            panels = Panels.joined(accepted)
+            weight = 0.5 * (panels.high - panels.low)
+            pairs = panels.which
+            rays.append(Rays(which[pairs], azimuth[pairs], panels.low, panels.high, weight))
+        return result
 
     @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
     def _response(self, which: IndexArray, s: RealArray, azimuth: RealArray) -> tuple[RealArray, RealArray]:

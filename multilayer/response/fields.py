@@ -11,7 +11,7 @@ from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.layers.base import Layer
 from multilayer.matrix.couplings import Contact
 from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import Family
+from multilayer.matrix.families import FLUID, POROELASTIC, Family
 from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import HalfSpace, Solution, System, solve
 from multilayer.matrix.wave import Wave
@@ -118,7 +118,7 @@ def _collect(
     for i, (cuts, group) in enumerate(zip(slices, faces, strict=True)):
         states, back = [], None
         for face in group:
-            front, back = _face_states(face, next(coefficients))
+            front, back = face_states(face, next(coefficients))
             states.append(front)
         assert back is not None
         inside = len(cuts) > 1 or cuts[0].composes
@@ -130,7 +130,8 @@ def _collect(
     return layer_states
 
 
-def _face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return the states at the front and at the back of a layer, each of shape (n_state, ...)."""
     column = coefficients[:, None]
     return multiply(face.front, column)[:, 0], multiply(face.back, column)[:, 0]
 
@@ -156,7 +157,7 @@ def power_balance(
     solution = solve(system)
     assert isinstance(system.head, HalfSpace)
     incident = 0.5 * np.real(1 / np.asarray(system.head.impedance))
-    lost = [_lost_power(face, c) / incident for face, c in zip(system.layers, solution.layers, strict=True)]
+    lost = [lost_power(face, c) / incident for face, c in zip(system.layers, solution.layers, strict=True)]
     assert solution.reflected is not None
     return PowerBalance(
         reflected=np.abs(solution.reflected) ** 2,
@@ -172,8 +173,25 @@ def _transmitted(system: System, solution: Solution) -> Any:
     return 0.5 * np.abs(solution.transmitted) ** 2 * np.real(1 / np.asarray(system.tail.impedance))
 
 
-def _lost_power(face: Faces, coefficients: ComplexArray) -> RealArray:
-    front, back = _face_states(face, coefficients)
+def normal_velocity(layer: Faces, state: ComplexArray) -> ComplexArray:
+    """Return the volume velocity per area that a state carries through a face, m/s."""
+    if layer.family is POROELASTIC:
+        frame, pores = state[layer.family.index("v3s")], state[layer.family.index("v3f")]
+        return np.asarray((1 - layer.porosity) * frame + layer.porosity * pores)
+    return np.asarray(state[layer.family.index("v3")])
+
+
+def normal_pressure(layer: Faces, state: ComplexArray) -> ComplexArray:
+    """Return the pressure that balances a state at a face, Pa, of frame and pores together."""
+    if layer.family is FLUID:
+        return np.asarray(state[layer.family.index("p")])
+    stresses = ("s33s", "s33f") if layer.family is POROELASTIC else ("s33",)
+    return np.asarray(-sum(state[layer.family.index(stress)] for stress in stresses))
+
+
+def lost_power(face: Faces, coefficients: ComplexArray) -> RealArray:
+    """Return the power per area that a layer loses, W/m2: what comes in at its front less what leaves at its back."""
+    front, back = face_states(face, coefficients)
     return power_flux(face.family, front) - power_flux(face.family, back)
 
 

@@ -209,3 +209,16 @@ def finite_absorption(reflection: ComplexArray, impedance: ComplexArray, cosine:
     """
     facing = (1 + reflection) + impedance * cosine * (1 - reflection)
     return np.asarray(4 * (1 - np.abs(reflection) ** 2) / np.abs(facing) ** 2)
+
+
+def finite_absorption_slope(
+    reflection: ComplexArray, change: ComplexArray, impedance: ComplexArray, cosine: RealArray
+) -> RealArray:
+    """Return the change of `finite_absorption` with a small change of the reflection."""
+    facing = (1 + reflection) + impedance * cosine * (1 - reflection)
+    turned = (1 - impedance * cosine) * change
+    size = np.abs(facing) ** 2
+    absorbed = 1 - np.abs(reflection) ** 2
+    return np.asarray(
+        -8 * (np.real(np.conj(reflection) * change) + absorbed * np.real(np.conj(facing) * turned) / size) / size
+    )

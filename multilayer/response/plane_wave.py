@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.frames import Frame, Tabular, over
-from multilayer.matrix.solve import HalfSpace
+from multilayer.matrix.solve import HalfSpace, Solution, System
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import in_chunks
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
@@ -92,10 +93,11 @@ def plane_wave(
     f = np.asarray(frequency, dtype=float)
     n_directions = np.size(angle) * np.size(azimuth)
     parts = in_chunks(lambda piece: _plane_wave(stack, piece, angle, azimuth), stack, f, n_directions, workers)
-    return parts[0] if len(parts) == 1 else _joined(parts)
+    return parts[0] if len(parts) == 1 else joined(parts)
 
 
-def _joined(parts: list[PlaneWave]) -> PlaneWave:
+def joined(parts: Sequence[PlaneWave]) -> PlaneWave:
+    """Return responses at consecutive pieces of the frequency axis as one."""
     names = [field.name for field in fields(PlaneWave) if field.name not in ("angle", "azimuth")]
     columns = {name: [getattr(part, name) for part in parts] for name in names}
     joined: dict[str, Any] = {
@@ -107,9 +109,13 @@ def _joined(parts: list[PlaneWave]) -> PlaneWave:
 @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
 def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike, azimuth: ArrayLike) -> PlaneWave:
     wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
-    front = wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
-    system = build_system(stack, wave, HalfSpace(front))
-    solution = solve_or_explain(system, stack, wave)
+    system = build_system(stack, wave, HalfSpace(front_impedance(wave)))
+    return plane_wave_of(system, solve_or_explain(system, stack, wave), wave, frequency, angle)
+
+
+def plane_wave_of(system: System, solution: Solution, wave: Wave, frequency: RealArray, angle: ArrayLike) -> PlaneWave:
+    """Return the response from the solution of a system in the field `wave`, that of `frequency` and `angle`."""
+    front = front_impedance(wave)
     reflection, transmission = solution.reflected, solution.transmitted
     assert reflection is not None  # the head is a half-space
     loss = None
@@ -125,8 +131,13 @@ def _plane_wave(stack: Stack, frequency: RealArray, angle: ArrayLike, azimuth: A
         surface_impedance=_surface_impedance(front, reflection),
         absorption=1 - np.abs(reflection) ** 2,
         transmission_loss=loss,
-        azimuth=np.asarray(azimuth, dtype=float),
+        azimuth=np.asarray(wave.azimuth, dtype=float),
     )
+
+
+def front_impedance(wave: Wave) -> ComplexArray:
+    """Return the wave impedance of the ambient gas, Pa s/m."""
+    return wave_impedance(wave, wave.ambient.density, wave.ambient.sound_speed)
 
 
 def _surface_impedance(front: ComplexArray, reflection: ComplexArray) -> ComplexArray:

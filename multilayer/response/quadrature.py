@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -51,6 +51,20 @@ class Tolerance:
         return Tolerance(self.absorption / 2, self.transmission / 2)
 
 
+@dataclass(frozen=True)
+class Panels:
+    """Panels of a quadrature: the item of each, and its ends; arrays of shape (n_panels,)."""
+
+    which: IndexArray
+    low: RealArray
+    high: RealArray
+
+    @classmethod
+    def joined(cls, parts: Sequence[Panels]) -> Panels:
+        """Return all panels of several lots."""
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("which", "low", "high")))
+
+
 def integrate(
     integrand: Integrand,
     n: int,
@@ -59,6 +73,7 @@ def integrate(
     max_panels: int,
     first: int = 1,
     exhausted: Callable[[], BoolArray] | None = None,
+    accepted: list[Panels] | None = None,
 ) -> tuple[RealArray, RealArray]:
     """Return the integrals of `n` items from 0 to `upper`, with their errors.
 
@@ -78,6 +93,8 @@ def integrate(
     exhausted : callable, optional
         Tells which items have taken much work, shape (n,). Their panels are halved no more where the integrand's own
         errors and those of panels that are done exceed twice the tolerance: halving does not lessen these.
+    accepted : list, optional
+        Takes the panels that make the integrals.
 
     Returns
     -------
@@ -112,6 +129,8 @@ def integrate(
         values[3:] += errors
         for row, part in zip(done, values, strict=True):
             np.add.at(row, which[kept], part[kept])
+        if accepted is not None:
+            accepted.append(Panels(which[kept], low[kept], high[kept]))
         np.add.at(panels, which[again], 1)
         middle = 0.5 * (low + high)[again]
         which = np.concatenate([which[again]] * 2)
@@ -119,10 +138,14 @@ def integrate(
     return done, points
 
 
+def nodes(low: RealArray, high: RealArray) -> RealArray:
+    """Return the abscissae of panels, shape (n_panels, 15)."""
+    return np.asarray((0.5 * (high + low))[:, None] + (0.5 * (high - low))[:, None] * NODES)
+
+
 def _panels(integrand: Integrand, which: IndexArray, low: RealArray, high: RealArray) -> tuple[RealArray, RealArray]:
     """Return integrals over panels, and errors of the quadrature of absorption and transmission."""
-    half = 0.5 * (high - low)
-    x = (0.5 * (high + low))[:, None] + half[:, None] * NODES
+    half, x = 0.5 * (high - low), nodes(low, high)
     rows = integrand(np.broadcast_to(which[:, None], x.shape), x)
     fine = half * np.array([row @ KRONROD for row in rows])
     coarse = half * np.array([row @ GAUSS for row in rows[1:3]])
@@ -135,3 +158,54 @@ def _too_coarse(errors: RealArray, total: RealArray, share: ArrayLike, tolerance
     with np.errstate(invalid="ignore"):  # without transmission there is nothing to compare
         coarse_tau = errors[1] > least * (tolerance.transmission * total[2])
     return np.asarray((errors[0] > least * tolerance.absorption * total[0]) | coarse_tau)
+
+
+# Takes indices of items and abscissae in (0, 1), two arrays of shape (n_panels, 15), and gives (n_rows, n_panels, 15).
+Rows: TypeAlias = Callable[[IndexArray, RealArray], RealArray]
+
+
+def integrate_rows(
+    integrand: Rows, owner: IndexArray, floor: RealArray, tolerance: float, max_panels: int
+) -> tuple[RealArray, RealArray, RealArray]:
+    """Return the integrals of several functions of each item from 0 to 1.
+
+    Parameters
+    ----------
+    integrand : callable
+        See `Rows`.
+    owner : array of int, shape (n_items,)
+        To which sum each item adds, as one interval of a longer integral.
+    floor : array, shape (n_rows, n_owners)
+        Integrals of the absolute values that the owners have already.
+    tolerance : float
+        Allowed error of each row, as a share of the integral of its absolute value over all items of its owner.
+    max_panels : int
+        Of each item.
+
+    Returns
+    -------
+    rows, sizes, errors : array, shape (n_rows, n_items)
+        Integrals, integrals of absolute values, and estimated errors.
+    """
+    n = len(owner)
+    which, low, high = np.arange(n), np.zeros(n), np.ones(n)
+    done = np.zeros((3, len(floor), n))
+    panels = np.ones(n)
+    while len(which):
+        half = 0.5 * (high - low)
+        values = integrand(which, (0.5 * (high + low))[:, None] + half[:, None] * NODES)
+        parts = half * np.stack([values @ KRONROD, np.abs(values) @ KRONROD, np.abs(values @ (KRONROD - GAUSS))])
+        sizes = floor.copy()
+        for row, settled, part in zip(sizes, done[1], parts[1], strict=True):
+            np.add.at(row, owner, settled)
+            np.add.at(row, owner[which], part)
+        allowed = tolerance * np.maximum(high - low, _LEAST_SHARE) * sizes[:, owner[which]]
+        again = np.any(parts[2] > allowed, axis=0) & (panels[which] < max_panels) & (high - low > _LEAST_WIDTH)
+        for result, part in zip(done, parts, strict=True):
+            for row, values_of_row in zip(result, part, strict=True):
+                np.add.at(row, which[~again], values_of_row[~again])
+        np.add.at(panels, which[again], 1)
+        middle = 0.5 * (low + high)[again]
+        which = np.concatenate([which[again]] * 2)
+        low, high = np.concatenate([low[again], middle]), np.concatenate([middle, high[again]])
+    return done[0], done[1], done[2]

@@ -18,32 +18,35 @@ Bands = Mapping[float, float]
 
 THIRD_OCTAVES = (100, 125, 160, 200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000, 2500, 3150, 4000, 5000)
 # ISO 717-1:2020, table 3: reference values for airborne sound, dB, from 100 and from 125 Hz
-_ISO717_THIRDS = (33, 36, 39, 42, 45, 48, 51, 52, 53, 54, 55, 56, 56, 56, 56, 56)
+ISO717_THIRDS = (33, 36, 39, 42, 45, 48, 51, 52, 53, 54, 55, 56, 56, 56, 56, 56)
 _ISO717_OCTAVES = dict(zip((125, 250, 500, 1000, 2000), (36, 45, 52, 55, 56), strict=True))
 # ISO 717-1:2020, table 4: spectra for C (A-weighted pink noise) and Ctr (A-weighted urban traffic noise), dB
-_SPECTRA = {
+SPECTRA = {
     "C": (-29, -26, -23, -21, -19, -17, -15, -13, -12, -11, -10, -9, -9, -9, -9, -9),
     "Ctr": (-20, -20, -18, -16, -15, -14, -13, -12, -11, -9, -8, -9, -10, -11, -13, -15),
 }
 # ISO 717-1:2020, table B.1: spectra of enlarged ranges from 50 Hz, dB
 _ENLARGED = (50, 63, 80, *THIRD_OCTAVES)
-_C_TO_3150 = (-40, -36, -33, *_SPECTRA["C"])
+_C_TO_3150 = (-40, -36, -33, *SPECTRA["C"])
 _C_TO_5000 = (
     -41, -37, -34, -30, -27, -24, -22, -20, -18, -16, -14, -13, -12, -11, -10, -10, -10, -10, -10, -10, -10,
 )  # fmt: skip
-_CTR = (-25, -23, -21, *_SPECTRA["Ctr"], -16, -18)
+_CTR = (-25, -23, -21, *SPECTRA["Ctr"], -16, -18)
 _RANGES = {"50-3150": (_C_TO_3150, 0), "50-5000": (_C_TO_5000, 0), "100-5000": (_C_TO_5000, 3)}  # first band left out
+# ISO 717-2:2020, table 3: reference values for impact sound, dB, from 100 and from 125 Hz
+_ISO717_2_THIRDS = (62, 62, 62, 62, 62, 62, 61, 60, 59, 58, 57, 54, 51, 48, 45, 42)
+_ISO717_2_OCTAVES = dict(zip((125, 250, 500, 1000, 2000), (67, 67, 65, 62, 49), strict=True))
 # ASTM E1332: A-weighted levels of road, rail and air traffic, dB, 80 to 4000 Hz; all together 100.13 dB
-_OITC_BANDS = (80, *THIRD_OCTAVES[:17])
-_OITC_SOURCE = (103, 102, 101, 98, 97, 95, 94, 93, 93, 91, 90, 89, 89, 88, 88, 87, 85, 84)
-_A_WEIGHTING = (
+OITC_BANDS = (80, *THIRD_OCTAVES[:17])
+OITC_SOURCE = (103, 102, 101, 98, 97, 95, 94, 93, 93, 91, 90, 89, 89, 88, 88, 87, 85, 84)
+A_WEIGHTING = (
     -22.5, -19.1, -16.1, -13.4, -10.9, -8.6, -6.6, -4.8, -3.2, -1.9, -0.8, 0.0, 0.6, 1.0, 1.2, 1.3, 1.2, 1.0,
 )  # fmt: skip
 # ASTM E413: the contour relative to its value at 500 Hz, from 125 to 4000 Hz
-_STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
+STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
 # ISO 11654:1997, table 1
-_PRACTICAL_OCTAVES = (125, 250, 500, 1000, 2000, 4000)
-_ABSORPTION_CURVE = {250: 0.80, 500: 1.00, 1000: 1.00, 2000: 1.00, 4000: 0.90}
+PRACTICAL_OCTAVES = (125, 250, 500, 1000, 2000, 4000)
+ABSORPTION_CURVE = {250: 0.80, 500: 1.00, 1000: 1.00, 2000: 1.00, 4000: 0.90}
 _CLASSES = (("A", 0.90), ("B", 0.80), ("C", 0.60), ("D", 0.30), ("E", 0.15))
 
 
@@ -57,6 +60,25 @@ class ReductionIndex:
 
     def __str__(self) -> str:
         return f"{self.rw} ({self.c}; {self.ctr}) dB"
+
+
+@dataclass(frozen=True)
+class ImpactLevel:
+    """Weighted normalised impact sound level of ISO 717-2, dB, with its spectrum adaptation terms.
+
+    Attributes
+    ----------
+    ln_w, ci : int
+    ci_50 : int or None
+        CI from 50 to 2500 Hz; None where bands below 100 Hz are missing.
+    """
+
+    ln_w: int
+    ci: int
+    ci_50: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.ln_w} ({self.ci}) dB"
 
 
 @dataclass(frozen=True)
@@ -98,8 +120,8 @@ def weighted_reduction_index(reduction: Bands) -> ReductionIndex:
     """
     bands = THIRD_OCTAVES[:16]
     values = np.floor(10 * _values(reduction, bands) + 0.5) / 10
-    rw = 52 + _shift(values, np.array(_ISO717_THIRDS), most=32.0)
-    c, ctr = (_adapted(values, spectrum) - rw for spectrum in _SPECTRA.values())
+    rw = 52 + _shift(values, np.array(ISO717_THIRDS), most=32.0)
+    c, ctr = (_adapted(values, spectrum) - rw for spectrum in SPECTRA.values())
     return ReductionIndex(rw, c, ctr)
 
 
@@ -144,8 +166,8 @@ def outdoor_indoor_transmission_class(loss: Bands) -> int:
     InputError
         When a band is missing.
     """
-    values = np.floor(_values(loss, _OITC_BANDS) + 0.5)
-    source = np.array(_OITC_SOURCE) + np.array(_A_WEIGHTING)
+    values = np.floor(_values(loss, OITC_BANDS) + 0.5)
+    source = np.array(OITC_SOURCE) + np.array(A_WEIGHTING)
     return int(np.floor(100.13 - 10 * np.log10(np.sum(10 ** ((source - values) / 10))) + 0.5))
 
 
@@ -153,6 +175,41 @@ def weighted_reduction_index_octaves(reduction: Bands) -> int:
     """Return Rw of ISO 717-1 from octave bands, 125 to 2000 Hz, dB."""
     values = np.floor(10 * _values(reduction, tuple(_ISO717_OCTAVES)) + 0.5) / 10
     return 52 + _shift(values, np.array(list(_ISO717_OCTAVES.values())), most=10.0)
+
+
+def weighted_impact_level(level: Bands) -> ImpactLevel:
+    """Return Ln,w (CI) of ISO 717-2 from third-octave bands, 100 to 3150 Hz.
+
+    Parameters
+    ----------
+    level : mapping
+        Normalised impact sound level, dB, by nominal frequency, Hz; rounded to 0.1 dB first. With the bands of 50, 63
+        and 80 Hz the term from 50 to 2500 Hz is given, too.
+
+    Raises
+    ------
+    InputError
+        When a band is missing.
+    """
+    values = np.floor(10 * _values(level, THIRD_OCTAVES[:16]) + 0.5) / 10
+    ln_w = 60 - _shift(-values, -np.array(_ISO717_2_THIRDS), most=32.0)
+    lower = _ENLARGED[:3]
+    ci_50 = None
+    if set(map(float, level)).issuperset(lower):
+        ci_50 = _impact_term(np.append(values[:15], np.floor(10 * _values(level, lower) + 0.5) / 10), ln_w)
+    return ImpactLevel(ln_w, _impact_term(values[:15], ln_w), ci_50)
+
+
+def weighted_impact_level_octaves(level: Bands) -> ImpactLevel:
+    """Return Ln,w (CI) of ISO 717-2 from octave bands, 125 to 2000 Hz, dB."""
+    values = np.floor(10 * _values(level, tuple(_ISO717_2_OCTAVES)) + 0.5) / 10
+    ln_w = 60 - _shift(-values, -np.array(list(_ISO717_2_OCTAVES.values())), most=10.0)  # 65 at 500 Hz, less 5 dB
+    return ImpactLevel(ln_w, _impact_term(values, ln_w))
+
+
+def _impact_term(values: RealArray, ln_w: int) -> int:
+    """Return CI from the levels of all bands together."""
+    return int(np.floor(10 * np.log10(np.sum(10 ** (values / 10))) - 15 - ln_w + 0.5))
 
 
 def sound_transmission_class(loss: Bands) -> int:
@@ -164,7 +221,7 @@ def sound_transmission_class(loss: Bands) -> int:
         Transmission loss, dB, by nominal frequency, Hz; rounded to whole dB first.
     """
     values = np.floor(_values(loss, THIRD_OCTAVES[1:17]) + 0.5)
-    return _shift(values, np.array(_STC_CONTOUR), most=32.0, most_single=8.0)
+    return _shift(values, np.array(STC_CONTOUR), most=32.0, most_single=8.0)
 
 
 def _shift(values: RealArray, curve: RealArray, most: float, most_single: float = np.inf) -> int:
@@ -183,7 +240,7 @@ def practical_absorption(absorption: Bands) -> dict[int, float]:
     bands are missing.
     """
     practical = {}
-    for centre in _PRACTICAL_OCTAVES:
+    for centre in PRACTICAL_OCTAVES:
         i = THIRD_OCTAVES.index(centre)
         thirds = THIRD_OCTAVES[i - 1 : i + 2]
         if centre == 125 and any(band not in absorption for band in thirds):
@@ -209,17 +266,17 @@ def weighted_absorption(absorption: Bands) -> WeightedAbsorption:
 
 def weighted_absorption_octaves(absorption: Bands) -> WeightedAbsorption:
     """Return alpha_w of ISO 11654 from means over octaves, 250 to 4000 Hz, that become its practical coefficients."""
-    there = [centre for centre in _PRACTICAL_OCTAVES if centre != 125 or 125 in absorption]
+    there = [centre for centre in PRACTICAL_OCTAVES if centre != 125 or 125 in absorption]
     values = _values(absorption, tuple(there))
     return weighted_from_practical({centre: _practical(value) for centre, value in zip(there, values, strict=True)})
 
 
 def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorption:
     """Return alpha_w of ISO 11654 from practical coefficients by octave, 250 to 4000 Hz."""
-    octaves = tuple(_ABSORPTION_CURVE)
+    octaves = tuple(ABSORPTION_CURVE)
     # in steps of 0.05: whole numbers, no rounding
     values = np.round(20 * _values(practical, octaves)).astype(int)
-    curve = np.round(20 * np.array(list(_ABSORPTION_CURVE.values()))).astype(int)
+    curve = np.round(20 * np.array(list(ABSORPTION_CURVE.values()))).astype(int)
     shift = next(s for s in range(21) if np.maximum(curve - s - values, 0).sum() <= 2)
     excess = dict(zip(octaves, values - np.maximum(curve - shift, 0), strict=True))
     marks = {"L": (250,), "M": (500, 1000), "H": (2000, 4000)}

@@ -38,7 +38,7 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     layers = []
     for i, layer in enumerate(stack.at_rest(on_base=isinstance(head, Wall))):
         try:
-            layers.append(layer.faces(wave))
+            layers.append(layer.faces(wave).computed)
         except (ArithmeticError, np.linalg.LinAlgError) as error:  # of single numbers; arrays become inf or nan
             if not has_extremes(stack):  # then its formulae are wrong, perhaps a plugin's
                 raise
@@ -69,10 +69,21 @@ def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:
             solution = solve(system)
         except np.linalg.LinAlgError:
             raise refusal(stack, _NO_RESPONSE) from None
+    refuse_infinite(solution, stack, wave)
+    return solution
+
+
+def refuse_infinite(solution: Solution, stack: Stack, wave: Wave) -> None:
+    """Refuse a solution that is not finite everywhere.
+
+    Raises
+    ------
+    InputError
+        With the first such frequency.
+    """
     for coefficients in solution.layers:
         if not np.all(finite := np.isfinite(coefficients)):
             raise refusal(stack, _NO_RESPONSE, _first(wave.frequency, ~np.all(finite, axis=0)))
-    return solution
 
 
 def _first(frequency: RealArray, wrong: BoolArray) -> float:

@@ -10,43 +10,31 @@ from typing import Annotated, Any, Self
 from pydantic import (
     Field,
     ModelWrapValidatorHandler,
-    PlainSerializer,
-    PlainValidator,
     PrivateAttr,
     ValidationError,
     ValidationInfo,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
 
 from multilayer.bounds import SAMPLES
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
-from multilayer.json_schema import any_of
 from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
-from multilayer.simulation.settings import FiniteSize, FrequencyGrid, FrequencyRange, Incidence, PlaneIncidence
+from multilayer.response.construction import Construction
+from multilayer.simulation.settings import (
+    Excitation,
+    FiniteSize,
+    FrequencyGrid,
+    FrequencyRange,
+    Incidence,
+    PlaneIncidence,
+)
 from multilayer.simulation.sweep import expand, mistakes
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance
-from multilayer.stack import Stack, load_stack
+from multilayer.stack import Stack, StackField
 
-
-def _parse_reference(value: Any, info: ValidationInfo) -> Stack:
-    if isinstance(value, Stack):
-        return value
-    if isinstance(value, Mapping):
-        return Stack.model_validate(value, context=info.context)
-    folder = (info.context or {}).get("folder", Path())
-    try:
-        return load_stack(Path(folder) / str(value))
-    except InputError as error:
-        reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
-        raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
-
-
-Reference = Annotated[
-    Stack, PlainValidator(_parse_reference), PlainSerializer(Stack.to_dict), any_of({"type": "string"}, Stack)
-]
+Reference = StackField
 
 
 @dataclass(frozen=True)
@@ -81,26 +69,46 @@ class Case:
         return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
 
 
-class SimulationFile(Stack):
-    """A stack and the settings of its simulation; see ``docs/simulation.md``.
-
-    Read one with `load_simulation`.
-    """
+class SimulatedStack(Stack):
+    """A stack, and in which field it is: what all files have that ask for its response."""
 
     frequency: FrequencyGrid = FrequencyRange()
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
     reference: Reference | None = None
-    sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
-    tolerances: dict[str, Any] = Field(default_factory=dict)
-    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
-    seed: Annotated[int, Field(ge=0)] = 0
 
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Give path and text of values that are allowed, and hardly ever meant."""
         yield from super().implausible()
         if "termination" not in self.model_fields_set:
             yield (), "no termination is stated: a rigid wall is assumed, without transmission; say rigid or ambient"
+
+    @model_validator(mode="after")
+    def _lets_sound_through(self) -> Self:
+        for stack, which in ((self, "this stack"), (self.reference, "the reference")):
+            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
+                text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
+                refuse(self, [(("reference",), text, None)])
+        return self
+
+    @property
+    def stack(self) -> Stack:
+        """The stack alone."""
+        return Stack(**{name: getattr(self, name) for name in Stack.model_fields})
+
+
+class SimulationFile(SimulatedStack, Construction):
+    """A stack, what lies beside it, and the settings of its simulation; see ``docs/simulation.md``.
+
+    Read one with `load_simulation`.
+    """
+
+    excitation: Excitation | None = None
+    free_waves: bool = False
+    sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
+    tolerances: dict[str, Any] = Field(default_factory=dict)
+    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
+    seed: Annotated[int, Field(ge=0)] = 0
 
     _cases: tuple[Case, ...] = PrivateAttr(default=())
     _scatter: dict[str, Tolerance] = PrivateAttr(default_factory=dict)
@@ -132,11 +140,11 @@ class SimulationFile(Stack):
         return model
 
     @model_validator(mode="after")
-    def _lets_sound_through(self) -> Self:
-        for stack, which in ((self, "this stack"), (self.reference, "the reference")):
-            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
-                text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
-                refuse(self, [(("reference",), text, None)])
+    def _is_excited_alone(self) -> Self:
+        key = "excitation" if self.excitation is not None else "free_waves"
+        if (self.excitation is not None or self.free_waves) and (self.beside or self.links):
+            text = "is computed of a stack alone; leave it out, or 'beside' and 'links'"
+            refuse(self, [((key,), text, None)])
         return self
 
     def _parsed_tolerances(self) -> dict[str, Tolerance]:
@@ -167,8 +175,9 @@ class SimulationFile(Stack):
 
     @property
     def stack(self) -> Stack:
-        """The stack alone."""
-        return Stack(**{name: getattr(self, name) for name in Stack.model_fields})
+        """The stack alone; a `Construction` where something lies beside it."""
+        kind = Stack if self.is_plain else Construction
+        return kind(**{name: getattr(self, name) for name in kind.model_fields})
 
 
 def load_simulation(path: str | Path) -> SimulationFile:

@@ -38,6 +38,7 @@ _OTHER_NAMES = {
     "tl": "transmission_loss",
     "stl": "transmission_loss",
     "il": "insertion_loss",
+    "ln": "impact_level",
 }
 _MOST_ABSORBED = 2.0  # a reverberation room measures a little more than 1
 _OFF_CENTRE = 0.03  # nominal centres differ from the exact ones by less

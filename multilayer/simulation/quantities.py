@@ -24,21 +24,24 @@ class Quantity:
     title : str
         In figures.
     unit : str
-        ``dB``, or empty for a pure number.
+        ``dB``, another unit, or empty for a pure number.
     is_complex : bool
+    is_level : bool
+        A level in dB of what a third octave holds; other quantities in dB are losses.
     """
 
     name: str
     title: str
     unit: str = ""
     is_complex: bool = False
+    is_level: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Columns of a table: one, or real and imaginary part."""
         if self.is_complex:
             return (f"{self.name}_re", f"{self.name}_im")
-        return (f"{self.name}_{self.unit.lower()}" if self.unit else self.name,)
+        return (f"{self.name}_{self.unit.lower()}" if self.unit == "dB" else self.name,)
 
     def parts(self, values: NDArray[Any]) -> dict[str, RealArray]:
         """Return the columns of `values`."""
@@ -46,8 +49,17 @@ class Quantity:
         return {column: np.asarray(part, dtype=float) for column, part in zip(self.columns, parts, strict=True)}
 
     def mean(self, values: RealArray) -> RealArray:
-        """Return the mean over the last axis: of the transmitted power for a quantity in dB, else of the values."""
+        """Return the mean over the last axis: of the power for a quantity in dB, else of the values."""
+        if self.is_level:
+            return -mean_loss(-values)
         return mean_loss(values) if self.unit == "dB" else mean_value(values)
+
+    def slope_of_mean(self, values: RealArray, slopes: RealArray) -> RealArray:
+        """Return the derivatives of the mean over the last axis from those of the values."""
+        if self.unit != "dB":
+            return mean_value(slopes)
+        power = 10 ** ((np.min(values, axis=-1, keepdims=True) - values) / 10)
+        return np.asarray(np.sum(power * slopes, axis=-1) / np.sum(power, axis=-1))
 
 
 QUANTITIES = {
@@ -59,6 +71,13 @@ QUANTITIES = {
         Quantity("normalised_impedance", "surface impedance / (ρ c)", is_complex=True),
         Quantity("reflection", "reflection coefficient", is_complex=True),
         Quantity("transmission", "transmission coefficient", is_complex=True),
+        Quantity("radiation_efficiency", "radiation efficiency"),
+        Quantity("input_mobility", "input mobility", "m/(N s)", is_complex=True),
+        Quantity("bending_stiffness", "bending stiffness", "N m"),
+        Quantity("loss_factor", "loss factor of the free wave"),
+        Quantity("phase_speed", "phase speed of the free wave", "m/s"),
+        Quantity("sound_power_level", "sound power level", "dB", is_level=True),
+        Quantity("impact_level", "normalised impact sound level", "dB", is_level=True),
     )
 }
 

@@ -28,6 +28,8 @@ from multilayer.simulation.tolerances import draw
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
 _MOST_SAMPLES = 50
 _ANGLES_OF_DIFFUSE_FIELD = 60
+_WAVENUMBERS_OF_EXCITATION = 200
+_WAVENUMBERS_OF_FREE_WAVES = 400
 _BYTES_OF_RESULT = 96  # all quantities at one frequency, once more where they are put together
 _BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
@@ -77,6 +79,8 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         file = case.simulation
         samples = file.samples if file.scatter else 0
         angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
+        angles += 0 if file.excitation is None else _WAVENUMBERS_OF_EXCITATION
+        angles += _WAVENUMBERS_OF_FREE_WAVES if file.free_waves else 0
         points, layers = grid.points.size * angles, len(file.layers)
         solves += points * layers * (1 + samples)
         held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
@@ -91,7 +95,10 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
 
 def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     file = case.simulation
-    nominal = Task(file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference)
+    nominal = Task(
+        file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference, file.excitation,
+        file.free_waves,
+    )  # fmt: skip
     yield nominal
     if not file.scatter:
         return

@@ -26,6 +26,7 @@ from multilayer.json_schema import NUMBER_TEXT, any_of
 from multilayer.models import Model, refuse, refuse_unknown_keys
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
+from multilayer.response.excitations import PointForce, Rain, TappingMachine, TurbulentFlow
 from multilayer.units import Frequency, Length, Unit, parse_quantity
 
 
@@ -180,3 +181,6 @@ class FiniteSize(Model):
 
     width: Length
     height: Length
+
+
+Excitation = Annotated[PointForce | Rain | TappingMachine | TurbulentFlow, Discriminator("type")]

@@ -16,6 +16,8 @@ from multilayer.response.ratings import (
     sound_transmission_class,
     weighted_absorption,
     weighted_absorption_octaves,
+    weighted_impact_level,
+    weighted_impact_level_octaves,
     weighted_reduction_index,
 )
 from multilayer.simulation.bands import Grid
@@ -32,6 +34,14 @@ def _enlarged(bands: Mapping[float, float]) -> str:
     return f"{c}; {ctr} dB"
 
 
+def _low_impact_term(bands: Mapping[float, float]) -> str:
+    term = weighted_impact_level(bands).ci_50
+    if term is None:
+        raise InputError("this term needs the bands from 50 Hz")
+    return f"{term} dB"
+
+
+IMPACT = "Ln,w (CI)"  # the lower, the better
 _LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], object]]] = {
     ("absorption", "third octaves"): {
@@ -44,6 +54,8 @@ _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], ob
         "STC": sound_transmission_class,
         "OITC": outdoor_indoor_transmission_class,
     },
+    ("impact_level", "third octaves"): {IMPACT: weighted_impact_level, "CI,50-2500": _low_impact_term},
+    ("impact_level", "octaves"): {IMPACT: weighted_impact_level_octaves},
     ("absorption", "octaves"): {"alpha_w": weighted_absorption_octaves},
     ("transmission_loss", "octaves"): {},  # C, Ctr and STC are defined in third octaves
 }
@@ -60,14 +72,17 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
         Values at single frequencies are averaged over third octaves; three of them are needed in each.
     """
     # with transmission, power that is not reflected is not all absorbed: ratings of absorption would mislead
-    quantity = "transmission_loss" if "transmission_loss" in quantities else "absorption"
-    bands = _band_values(quantity, quantities[quantity], grid)
+    of_sound = "transmission_loss" if "transmission_loss" in quantities else "absorption"
     rated: dict[str, str] = {}
-    for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
-        try:
-            rated[name] = str(function(bands))
-        except InputError:  # a band is missing
+    for quantity in ("impact_level", of_sound):
+        if quantity not in quantities:
             continue
+        bands = _band_values(quantity, quantities[quantity], grid)
+        for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
+            try:
+                rated[name] = str(function(bands))
+            except InputError:  # a band is missing
+                continue
     return rated
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from typing import Any, TypeVar
@@ -16,7 +16,9 @@ from multilayer.models import mistake
 from multilayer.paths import with_entry
 
 T = TypeVar("T")
-SWEPT = ("ambient", "layers", "contacts", "termination", "incidence", "finite_size")
+SWEPT = (
+    "ambient", "layers", "contacts", "termination", "incidence", "finite_size", "excitation", "area", "beside", "links",
+)  # fmt: skip
 
 
 def expand(
@@ -105,16 +107,40 @@ def _size(data: Any) -> int:
 def _value_mistakes(
     data: Mapping[str, Any], path: str, i: int, value: Any, validated: Callable[[Any], Any], reported: set[Any]
 ) -> Iterator[InitErrorDetails]:
+    for at_key, text in value_mistakes(data, path, value, validated, reported):
+        yield mistake("input", ("sweep", path, "[key]" if at_key else i), text, path if at_key else value)
+
+
+def value_mistakes(
+    data: Mapping[str, Any],
+    path: str,
+    value: Any,
+    validated: Callable[[Any], Any],
+    reported: Collection[tuple[Any, ...]] = (),
+) -> Iterator[tuple[bool, str]]:
+    """Give what is wrong with one value at a path: whether it is the path that is wrong, and the message.
+
+    Parameters
+    ----------
+    data : mapping
+        What stands in the file.
+    path : str
+    value : object
+        As written.
+    validated : callable
+        From data to the model; raises ValidationError for data with mistakes.
+    reported : collection
+        Places and messages of mistakes that are not repeated.
+    """
     try:
         validated(with_entry(data, path, value))
     except InputError as error:
-        yield mistake("input", ("sweep", path, "[key]"), str(error), path)
+        yield True, str(error)
     except ValidationError as error:
         for problem in error.errors(include_url=False):
-            if _key(problem) in reported:
-                continue
-            unknown = problem["type"] == "extra_forbidden" and _ends_alike(problem, path)
-            yield mistake("input", ("sweep", path, "[key]" if unknown else i), _message(problem, path), value)
+            if _key(problem) not in reported:
+                unknown = problem["type"] == "extra_forbidden" and _ends_alike(problem, path)
+                yield unknown, _message(problem, path)
 
 
 def _key(problem: ErrorDetails) -> tuple[Any, ...]:

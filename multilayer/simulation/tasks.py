@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
+from multilayer.response.bands import POINTS_PER_THIRD
+from multilayer.response.beside import Shares, Sound
+from multilayer.response.construction import Construction, wall_shares
 from multilayer.response.diffuse_field import diffuse_field
+from multilayer.response.driven import driven
+from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
+from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import QUANTITIES
@@ -22,6 +28,7 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 Arrays = dict[str, NDArray[Any]]
+OF_FREE_WAVES = ("bending_stiffness", "loss_factor", "phase_speed")  # NaN where no wave runs
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,7 @@ class Task:
     Attributes
     ----------
     stack : Stack
+        Or a `Construction`.
     frequency : array
         Hz; of shape (n_bands, n_points) to be averaged over the last axis.
     incidence : PlaneIncidence or DiffuseIncidence
@@ -39,8 +47,14 @@ class Task:
     size : FiniteSize or None
     reference : Stack or None
         For the insertion loss.
+    excitation : Excitation or None
+        Beside the incident sound.
+    free_waves : bool
+        Whether those along the stack are asked for.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
+    effort : mapping
+        Arguments of `diffuse_field` in place of its own tolerances.
     """
 
     stack: Stack
@@ -49,7 +63,15 @@ class Task:
     label: str = ""
     size: FiniteSize | None = None
     reference: Stack | None = None
+    excitation: Excitation | None = None
+    free_waves: bool = False
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    effort: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def window(self) -> Window | None:
+        """The finite size as the responses take it."""
+        return None if self.size is None else Window(self.size.width, self.size.height)
 
 
 @dataclass(frozen=True)
@@ -94,7 +116,9 @@ def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
 def _sampled(task: Task) -> Arrays:
     """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
-    if isinstance(task.incidence, PlaneIncidence) and all(path.startswith("layers.") for path in task.samples):
+    of_layers = all(path.startswith("layers.") for path in task.samples)
+    of_sound = task.excitation is None and not task.free_waves and not _is_built(task.stack)
+    if isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound:
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
         quantities = _respond(with_values(task.stack, values), task)
@@ -119,17 +143,55 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
     if task.frequency.ndim == 1:
         return quantities
     kept = {name: value for name, value in quantities.items() if not QUANTITIES[name].is_complex}
-    return {
+    means = {
         name: QUANTITIES[name].mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
         for name, value in kept.items()
     }
+    thirds = task.frequency.shape[-1] / POINTS_PER_THIRD
+    return {name: mean + 10 * np.log10(thirds) if QUANTITIES[name].is_level else mean for name, mean in means.items()}
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
-    window = None if task.size is None else Window(task.size.width, task.size.height)
+    quantities = _quantities_of_sound(stack, frequency, task)
+    if task.excitation is not None:
+        quantities |= _of_excitation(stack, frequency, task.excitation, task.window)
+    if task.free_waves:
+        waves = free_waves(stack, frequency)
+        quantities |= {name: getattr(waves, name) for name in OF_FREE_WAVES}
+    return quantities
+
+
+_POWER_OF_0_DB = 1e-12  # W
+_ROOM_OF_0_DB = 4 / 10  # of the reference absorption of 10 m2: power over mean squared pressure / (rho c)
+_THIRD_OCTAVE = np.log(10) / 10  # width of a third octave over the frequency
+
+
+def _of_excitation(
+    stack: Stack, frequency: RealArray, excitation: Excitation, window: Window | None
+) -> dict[str, NDArray[Any] | None]:
+    """Return levels in the third octaves about the frequencies, and what goes with them."""
+    response = driven(stack, frequency, excitation, window=window)
+    quantities: dict[str, NDArray[Any] | None] = {
+        "radiation_efficiency": response.radiation_efficiency,
+        "input_mobility": response.input_mobility,
+    }
+    if response.radiated_power is not None:
+        level = 10 * np.log10(response.radiated_power * _THIRD_OCTAVE * frequency / _POWER_OF_0_DB)
+        quantities["sound_power_level"] = level
+        if isinstance(excitation, TappingMachine):
+            quantities["impact_level"] = level + 10 * np.log10(_ROOM_OF_0_DB)
+    return quantities
+
+
+def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
+    window = task.window
+    if _is_built(stack):
+        return _of_wall(wall_shares(stack, frequency, _sound(task.incidence), window))
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
-        field = diffuse_field(stack, frequency, asked.max_angle, weighting=asked.weighting, window=window)
+        field = diffuse_field(
+            stack, frequency, asked.max_angle, weighting=asked.weighting, window=window, **task.effort
+        )
         return {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     wave = plane_wave(stack, frequency, task.incidence.angle)
     quantities = {
@@ -140,6 +202,23 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
         "transmission": wave.transmission,
     }
     return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+
+
+def _is_built(stack: Stack) -> TypeGuard[Construction]:
+    return isinstance(stack, Construction) and not stack.is_plain
+
+
+def _sound(incidence: PlaneIncidence | DiffuseIncidence) -> Sound:
+    if isinstance(incidence, PlaneIncidence):
+        return Sound(incidence.angle)
+    return Sound(None, incidence.diffuse.max_angle, incidence.diffuse.weighting)
+
+
+def _of_wall(shares: Shares) -> dict[str, NDArray[Any] | None]:
+    """Return absorption and loss of a wall of several paths, whose pressures are known of none."""
+    with np.errstate(divide="ignore"):
+        loss = None if shares.transmission is None else -10 * np.log10(shares.transmission)
+    return {"absorption": shares.absorption, "transmission_loss": loss}
 
 
 def _normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
@@ -170,8 +249,9 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
         With the first such frequency and the most extreme field.
     """
     absorption, loss = outcome.quantities["absorption"], outcome.quantities.get("transmission_loss")
-    sound = ~np.any([np.isnan(values) for values in outcome.quantities.values()], axis=0)
-    if task.size is None:  # edges add to what a sample takes in
+    kept = [values for name, values in outcome.quantities.items() if name not in OF_FREE_WAVES]
+    sound = ~np.any([np.isnan(values) for values in kept], axis=0)
+    if task.size is None and not _is_built(task.stack):  # edges, and openings, add to what a sample takes in
         through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
         sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
     if not np.all(sound):

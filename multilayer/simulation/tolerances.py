@@ -140,7 +140,7 @@ def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, se
     fields = {path: locate(model, path) for path in tolerances}
     drawn = _draw(fields, tolerances, samples, rng)
     for _ in range(_MOST_ROUNDS):
-        bad = ~_allowed(fields, drawn)
+        bad = ~allowed(fields, drawn)
         if not bad.any():
             return drawn
         for path, values in _draw(fields, tolerances, int(bad.sum()), rng).items():
@@ -161,8 +161,16 @@ def _draw(
     }
 
 
-def _allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArray:
-    """Return which draws are valid for every model that holds one of the fields."""
+def allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArray:
+    """Return which draws are valid for every model that holds one of the fields.
+
+    Parameters
+    ----------
+    fields : mapping
+        By path.
+    drawn : mapping
+        Values by path, arrays of one length.
+    """
     n = len(next(iter(drawn.values())))
     good = np.ones(n, dtype=bool)
     for owner in {id(field.owner): field.owner for field in fields.values()}.values():

@@ -21,7 +21,9 @@ from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.matrix.couplings import CouplingError
 from multilayer.matrix.families import Family
 from multilayer.matrix.wave import Wave
-from multilayer.response import plane_wave
+from multilayer.paths import locate
+from multilayer.response import plane_wave, plane_wave_derivatives
+from multilayer.response.linearised import real_fields
 from multilayer.stack import Ambient, Stack
 from multilayer.testing.broken import broken_laws
 
@@ -33,6 +35,8 @@ _CREATED = 1e-12  # share of the incident power
 _DIFFERENT = 1e-9
 _PARTS_DIFFERENT = 1e-8  # stiff lossless parts at a sharp resonance
 _SAMPLES_DIFFERENT = 1e-10  # rows are exchanged for all systems alike: rounding errors depend on the others beside one
+_STEP = 1e-4  # of a value, of the coarser differences
+_DERIVATIVES_DIFFERENT = 1e-6
 _FIRST, _SECOND = (
     ElasticSolid(thickness=h, density=1500.0, young_modulus=E, poisson_ratio=0.3, loss_factor=0.05)
     for h, E in ((1e-3, 3e9), (4e-3, 1e7))
@@ -67,7 +71,8 @@ def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = 
     ten times its thickness); an infinitely thin layer has no effect; normal incidence is the limit of small angles;
     finite and continuous response near grazing; the azimuth makes no difference to a layer that is isotropic in its
     plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave does; arrays of
-    frequency, angle, azimuth and parameters give the same as single calls; read from a stack file, it is the same.
+    frequency, angle, azimuth and parameters give the same as single calls; derivatives by its fields agree with
+    differences; read from a stack file, it is the same.
 
     Parameters
     ----------
@@ -219,6 +224,24 @@ def _broadcasting(subject: _Subject) -> Iterator[str]:
             yield from _exceeding(_difference(picked, single_sample), _SAMPLES_DIFFERENT, what, subject)
 
 
+def _derivatives(subject: _Subject) -> Iterator[str]:
+    """Those by the medium are derivatives: differences of two steps lie about them, as far as these agree."""
+    stack = Stack(layers=(_with(subject.layer),), termination="ambient")
+    paths = [path for path in real_fields(stack, None) if locate(stack, path).value != 0]
+    found = plane_wave_derivatives(stack, paths, subject.frequency, ANGLES)
+    for path in paths:
+        if path in found.by_differences:
+            continue
+        value, slope = locate(stack, path).value, found.by(path)["reflection"]
+        steps = np.array([1.0, -1.0, 0.1, -0.1]) * _STEP
+        moved = stack.replaced({path: (value * (1 + steps)).reshape(-1, 1, 1)})
+        ends = np.broadcast_to(_respond(moved, subject)[0], (4, *slope.shape))
+        coarse, fine = ((ends[i] - ends[i + 1]) / (2 * steps[i]) for i in (0, 2))
+        error = np.abs(value * slope - fine) - 2 * np.abs(coarse - fine)
+        what = f"the derivative by {path.removeprefix('layers.0.')} and differences, times the value, differ by"
+        yield from _exceeding(error, _DERIVATIVES_DIFFERENT * (1 + np.abs(value * slope)), what, subject)
+
+
 def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
     if subject.layer.type not in LAYERS:
         yield f"no entry point 'multilayer.layers' is called '{subject.layer.type}'; no file can name it"
@@ -232,7 +255,7 @@ def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
 
 _LAWS: tuple[Law, ...] = (
     _well_formed_faces, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
-    _normal_incidence, _grazing_incidence, _azimuth, _broadcasting, _yaml_round_trip,
+    _normal_incidence, _grazing_incidence, _azimuth, _broadcasting, _derivatives, _yaml_round_trip,
 )  # fmt: skip
 
 

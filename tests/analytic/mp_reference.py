@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import mpmath as mp
 
+from multilayer.paths import locate, with_values
+
 DIGITS = 80  # a foil at 1 Hz loses 60 of them
 I = mp.mpc(0, 1)  # noqa: E741
 
@@ -247,24 +249,54 @@ def _ending(stack, field: Field, face: Face) -> list:
 def plane_wave(stack, frequency: float, angle: float) -> tuple[complex, complex | None]:
     """Return (R, T) of a `Stack`; T is None without a half-space behind."""
     with mp.workdps(DIGITS):
-        field = Field(stack.ambient.gas, frequency, angle)
-        faces, rows = _chain(stack, field)
-        ((_, state),) = field.fluid(stack.ambient.gas)
-        outside = Face()
-        outside.add(1, state(1))
-        outside.add("R", state(-1))
-        rows += interface(outside, faces[0][0], stack.interfaces[0])
-        rows += _ending(stack, field, faces[-1][1])
-        result = _solve(rows)
-        return complex(result["R"]), complex(result["T"]) if "T" in result else None
+        reflected, transmitted = _plane_wave(stack, frequency, angle)
+        return complex(reflected), None if transmitted is None else complex(transmitted)
+
+
+def _plane_wave(stack, frequency: float, angle: float):
+    field = Field(stack.ambient.gas, frequency, angle)
+    faces, rows = _chain(stack, field)
+    ((_, state),) = field.fluid(stack.ambient.gas)
+    outside = Face()
+    outside.add(1, state(1))
+    outside.add("R", state(-1))
+    rows += interface(outside, faces[0][0], stack.interfaces[0])
+    rows += _ending(stack, field, faces[-1][1])
+    result = _solve(rows)
+    return result["R"], result.get("T")
 
 
 def base_motion(stack, frequency: float) -> complex:
     """Return the normal motion of the last face over that of the base."""
     with mp.workdps(DIGITS):
-        field = Field(stack.ambient.gas, frequency, 0.0)
-        faces, rows = _chain(stack, field)
-        rows += against_wall(faces[0][0], stack.interfaces[0], moving=True)
-        rows += _ending(stack, field, faces[-1][1])
-        result = _solve(rows)
-        return complex(sum(factor * result[unknown] for unknown, factor in faces[-1][1].u3.items()))
+        return complex(_base_motion(stack, frequency))
+
+
+def _base_motion(stack, frequency: float):
+    field = Field(stack.ambient.gas, frequency, 0.0)
+    faces, rows = _chain(stack, field)
+    rows += against_wall(faces[0][0], stack.interfaces[0], moving=True)
+    rows += _ending(stack, field, faces[-1][1])
+    result = _solve(rows)
+    return sum(factor * result[unknown] for unknown, factor in faces[-1][1].u3.items())
+
+
+def plane_wave_slopes(stack, path: str, frequency: float, angle: float) -> list[complex]:
+    """Return the derivatives of R and, with a half-space behind, T by a field."""
+    return _slopes(stack, path, lambda moved: _plane_wave(moved, frequency, angle))
+
+
+def base_motion_slopes(stack, path: str, frequency: float) -> list[complex]:
+    """Return the derivative of `base_motion` by a field."""
+    return _slopes(stack, path, lambda moved: [_base_motion(moved, frequency)])
+
+
+def _slopes(stack, path: str, response) -> list[complex]:
+    """Return differences of second order, so fine that neither they nor rounding matter to 20 digits."""
+    with mp.workdps(DIGITS + 40):
+        value = mp.mpf(locate(stack, path).value)
+        step = mp.mpf(10) ** -20 * (abs(value) or 1)
+        ends = [response(with_values(stack, {path: value + sign * step})) for sign in (1, -1)]
+        return [
+            complex((after - before) / (2 * step)) for after, before in zip(*ends, strict=True) if after is not None
+        ]

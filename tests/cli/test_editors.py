@@ -15,6 +15,7 @@ from multilayer.simulation.quantities import QUANTITIES
 from tests.cli.campaigns import FILE, RATE, write_calibration
 from tests.cli.command import run
 from tests.cli.test_import import IN_V, IN_VOLTS, VOLTS
+from tests.cli.test_optimise import FILE as DESIGN
 from tests.cli.test_with import SAVED
 from tests.examples.test_examples import EXAMPLES
 from tests.recorders import write_csv
@@ -50,6 +51,7 @@ class TestCheck:
         return {
             "stack": STACK,
             "simulation": EXAMPLES / "double_wall.yaml",
+            "optimisation": EXAMPLES / "best_absorber.yaml",
             "campaign": campaign,
             "calibration": write_calibration(tmp_path / "calibration", 1.0, 0.0),
             "fit": tmp_path / "fit.yaml",
@@ -153,11 +155,14 @@ class TestJson:
         second = shutil.copytree(sound_campaign, tmp_path / "second")
         file = tmp_path / "rig.yaml"
         file.write_text((EXAMPLES / "virtual_rig.yaml").read_text().replace("1000 Hz, step", "400 Hz, step"))
+        design = tmp_path / "design.yaml"
+        design.write_text(DESIGN)
         recording = write_csv(tmp_path / "run.csv", IN_V, RATE, VOLTS)
         out = ("--out", tmp_path / "out")
         drawn = (*out, "--no-figures")
         arguments = {
             "simulate": ("simulate", EXAMPLES / "foam_absorption.yaml", *drawn),
+            "optimise": ("optimise", design, *drawn),
             "compare": ("compare", EXAMPLES / "foam_absorption.yaml", measured, *drawn),
             "fit": ("fit", sound_campaign, *drawn),
             "fit --joint": ("fit", sound_campaign, "--joint", "--law", "loss_factor", *drawn),

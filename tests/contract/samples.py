@@ -202,6 +202,25 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
         ),
         ("honeycomb", {"neck_radius": 5e-4, "neck_length": 1e-3, "pitch": 0.01, "cavity_depth": 0.04}, False),
     ],
+    "patches": [
+        (
+            "resonators beside wool",
+            {
+                "period": 0.02,
+                "patches": [
+                    {"share": 0.3, "closed": True, "layers": [{"type": "fluid", "thickness": 0.1}]},
+                    {
+                        "share": 0.7,
+                        "layers": [
+                            {"type": "screen", "flow_resistance": 300.0},
+                            {"type": "viscothermal_fluid", "thickness": 0.03, "slit_width": 3e-4},
+                        ],
+                    },
+                ],
+            },
+            False,
+        ),
+    ],
     "viscothermal_fluid": [
         ("gap", {"thickness": 1e-4}, False),
         ("honeycomb", {"thickness": 0.03, "tube_radius": 3e-4, "open_area": 0.8}, False),

@@ -12,9 +12,9 @@ from multilayer.errors import ValidityWarning
 from multilayer.layers import LAYERS, Layer
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.layers.elastic_solid import ElasticSolid, solid_faces
-from multilayer.layers.fluid import Fluid, fluid_faces
+from multilayer.layers.fluid import Fluid, FluidSlab, fluid_faces
 from multilayer.layers.orthotropic_plate import OrthotropicPlate
-from multilayer.matrix.faces import Faces, from_propagator, stack_entries
+from multilayer.matrix.faces import Faces, FacesOf, from_propagator, stack_entries
 from multilayer.matrix.families import FLUID
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import lame
@@ -155,6 +155,18 @@ class TakesOneAzimuth(OrthotropicPlate):
         return super().faces(Wave(wave.frequency, wave.kx, wave.ambient, np.asarray(first)))
 
 
+class Misled(FluidSlab):
+    def by_medium(self, x, y):
+        return tuple(1.001 * slope for slope in super().by_medium(x, y))
+
+
+class WrongDerivative(Fluid):
+    """The right matrices, with wrong derivatives by the medium."""
+
+    def faces(self, wave):
+        return FacesOf(Misled(wave, self.thickness, *self._medium(wave)))
+
+
 WRONG = [
     (CreatesPower, {"thickness": 0.1}, "passivity: some fields leave with more power than they bring"),
     (CreatesPower, {"thickness": 0.1}, "passivity: termination rigid: power is created"),
@@ -175,6 +187,7 @@ WRONG = [
     (TakesOneAzimuth, BOARD, "azimuth: .*: an array and single numbers of the azimuth differ by"),
     (NotANumber, {"thickness": 0.1}, "well formed faces: the back matrix holds numbers that are not finite"),
     (WrongShape, {"thickness": 0.1}, "well formed faces: the front matrix is 1 x 2, not 2 x 2"),
+    (WrongDerivative, {"thickness": 0.1, "density": 1.3}, "derivatives: the derivative by density and differences"),
     (ForgetsItsFile, {"thickness": 0.1, "colour": "blue"}, "yaml round trip: .* comes back as"),
 ]
 

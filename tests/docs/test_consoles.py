@@ -11,6 +11,7 @@ from tests.docs.spoiled import make_all
 ROOT = Path(__file__).parents[2]
 PAGES = [
     "../README.md", "messages.md", "plugins.md", "tour.md", "tasks/export.md", "tasks/fit.md", "tasks/simulate.md",
+    "tasks/optimise.md",
 ]  # fmt: skip
 # a minute, and seven seconds: tests/cli/test_diagnose.py and the gallery's test_number[joint_law] run the like
 SLOW = ("diagnose examples/foam_b --out", "fit examples/foam_b --joint")

@@ -107,6 +107,31 @@ def double_wall(source, folder):
     assert found == pytest.approx(10 * np.log10(1 + pull**2), abs=0.02)
 
 
+def steel_stud_wall(source, folder):
+    """More passes than by the floor alone; studs that give way carry less above the resonance of the cavity."""
+    losses = np.array([float(row["transmission_loss_db"]) for row in simulated(source, folder)]).reshape(3, 18)
+    assert np.all(losses < 60)
+    assert np.all(np.diff(losses[:, 4:12], axis=0) > 0)  # 250 Hz to 1250 Hz
+    assert losses[:, 10] == pytest.approx([50.1, 59.6, 59.7], abs=0.1)
+
+
+def best_absorber(source, folder):
+    """The file of the best design gives, simulated by itself, the rating that the search tells, and weighs no more."""
+    done = run("optimise", source, "--out", folder, "--no-figures")
+    assert (done.status, done.err) == (0, "")
+    record = json.loads((folder / "optimisation.json").read_text())
+    best = record["designs"][0]
+    assert best["goals"] == [0.75]
+    assert best["goals_followed"][0] == pytest.approx(0.7323, abs=2e-4)
+    stack = load_stack(folder / "best.yaml")
+    thickness, mass = sum(layer.depth for layer in stack.layers), sum(layer.mass_per_area for layer in stack.layers)
+    assert (thickness, mass) == pytest.approx(best["limits"])
+    assert thickness <= 0.05 * (1 + 1e-6)
+    assert mass <= 1.5 * (1 + 1e-6)
+    done = run("simulate", folder / "best.yaml", "--out", folder.parent / "simulated", "--no-figures")
+    assert "alpha_w 0.75" in done.out
+
+
 def virtual_rig(source, folder):
     """The accelerometer is a mass on a rod, whatever the campaign says: E1 comes out 7 % low under the thin plate."""
     done = run("rig", source, "--out", folder)
@@ -165,11 +190,13 @@ def raw_tube(source, folder):
 ELSEWHERE = {"gallery", "reproducing"}  # see test_gallery.py and test_reproducing.py
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith(".") and path.name not in ELSEWHERE)
 CHECKS = {
+    "best_absorber.yaml": best_absorber,
     "double_wall.yaml": double_wall,
     "foam_absorption.yaml": foam_absorption,
     "foam_b": foam_b,
     "foam_tube": foam_tube,
     "raw_tube": raw_tube,
+    "steel_stud_wall.yaml": steel_stud_wall,
     "three_layers.yaml": three_layers,
     "virtual_rig.yaml": virtual_rig,
 }

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from multilayer.errors import InputError
+from multilayer.experiments.stacks import problem as stack_problem
 from multilayer.experiments.stacks.responses import shape_factor
 from multilayer.fits.stacks.fit import describe
+from multilayer.inference.derivative import central
 from multilayer.inference.least_squares import minimise
 from multilayer.paths import locate
 from multilayer.response import plane_wave
@@ -15,12 +17,14 @@ from multilayer.rig import static_shape_factor
 from tests.fits.stack_fits import (
     IMPEDANCE,
     IN_A_TUBE,
+    IN_A_WALL,
     ON_A_SHAKER,
     PORES,
     F,
     of_every_kind,
     parts,
     problem,
+    table,
     tube_table,
 )
 
@@ -53,6 +57,56 @@ class TestKinds:
         together = made.residual(z)
         assert together.shape == (3, sum(observation.n_data for observation in made.observations))
         assert together == pytest.approx(np.stack([made.residual(one) for one in z]), rel=1e-6, abs=1e-6)
+
+
+class TestDerivatives:
+    """Exact derivatives beside differences, which fits take where these cost less."""
+
+    @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "modulus"])
+    def test_of_every_kind(self, kind, tmp_path, monkeypatch):
+        truth, text, measurement, unknowns = KINDS[kind]
+        made = problem(
+            tmp_path, truth, {"data.csv": text}, [{"noise": 0.02, "file": "data.csv", **measurement}], unknowns
+        )
+        z = np.array([0.4])
+        expected_residual, expected = central(made.residual, z, 1e-3)
+        monkeypatch.setattr(stack_problem, "_MANY", 0)
+        (experiment,) = made.experiments
+        assert experiment.is_differentiable
+        residual, slopes = made.linearised(z)
+        np.testing.assert_allclose(residual, expected_residual, rtol=1e-6, atol=1e-6)
+        assert np.max(np.abs(slopes - expected)) < (1e-2 if "diffuse" in kind else 1e-4) * np.max(np.abs(expected))
+
+    def test_of_bands_through_a_window(self, tmp_path):
+        options = {"incidence": "diffuse", "finite_size": {"width": "1.2 m", "height": "0.9 m"}, "bands": "octaves"}
+        centres = np.array([125.0, 250.0])
+        measurement = {"kind": "transmission_loss", "file": "data.csv", "noise": "0.5 dB", **options}
+        unknowns = {
+            "layers.panel.thickness": {"normal": ["2 mm", "10 %"]},
+            "layers.back.density": {"normal": [2700, 100]},
+        }
+        made = problem(
+            tmp_path, IN_A_WALL, {"data.csv": table("f_hz,tl_db", centres, [20.0, 25.0])}, [measurement], unknowns
+        )
+        z = np.array([0.3, -0.2])
+        expected_residual, expected = central(made.residual, z, 1e-2)
+        residual, slopes = made.linearised(z)
+        assert made.experiments[0].is_differentiable
+        np.testing.assert_allclose(residual, expected_residual, rtol=1e-6)
+        assert np.max(np.abs(slopes - expected)) < 1e-2 * np.max(np.abs(expected))
+
+    def test_a_batch_of_few_points_is_left_to_differences(self, tmp_path):
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE)}, [IMPEDANCE], PORES)
+        assert not made.experiments[0].is_differentiable
+        f = np.geomspace(150, 4000, 2000)
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE, f)}, [IMPEDANCE], PORES)
+        assert made.experiments[0].is_differentiable
+
+    def test_fields_outside_of_layers_are_left_to_differences(self, tmp_path):
+        f = np.geomspace(150, 4000, 2000)
+        unknowns = {"ambient.temperature": {"normal": ["20 degC", "1 K"]}}
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE, f)}, [IMPEDANCE], unknowns)
+        assert not made.experiments[0].is_differentiable
 
 
 class TestWeights:

@@ -45,7 +45,7 @@ FIELDS = {
 SAMPLES = [(name, fields) for name in LAYERS.names() for _, fields, _ in LAYER_SAMPLES.get(name, [])]
 
 
-ONE_SIDED = ("graded", "helmholtz_resonators")
+ONE_SIDED = ("graded", "helmholtz_resonators", "patches")
 
 
 @st.composite

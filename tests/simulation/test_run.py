@@ -21,6 +21,8 @@ from multilayer.stack import Stack
 from tests.simulation.files import FOAM, PANEL
 
 F = [200.0, 500.0, 1300.0]
+OF_AN_EXCITATION = ("radiation_efficiency", "input_mobility", "sound_power_level", "impact_level")
+OF_FREE_WAVES = ("bending_stiffness", "loss_factor", "phase_speed")
 BOARD = """
 version: 1
 layers:
@@ -308,7 +310,7 @@ class TestResult:
             for quantity in QUANTITIES.values()
             for name in quantity.columns
             for percent in ("", "_p05", "_p50", "_p95")
-            if quantity.name != "insertion_loss"
+            if quantity.name != "insertion_loss" and quantity.name not in (*OF_AN_EXCITATION, *OF_FREE_WAVES)
         }
         for column in columns:
             assert [float(row[column]) for row in rows] == pytest.approx(case[column], rel=1e-8)

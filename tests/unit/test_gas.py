@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from multilayer.errors import ValidityWarning
 from multilayer.media.gas import dry_air
-from multilayer.media.humid_air import humid_air
+from multilayer.media.humid_air import air_absorption, humid_air
 from multilayer.stack import Ambient
 
 ZERO = 273.15
@@ -109,3 +109,26 @@ class TestAmbient:
     def test_no_fraction(self, value):
         with pytest.raises(ValidationError, match="relative_humidity"):
             Ambient.model_validate({"relative_humidity": value})
+
+
+@pytest.mark.parametrize(
+    ("celsius", "humidity", "expected"),
+    [
+        (10.0, 0.7, (0.1, 0.4, 1.0, 1.9, 3.7, 9.7, 32.8, 117.0)),
+        (20.0, 0.7, (0.1, 0.3, 1.1, 2.8, 5.0, 9.0, 22.9, 76.6)),
+        (30.0, 0.7, (0.1, 0.3, 1.0, 3.1, 7.4, 12.7, 23.1, 59.3)),
+        (15.0, 0.5, (0.1, 0.5, 1.2, 2.2, 4.2, 10.8, 36.2, 129.0)),
+        (15.0, 0.8, (0.1, 0.3, 1.1, 2.4, 4.1, 8.3, 23.7, 82.8)),
+    ],
+)
+def test_absorption_of_air_as_tabulated(celsius, humidity, expected):
+    # ISO 9613-2:1996, table 2: dB/km in octaves from 63 Hz, printed to 0.1, and to three digits
+    octaves = 1000.0 * 10 ** (0.3 * np.arange(-4, 4))
+    found = 8685.889638 * air_absorption(octaves, celsius + 273.15, relative_humidity=humidity)
+    np.testing.assert_allclose(found, expected, rtol=4e-3, atol=0.051)
+
+
+def test_absorption_of_air_broadcasts():
+    found = air_absorption(np.array([[500.0], [4000.0]]), np.array([283.0, 293.0, 303.0]))
+    assert found.shape == (2, 3)
+    assert found[1, 2] == pytest.approx(float(air_absorption(4000.0, 303.0)), rel=1e-12)

@@ -29,7 +29,7 @@ def test_the_source_of_the_outdoor_indoor_class_is_that_of_the_standard() -> Non
     bands = [80, *rt.THIRD_OCTAVES[:17]]
     assert rt.outdoor_indoor_transmission_class(dict.fromkeys(bands, 0.0)) == 0
     assert rt.outdoor_indoor_transmission_class(dict.fromkeys(bands, 30.2)) == 30
-    levels = np.array(rt._OITC_SOURCE) + np.array(rt._A_WEIGHTING)
+    levels = np.array(rt.OITC_SOURCE) + np.array(rt.A_WEIGHTING)
     assert 10 * np.log10(np.sum(10 ** (levels / 10))) == pytest.approx(100.13, abs=0.005)
 
 
@@ -79,7 +79,7 @@ def test_the_eight_decibel_rule() -> None:
 
 
 def test_reference_curves_rate_as_themselves() -> None:
-    curve = dict(zip(rt.THIRD_OCTAVES, rt._ISO717_THIRDS, strict=False))
+    curve = dict(zip(rt.THIRD_OCTAVES, rt.ISO717_THIRDS, strict=False))
     # 16 bands, sum 32: two decibels in each may be missing
     assert rt.weighted_reduction_index(curve).rw == 54
     assert rt.weighted_reduction_index_octaves({125: 36, 250: 45, 500: 52, 1000: 55, 2000: 56}) == 54
@@ -133,3 +133,22 @@ def test_nrc_and_saa() -> None:
 def test_missing_bands_are_named() -> None:
     with pytest.raises(InputError, match="3150 Hz"):
         rt.weighted_reduction_index(dict.fromkeys(rt.THIRD_OCTAVES[:15], 30.0))
+
+
+def test_weighted_impact_level() -> None:
+    # ISO 717-2: the reference floor, whose weighted level the standard prints: 78 dB, CI -11 dB
+    floor = dict(zip(
+        rt.THIRD_OCTAVES, (67, 67.5, 68, 68.5, 69, 69.5, 70, 70.5, 71, 71.5, 72, 72, 72, 72, 72, 72), strict=False,
+    ))  # fmt: skip
+    found = rt.weighted_impact_level(floor)
+    assert (found.ln_w, found.ci, found.ci_50) == (78, -11, None)
+    assert str(found) == "78 (-11) dB"
+    # the reference curve may be exceeded by 2 dB in each of its 16 bands
+    curve = dict(zip(rt.THIRD_OCTAVES, rt._ISO717_2_THIRDS, strict=False))
+    assert rt.weighted_impact_level(curve).ln_w == 58
+    assert rt.weighted_impact_level({band: level + 2.1 for band, level in curve.items()}).ln_w == 61
+    assert rt.weighted_impact_level_octaves(rt._ISO717_2_OCTAVES).ln_w == 58
+    loud = floor | dict.fromkeys((50, 63, 80), 95.0)
+    assert (rt.weighted_impact_level(loud).ci, rt.weighted_impact_level(loud).ci_50) == (-11, 7)
+    with pytest.raises(InputError, match="100 Hz"):
+        rt.weighted_impact_level({band: level for band, level in floor.items() if band != 100})

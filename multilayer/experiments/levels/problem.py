@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,8 @@ class LevelExperiment(Experiment):
     effects : tuple of LevelEffect
         Or of tubes, if they change nothing but the stack; their parameters are the last unknowns.
     """
+
+    is_differentiable: ClassVar[bool] = False  # by differences, of which what is remembered costs nothing
 
     observation: Observation
     fields: UnknownFields

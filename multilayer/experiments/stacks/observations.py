@@ -66,6 +66,10 @@ class Scale:
         """Return the fitted quantity of the values of a `Response`."""
         return np.asarray(response)
 
+    def slope_of_response(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the derivative of the fitted quantity by the values of a `Response`."""
+        return np.ones_like(response)
+
     def shown(self, response: NDArray[Any]) -> NDArray[Any]:
         """Return the measured quantity of the values of a `Response`."""
         return np.asarray(response)
@@ -87,6 +91,10 @@ class LogScale(Scale):
     def of_response(self, response: NDArray[Any]) -> NDArray[Any]:
         """Return the logarithm of a response."""
         return np.asarray(np.log(response))
+
+    def slope_of_response(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return 1/response."""
+        return np.asarray(1 / response)
 
 
 @dataclass(frozen=True)

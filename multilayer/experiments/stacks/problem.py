@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.errors import MultilayerError
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.hypothesis import Hypothesis, values_of
 from multilayer.experiments.stacks.effects import Tube, TubeEffect, TubeSetting
@@ -26,6 +27,9 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 E = TypeVar("E", bound=BaseEffect)
+_MANY = (
+    4096  # points of one batched solve, of which differences cost less than derivatives with all that goes with them
+)
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
 _FAR, _FARTHEST = 8.0, 12.0  # coordinates beyond the first are compressed smoothly to at most the second
 
@@ -85,6 +89,43 @@ class StackExperiment(Experiment):
             size = min(step, count - first)
             pieces.append(respond(partial(self._respond, acting), stack, here, size, one_by_one))
         return np.concatenate(pieces)
+
+    @property
+    def is_differentiable(self) -> bool:
+        """Whether `linearised` is worth while: the response has derivatives, and differences take many solutions."""
+        response, paths = self.observation.response, self._paths
+        if self.effects or not paths or not getattr(response, "is_differentiable", False):
+            return False
+        if not all(path.startswith("layers.") for path in paths):
+            return False
+        points = (2 * len(self.fields.field_parameters) + 1) * self.observation.points
+        return self.observation.one_by_one or points > _MANY
+
+    @cached_property
+    def _paths(self) -> tuple[str, ...]:
+        targets = (target for unknown in self.fields.unknowns for target in unknown.fields)
+        return tuple(path for stack, path in targets if stack == self.observation.stack)
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return whitened residuals, shape (n_data,), and their derivative, (n_data, n), at coordinates, shape (n,).
+
+        Raises
+        ------
+        MultilayerError
+            When the stack has no response there.
+        """
+        paths = self._paths
+
+        def values(points: RealArray) -> RealArray:
+            columns = self.samples(points)[self.observation.stack]
+            return np.stack([columns[path] for path in paths], axis=-1)
+
+        here, by_coordinates = central(values, z)
+        stack = with_values(self.fields.stacks[self.observation.stack], dict(zip(paths, here.tolist(), strict=True)))
+        response, slopes = self.observation.response.linearised(stack, paths)  # type: ignore[attr-defined]
+        by_fields = self.observation.scale.slope_of_response(response) * slopes
+        residual = self.whiten(self.observation.difference(response))
+        return residual, self.whiten(by_coordinates.T @ by_fields).T
 
     def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
         """Return by stack and path the values, shape (m,), of the unknown fields."""
@@ -202,8 +243,27 @@ class StackProblem(UnknownFields, Hypothesis):
             return [data.difference(response) for data, response in zip(self.data, self.predict(z), strict=True)]
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return residual and derivative from one batched solve per measurement."""
-        return (forward if self.effects else central)(self.residual, z)
+        """Return residual and derivative: exact ones of measurements that differences would solve many times.
+
+        Of all others from one batched solve per measurement.
+        """
+        if self.effects:
+            return forward(self.residual, z)
+        if not any(experiment.is_differentiable for experiment in self.experiments):
+            return central(self.residual, z)
+        parts = [self._part(experiment, z) for experiment in self.experiments]
+        residuals, slopes = zip(*parts, strict=True)
+        return np.concatenate(residuals), np.concatenate(slopes)
+
+    def _part(self, experiment: StackExperiment, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return the residual and derivative of one measurement."""
+        with collected_warnings(), np.errstate(all="ignore"):  # as for `predict` and `differences`
+            if experiment.is_differentiable:
+                try:
+                    return experiment.linearised(z)
+                except MultilayerError:  # without a response there, differences tell where there is one
+                    pass
+            return central(lambda points: experiment.whiten(experiment.difference(self.points(points))), z)
 
     def warnings(self, z: RealArray) -> list[str]:
         """Return warnings where formulae do not hold at a point, shape (n,)."""

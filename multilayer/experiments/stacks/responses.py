@@ -6,9 +6,9 @@ A sample is a stack with some values in its unknown fields.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,22 @@ from multilayer.layers.base import Layer
 from multilayer.media.laws import complex_modulus
 from multilayer.paths import with_values
 from multilayer.response.base_motion import base_motion
+from multilayer.response.derivatives import (
+    Derivatives,
+    base_motion_derivatives,
+    diffuse_field_derivatives,
+    plane_wave_derivatives,
+)
+from multilayer.response.finite_size import Window
 from multilayer.simulation.bands import Grid
+from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.tasks import Task, run_task
 from multilayer.stack import Stack
 
 Samples = Mapping[str, RealArray]  # by path, values of shape (n_samples,)
 Response = Callable[[Stack], NDArray[Any]]  # shape (..., n_frequency) of a stack with arrays of shape (..., 1)
+Linear = tuple[NDArray[Any], NDArray[Any]]  # a response, shape (n_frequency,), and derivatives, (n_fields, n_frequency)
 
 
 @runtime_checkable
@@ -117,6 +126,31 @@ class WaveResponse:
             raise InputError(f"this stack has no {self.quantity}; end it with 'termination: ambient'")
         return result.quantities[self.quantity]
 
+    @property
+    def is_differentiable(self) -> bool:
+        """Whether `linearised` gives derivatives: not of plane waves that meet a panel of finite size."""
+        return isinstance(self.incidence, DiffuseIncidence) or self.size is None
+
+    def linearised(self, stack: Stack, fields: Sequence[str]) -> Linear:
+        """Return the quantity of a single stack, and its derivatives by fields of its layers."""
+        f = self.points.ravel()
+        found: Derivatives
+        if isinstance(self.incidence, DiffuseIncidence):
+            asked, size = self.incidence.diffuse, self.size
+            window = None if size is None else Window(size.width, size.height)
+            found = diffuse_field_derivatives(
+                stack, fields, f, asked.max_angle, weighting=asked.weighting, window=window
+            )
+        else:
+            found = plane_wave_derivatives(stack, fields, f, self.incidence.angle)
+        values, slopes = getattr(found.response, self.quantity), getattr(found, self.quantity)
+        if self.points.ndim == 1:
+            return values, slopes
+        quantity, shape = QUANTITIES[self.quantity], self.points.shape
+        return quantity.mean(values.reshape(shape)), quantity.slope_of_mean(
+            values.reshape(shape), slopes.reshape(-1, *shape)
+        )
+
 
 @dataclass(frozen=True)
 class ImpedanceResponse:
@@ -131,12 +165,27 @@ class ImpedanceResponse:
 
     def __call__(self, stack: Stack) -> ComplexArray:
         """Return the response over frequency."""
-        reflection = WaveResponse("reflection", self.frequency, PlaneIncidence(angle=self.angle))(stack)
+        reflection = self._reflection(stack)
         if self.impedance is None:
             return reflection
         ratio = stack.ambient.gas.impedance / self.impedance
         high, low = ratio * (1 + reflection), 1 - reflection  # Z itself is infinite on a rigid surface
         return np.asarray((high - low) / (high + low))
+
+    is_differentiable: ClassVar[bool] = True
+
+    def linearised(self, stack: Stack, fields: Sequence[str]) -> Linear:
+        """Return the response of a single stack, and its derivatives by fields of its layers."""
+        reflection, slopes = self._reflection.linearised(stack, fields)
+        if self.impedance is None:
+            return reflection, slopes
+        ratio = stack.ambient.gas.impedance / self.impedance
+        high, low = ratio * (1 + reflection), 1 - reflection
+        return np.asarray((high - low) / (high + low)), 4 * ratio / (high + low) ** 2 * slopes
+
+    @property
+    def _reflection(self) -> WaveResponse:
+        return WaveResponse("reflection", self.frequency, PlaneIncidence(angle=self.angle))
 
 
 @dataclass(frozen=True)
@@ -148,6 +197,13 @@ class MotionResponse:
     def __call__(self, stack: Stack) -> ComplexArray:
         """Return the response over frequency."""
         return base_motion(stack, self.frequency).transmissibility
+
+    is_differentiable: ClassVar[bool] = True
+
+    def linearised(self, stack: Stack, fields: Sequence[str]) -> Linear:
+        """Return the response of a single stack, and its derivatives by fields of its layers."""
+        found = base_motion_derivatives(stack, fields, self.frequency)
+        return found.response.transmissibility, found.transmissibility
 
 
 @dataclass(frozen=True)

@@ -122,13 +122,16 @@ class Unknown:
         box = self._priors.values(z)
         return box if self.space is None else np.exp(self.space.logs(box))
 
+    @property
+    def fields(self) -> tuple[Target, ...]:
+        """The fields that take the quantities, all of a target one after the other."""
+        inside = [""] if self.space is None else [f".{name}" for name in self.space.names]
+        return tuple(Target(target.stack, target.path + field) for target in self.targets for field in inside)
+
     def columns(self, z: RealArray) -> Iterator[tuple[Target, RealArray]]:
         """Yield the fields and their values, shape (m,), of coordinates of shape (m, n)."""
-        values = self.values(z)
-        fields = [""] if self.space is None else [f".{name}" for name in self.space.names]
-        for target in self.targets:
-            for field, column in zip(fields, np.moveaxis(values, -1, 0), strict=True):
-                yield Target(target.stack, target.path + field), column
+        values = np.moveaxis(self.values(z), -1, 0)
+        yield from zip(self.fields, [*values] * len(self.targets), strict=True)
 
     def placed(self, stacks: Mapping[str, Stack]) -> dict[Target, Any]:
         """Return laws, by field, that must be put into the nominal stacks before their fields can be set."""

@@ -45,6 +45,8 @@ class ModulusLaw(Model):
     ----------
     causal : bool
         Whether E1 and E2 obey the Kramers-Kronig relations, so that stress never precedes strain.
+    wraps : bool
+        Whether it changes another law, and has none of its own to fit.
     limits : tuple of Limit
         Bounds that tie fields together, for inputs and fits.
     grid : tuple of str
@@ -54,6 +56,7 @@ class ModulusLaw(Model):
     """
 
     causal: ClassVar[bool] = True
+    wraps: ClassVar[bool] = False
     limits: ClassVar[tuple[Limit, ...]] = ()
     grid: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()

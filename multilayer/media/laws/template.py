@@ -24,11 +24,13 @@ def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None,
     Raises
     ------
     InputError
-        For a table, and for a law with lists of elements but no number of them.
+        For a table, a law that wraps another, and for a law with lists of elements but no number of them.
     """
     kind = LAWS[law] if isinstance(law, str) else law if isinstance(law, type) else type(law)
     if issubclass(kind, Table):
         raise InputError("a table is data, not a law with parameters; fit another law")
+    if kind.wraps:
+        raise InputError(f"{kind.__name__} changes another law and has no parameters to find; fit that law")
     if isinstance(law, ModulusLaw):
         return law
     if elements is not None:

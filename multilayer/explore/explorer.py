@@ -1,0 +1,173 @@
+"""Answers to a page: plain data in, plain data out; nothing is remembered but which file was opened.
+
+The design, its history and its frozen curves are the page's: every window has its own, and two of them show two designs
+side by side. What they share is the file on the disk; who saves over it has to know it as it is.
+"""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from multilayer.doors import for_log
+from multilayer.errors import InputError, MultilayerError, MultilayerWarning, Problem, show
+from multilayer.explore.curves import computed, curves
+from multilayer.explore.edits import edited
+from multilayer.explore.fields import described_ambient, described_layers, described_termination
+from multilayer.explore.file import ASIDE, NameTakenError, Save, open_file, save
+from multilayer.layers.base import LAYERS
+from multilayer.materials import load_library
+from multilayer.simulation.measured import Measured
+from multilayer.writing.manifest import digest_of
+
+Answer = dict[str, Any]
+
+
+class Explorer:
+    """What answers a page about one file.
+
+    Parameters
+    ----------
+    file : Path
+        A stack or simulation file.
+    measured : sequence of Measured
+        Spectra to be shown beside the computed ones.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be used.
+    """
+
+    def __init__(self, file: Path, measured: Sequence[Measured] = ()) -> None:
+        self.file, self.measured = file, tuple(measured)
+        open_file(file)
+        self._one_at_a_time = threading.Lock()  # filters of warnings are shared by all threads, and so are two cores
+        self.answers: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
+            "start": self.start,
+            "evaluate": self.evaluate,
+            "edit": self.edit,
+            "save": self.save,
+            "watch": self.watch,
+        }
+
+    def answer(self, name: str, request: Mapping[str, Any]) -> Answer:
+        """Return the answer to a request: with ``problems`` where something in it, or in the file, is wrong.
+
+        Raises
+        ------
+        KeyError
+            When there is no such question.
+        """
+        ask = self.answers[name]
+        with self._one_at_a_time, warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", MultilayerWarning)
+            try:
+                answer = ask(request)
+            except NameTakenError as error:
+                answer = {"problems": _problems(error), "taken": True}
+            except MultilayerError as error:
+                answer = {"problems": _problems(error, placed=name == "start")}
+        texts = [str(one.message) for one in caught if issubclass(one.category, MultilayerWarning)]
+        return {**answer, "warnings": [*dict.fromkeys(_without_file(text, self.file) for text in texts)]}
+
+    def start(self, request: Mapping[str, Any]) -> Answer:
+        """Return the file as it is on the disk, and what may be added to it."""
+        del request
+        opened = open_file(self.file)
+        library = opened.data.get("library")
+        own = load_library(self.file.parent / str(library)) if library else {}
+        known = {**own, **{name: fields for name, fields in load_library().items() if name not in own}}
+        return {
+            "file": for_log(self.file.name),
+            "data": opened.data,
+            "digest": opened.digest,
+            "version": version("multilayer"),
+            "types": [{"name": name, "summary": kind.summary} for name, kind in LAYERS.working()],
+            "materials": [
+                {"name": name, "type": str(fields.get("type", "")), "source": for_log(fields.get("source", ""))}
+                for name, fields in known.items()
+            ],
+            "measured": [_measured(spectra) for spectra in self.measured],
+        }
+
+    def evaluate(self, request: Mapping[str, Any]) -> Answer:
+        """Return curves and ratings of ``data``; with ``describe`` also what there is to be changed.
+
+        While a slider is ``moving``, they may be of fewer ``points`` and digits.
+        """
+        data = _data(request)
+        described = self._described(data) if request.get("describe") else {}
+        points = request.get("points")
+        try:
+            moving = request.get("moving") is True
+            result = computed(data, self.file, points if isinstance(points, int) else None, moving=moving)
+        except MultilayerError as error:
+            return {**described, "problems": _problems(error)}
+        return {**described, **result, "problems": []}
+
+    def edit(self, request: Mapping[str, Any]) -> Answer:
+        """Return ``data`` after an ``edit``."""
+        edit = request.get("edit")
+        if not isinstance(edit, dict):
+            raise InputError("no edit was asked for")
+        done = edited(_data(request), edit, self.file.parent)
+        return {"data": done.data, "layer": done.layer, "notices": done.notices, "problems": []}
+
+    def save(self, request: Mapping[str, Any]) -> Answer:
+        """Write ``data`` into a file of the folder; see `multilayer.explore.file.save`."""
+        data = _data(request)
+        if not request.get("aside", True):
+            data = {key: value for key, value in data.items() if key not in ASIDE}
+        words = {key: str(request.get(key, "")) for key in ("name", "kind", "known")}
+        saved = save(data, self.file, Save(**words, replace=request.get("replace") is True))
+        same = (self.file.parent / words["name"]).samefile(self.file)
+        return {"name": words["name"], "digest": saved.digest if same else words["known"], "problems": []}
+
+    def watch(self, request: Mapping[str, Any]) -> Answer:
+        """Return the digest of the file as it is on the disk now; empty when it is gone."""
+        del request
+        return {"digest": digest_of(self.file) or "", "problems": []}
+
+    def _described(self, data: Mapping[str, Any]) -> Answer:
+        return {
+            "layers": described_layers(data, self.file.parent),
+            "ambient": described_ambient(data),
+            "behind": described_termination(data),
+            "aside": [key for key in ASIDE[:2] if data.get(key)],
+        }
+
+
+def _data(request: Mapping[str, Any]) -> dict[str, Any]:
+    data = request.get("data")
+    if not isinstance(data, dict):
+        raise InputError(f"a stack must be a mapping of fields, not {show(data)}")
+    layers = data.get("layers")
+    if not isinstance(layers, list) or not layers or not all(isinstance(layer, dict) for layer in layers):
+        raise InputError("a stack needs 'layers', a list of mappings")
+    return data
+
+
+def _problems(error: MultilayerError, *, placed: bool = False) -> list[dict[str, str]]:
+    """Return mistakes as a page shows them; with file and line only where they stand in the file on the disk."""
+    problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
+    return [
+        {"path": problem.path, "text": str(problem if placed else Problem(problem.message))} for problem in problems
+    ]
+
+
+def _without_file(text: str, file: Path) -> str:
+    before, place, rest = text.partition(f"{file}:1:1: ")
+    return rest if place and not before else text
+
+
+def _measured(spectra: Measured) -> dict[str, Any]:
+    return {
+        "name": for_log(spectra.name),
+        "frequency": spectra.frequency.tolist(),
+        "curves": curves(spectra.quantities),
+    }

@@ -1,0 +1,170 @@
+"""An optimisation file: a simulation, what of it may vary, what is wanted, and within which limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    ValidationInfo,
+    model_validator,
+)
+
+from multilayer.config.validate import read
+from multilayer.errors import InputError
+from multilayer.json_schema import QUANTITY_TEXT, Written, model_schema
+from multilayer.models import Model, refuse
+from multilayer.optimisation.aims import SIZES, Aim, Catalogue, Goal, Limit, Mistake, Setting, goal_of, limit_of
+from multilayer.optimisation.design import Space, space_of
+from multilayer.optimisation.predict import size_of
+from multilayer.simulation.bands import grid_of
+from multilayer.simulation.file import SimulatedStack, SimulationFile
+
+_END = {"type": ["number", "string"], "pattern": QUANTITY_TEXT}
+_NAMES = {"type": "array", "items": {"type": ["string", "integer"]}}
+_DESIGN = Written({
+    "type": "object",
+    "minProperties": 1,
+    "properties": {"order": _NAMES, "optional": _NAMES},
+    "additionalProperties": {
+        "anyOf": [
+            {"type": "array", "items": _END, "minItems": 2, "maxItems": 2},
+            {
+                "type": "object",
+                "properties": {"among": {"type": "array", "minItems": 1}},
+                "required": ["among"],
+                "additionalProperties": False,
+            },
+        ]
+    },
+})  # fmt: skip
+
+
+_GOALS = Written(
+    lambda handler: {"anyOf": [_of_a_goal(handler), {"type": "array", "items": _of_a_goal(handler), "minItems": 1}]}
+)
+
+
+def _of_a_goal(handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    return model_schema(Goal, handler)
+
+
+def _listed(value: Any) -> Any:
+    return [value] if isinstance(value, Mapping) else value
+
+
+class SearchSettings(Model):
+    """Effort of the search: descents that are begun for each goal, and the seed of where they begin."""
+
+    starts: Annotated[int, Field(ge=1, le=1000)] = 8
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class OptimisationFile(SimulatedStack):
+    """A simulation, and the search of the best one; read one with `load_optimisation`.
+
+    Attributes
+    ----------
+    design : mapping
+        By path, two bounds or ``{among: [...]}``; `order` and `optional` name layers that may change places, and that
+        may be left out.
+    goal : tuple of Goal
+        Several give a Pareto front.
+    limits : tuple of Limit
+    catalogue : mapping
+        What materials and layers weigh and cost, by name.
+    search : SearchSettings
+    """
+
+    design: Annotated[dict[str, Any], Field(min_length=1), _DESIGN]
+    goal: Annotated[tuple[Goal, ...], Field(min_length=1, max_length=4), BeforeValidator(_listed), _GOALS]
+    limits: tuple[Limit, ...] = ()
+    catalogue: dict[str, Catalogue] = Field(default_factory=dict)
+    search: SearchSettings = SearchSettings()
+
+    _space: Space = PrivateAttr()
+    _goals: tuple[Aim, ...] = PrivateAttr(default=())
+    _bounds: tuple[Aim, ...] = PrivateAttr(default=())
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _resolve(cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
+        model = handler(data)
+        if isinstance(data, Mapping):
+            folder = Path((info.context or {}).get("folder", Path()))
+            refuse(model, model._resolved(data, folder))
+        return model
+
+    def _resolved(self, data: Mapping[str, Any], folder: Path) -> list[Mistake]:
+        """Read design, goals and limits against the rest of the file; return what is wrong with them."""
+        own = OptimisationFile.model_fields.keys() - SimulatedStack.model_fields.keys()
+        plain = {key: value for key, value in data.items() if key not in own}
+        if self.reference is not None:
+            plain["reference"] = self.reference
+        validated = partial(SimulationFile.model_validate, context={"folder": folder})
+        self._space, mistakes = space_of(data["design"], plain, validated(plain), validated)
+        setting = Setting(
+            grid_of(self.frequency), self.termination not in ("rigid", "free"), self.reference is not None, folder
+        )
+        self._goals = tuple(aim for i, goal in enumerate(self.goal) for aim in goal_of(goal, i, setting, mistakes))
+        self._bounds = tuple(
+            aim for i, limit in enumerate(self.limits) for aim in limit_of(limit, i, setting, mistakes)
+        )
+        return mistakes or [*self._unknown_sizes()]
+
+    def _unknown_sizes(self) -> Iterator[Mistake]:
+        """Give goals and limits of sizes that some material does not tell."""
+        sized = [aim for aim in (*self._goals, *self._bounds) if aim.name in SIZES]
+        axes = self._space.axes
+        keys = [
+            tuple(j if i == axis else 0 for i in range(len(axes)))
+            for axis in range(len(axes))
+            for j in range(axes[axis])
+        ]
+        for key in dict.fromkeys([(0,) * len(axes), *keys]) if sized else ():
+            variant = self._space.variant(key)
+            for aim in sized:
+                try:
+                    size_of(aim.name, variant.stack, variant, self.catalogue)
+                except InputError as error:
+                    yield aim.place, str(error), None
+                    return
+
+    @property
+    def space(self) -> Space:
+        """All designs."""
+        return self._space
+
+    @property
+    def goals(self) -> tuple[Aim, ...]:
+        """What is wanted."""
+        return self._goals
+
+    @property
+    def bounds(self) -> tuple[Aim, ...]:
+        """What must be kept."""
+        return self._bounds
+
+
+def load_optimisation(path: str | Path) -> OptimisationFile:
+    """Read an optimisation file.
+
+    Parameters
+    ----------
+    path : path
+        A YAML file as described in ``docs/tasks/optimise.md``.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the file, each with its line and column.
+    """
+    file = Path(path)
+    return read(file, OptimisationFile, "optimisation", context={"folder": file.parent})

@@ -1,0 +1,274 @@
+"""What a stack reflects, transmits and moves, with derivatives by fields of its layers, in one plane harmonic field.
+
+The adjoint system (`matrix.adjoint`) gives the derivatives by the coefficients of every layer's medium: densities,
+moduli, impedances, thickness. The derivatives of these few coefficients by a field are differences of fourth order of
+the medium's formulae alone, over frequency and mostly not over angle; their steps follow from how far the field lies
+from where formulae may end, and their error is some 1e-12 of the coefficient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.bounds import magnitudes
+from multilayer.errors import InputError
+from multilayer.layers.base import Layer
+from multilayer.matrix.adjoint import solve_with_adjoint
+from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
+from multilayer.matrix.wave import Wave
+from multilayer.paths import Located, locate
+from multilayer.response.base_motion import velocity_of_top
+from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
+from multilayer.stack import Stack
+from multilayer.units import field_unit
+
+_POINTS = np.array([1.0, -1.0, 2.0, -2.0])
+_WEIGHTS = np.array([8.0, -8.0, -1.0, 1.0]) / 12
+_STEP = 1e-3  # of the distance to where formulae may end
+_LITTLE = 1e-2  # of what is usual: the reach of a field that is 0, of whose scale nothing is known
+_WHOLE_STEP = 1e-4  # of differences of whole responses, which vary faster than formulae of a medium
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The solution of a stack's system and derivatives of its outcomes.
+
+    Attributes
+    ----------
+    system : System
+    solution : Solution
+    slopes : complex array, shape (n_fields, n_outcomes, ...)
+        Derivatives by the fields, of the reflected and (with a half-space behind) the transmitted pressure; on a moving
+        base, of the normal velocity of the last back face.
+    by_differences : tuple of str
+        Fields whose derivatives are differences of the whole solution.
+    """
+
+    system: System
+    solution: Solution
+    slopes: ComplexArray
+    by_differences: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Variations:
+    """Fields of a stack's layers, and each layer with these fields varied.
+
+    Attributes
+    ----------
+    stack : Stack
+        Its fields may hold arrays.
+    fields : tuple of str
+        Dotted paths of fields that hold real numbers (`real_fields`).
+    on_base : bool
+        Whether the stack stands on a shaken base.
+    """
+
+    stack: Stack
+    fields: tuple[str, ...]
+    on_base: bool = False
+    _layers: dict[int, list[_Varied]] = field(default_factory=dict, init=False, repr=False)
+
+    def layers(self, ndim: int) -> list[_Varied]:
+        """Return every layer with its fields varied, along an axis in front of `ndim` others."""
+        if ndim not in self._layers:  # pieces of a frequency axis share them
+            self._layers[ndim] = [self._varied(i, ndim) for i in range(len(self.stack.layers))]
+        return self._layers[ndim]
+
+    def _varied(self, layer: int, ndim: int) -> _Varied:
+        depends = type(self.stack.layers[layer]).under is not Layer.under
+        own = [self.stack.index(path.split(".")[1]) == layer for path in self.fields]
+        places = [place for place, is_own in enumerate(own) if is_own or depends]
+        values, steps = {}, []
+        for i, place in enumerate(places):
+            found = locate(self.stack, self.fields[place])
+            step = _STEP * _reach(found)
+            points = np.zeros((len(places), len(_POINTS)))
+            points[i] = _POINTS
+            values[self.fields[place]] = _with_axis(found.value, ndim) + points.reshape(-1, *(1,) * ndim) * step
+            steps.append(step)
+        return _Varied(places, steps, self.stack.replaced(values).at_rest(on_base=self.on_base)[layer])
+
+
+@dataclass(frozen=True, eq=False)
+class _Varied:
+    """A layer with some fields varied.
+
+    Attributes
+    ----------
+    places : list of int
+        Of the fields among all.
+    steps : list of array
+    layer : Layer
+        Its fields hold arrays of four points for each field, one after the other along the first axis.
+    """
+
+    places: list[int]
+    steps: list[RealArray]
+    layer: Layer
+
+    def slopes(self, wave: Wave, ndim: int) -> list[ComplexArray | None]:
+        """Return the derivatives, shape (n_places, ...), of every coefficient of the layer and its faces' porosity.
+
+        Of a coefficient that depends on none of the fields there is None.
+        """
+        faces = self.layer.faces(wave)
+        assert faces.origin is not None  # as without the steps
+        return [self._slope(coefficient, ndim) for coefficient in (*faces.origin.coefficients, faces.porosity)]
+
+    def _slope(self, coefficient: Numeric, ndim: int) -> ComplexArray | None:
+        array = np.asarray(coefficient)
+        if array.ndim <= ndim or len(array) != len(self.places) * len(_POINTS):
+            return None
+        points = array.reshape(len(self.places), len(_POINTS), *array.shape[1:])
+        differences = np.tensordot(_WEIGHTS, points, (0, 1))
+        return np.stack([difference / step for difference, step in zip(differences, self.steps, strict=True)])
+
+
+def linearised(variations: Variations, wave: Wave, head: HalfSpace | Wall) -> Linearised:
+    """Return the solution of a stack in the field `wave`, excited by `head`, and its derivatives.
+
+    Parameters
+    ----------
+    variations : Variations
+        The stack, and the fields.
+    wave : Wave
+    head : HalfSpace or Wall
+
+    Raises
+    ------
+    InputError, CouplingError
+        As `build_system`, and of a stack without a finite response.
+    """
+    stack, fields = variations.stack, variations.fields
+    system = build_system(stack, wave, head)
+    try:
+        outcomes = solve_with_adjoint(system)
+    except np.linalg.LinAlgError:  # with a message
+        solve_or_explain(system, stack, wave)
+        raise
+    refuse_infinite(outcomes.solution, stack, wave)
+    values = outcomes_of(system, outcomes.solution)
+    slopes = np.zeros((len(fields), *values.shape), dtype=complex)
+    unknown = set()
+    for i, (faces, varied) in enumerate(zip(system.layers, variations.layers(values.ndim - 1), strict=True)):
+        if faces.origin is None:
+            unknown.update(varied.places)
+        elif varied.places:
+            gradient = [*faces.origin.gradient(outcomes.fields[i]), outcomes.by_porosity[i]]
+            _add_up(slopes, varied.places, gradient, varied.slopes(wave, values.ndim - 1))
+    for place in unknown:
+        slopes[place] = _by_differences(stack, wave, head, fields[place])
+    differences = tuple(fields[place] for place in sorted(unknown))
+    return Linearised(system, outcomes.solution, slopes, differences)
+
+
+def outcomes_of(system: System, solution: Solution) -> ComplexArray:
+    """Return the outcomes of a solved system, shape (n_outcomes, ...); see `Linearised`."""
+    if isinstance(system.head, Wall):
+        return velocity_of_top(system, solution)[None]
+    waves = [wave for wave in (solution.reflected, solution.transmitted) if wave is not None]
+    return np.array(np.broadcast_arrays(*waves))
+
+
+def _add_up(
+    slopes: ComplexArray,
+    places: Sequence[int],
+    gradient: Sequence[Numeric | None],
+    changes: Sequence[ComplexArray | None],
+) -> None:
+    """Add to the derivatives by fields those by each coefficient times that of the coefficient by the fields."""
+    for by_coefficient, change in zip(gradient, changes, strict=True):
+        if by_coefficient is None or change is None:
+            continue
+        for place, slope in zip(places, change, strict=True):
+            if np.any(slope):
+                slopes[place] += by_coefficient * slope
+
+
+def _with_axis(value: Numeric, ndim: int) -> RealArray:
+    """Return a field's value with an axis in front of `ndim` others."""
+    array = np.asarray(value, dtype=float)
+    return array.reshape((1,) * (ndim + 1 - array.ndim) + array.shape)
+
+
+def _reach(found: Located) -> RealArray:
+    """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
+    value = np.asarray(found.value, dtype=float)
+    usual = magnitudes(found.unit or "").usual
+    bounds = _bounds(type(found.owner).model_fields[found.field])
+    beyond_zero = any(bounds.get(side) for side in ("gt", "ge"))  # as Poisson's ratio, for which 0 is nothing special
+    reach = np.where(value == 0, _LITTLE * usual, usual if beyond_zero else np.abs(value))
+    for end in (bounds[side] for side in ("gt", "lt") if side in bounds):
+        room = np.abs(value - end)
+        reach = np.where(room > 0, np.minimum(reach, room), reach)
+    return reach
+
+
+def _bounds(info: FieldInfo) -> dict[str, float]:
+    """Return the bounds of a field by their names in pydantic, also inside ``T | None``."""
+    inner = [item for part in getattr(info.annotation, "__args__", ()) for item in getattr(part, "__metadata__", ())]
+    items = [bound for item in (*info.metadata, *inner) for bound in getattr(item, "metadata", [item])]
+    found = {
+        side: getattr(item, side, None) for item in items for side in ("gt", "ge", "lt", "le") if hasattr(item, side)
+    }
+    return {side: float(end) for side, end in found.items() if isinstance(end, int | float)}
+
+
+def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:
+    """Return derivatives of the outcomes by one field from four solutions of the whole stack."""
+    value, total = locate(stack, path).value, 0.0
+    step = _WHOLE_STEP * _reach(locate(stack, path))[()]
+    for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
+        near = stack.replaced({path: value + point * step})
+        system = build_system(near, wave, head)
+        total = total + weight * outcomes_of(system, solve_or_explain(system, near, wave))
+    return np.asarray(total / step)
+
+
+def real_fields(stack: Stack, fields: Sequence[str] | None) -> tuple[str, ...]:
+    """Return dotted paths of layers' fields that hold real numbers: those asked for, or all.
+
+    Raises
+    ------
+    InputError
+        For a path that leads nowhere, not into a layer, or to what is no real number.
+    """
+    if fields is None:
+        return tuple(_every(stack.layers, ("layers",)))
+    for path in fields:
+        if path.split(".")[0] != "layers":
+            raise InputError(f"'{path}' is no field of a layer; derivatives are by fields as layers.NAME.thickness")
+        try:
+            value = locate(stack, path).value
+        except InputError as error:
+            raise InputError(f"'{path}' {error}") from None
+        if not _is_real(value):
+            raise InputError(f"'{path}' holds {value!r}, by which there is no derivative; it must be a real number")
+    return tuple(dict.fromkeys(fields))
+
+
+def _is_real(value: Any) -> bool:
+    array = np.asarray(value) if isinstance(value, int | float | np.ndarray) else None
+    return array is not None and array.dtype.kind in "fiu"
+
+
+def _every(item: Any, path: tuple[str, ...]) -> Iterator[str]:
+    """Give the paths of all quantities inside that are real numbers; layers go by their names."""
+    if isinstance(item, tuple):
+        for i, inner in enumerate(item):
+            yield from _every(inner, (*path, getattr(inner, "name", None) or str(i)))
+    elif isinstance(item, BaseModel):
+        for name, info in type(item).model_fields.items():
+            value = getattr(item, name)
+            if isinstance(value, tuple | BaseModel):
+                yield from _every(value, (*path, name))
+            elif field_unit(info) is not None and _is_real(value):
+                yield ".".join((*path, name))

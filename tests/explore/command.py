@@ -1,0 +1,22 @@
+"""The command as a process of its own, which can be ended as a terminal ends it."""
+
+import subprocess
+import sys
+from contextlib import contextmanager
+
+# a process in the background may have been told to ignore Ctrl-C
+_SCRIPT = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
+)
+
+
+@contextmanager
+def exploring(*arguments):
+    """Give the process of ``multilayer explore ARGUMENTS`` and the address that it printed."""
+    command = [sys.executable, "-c", _SCRIPT, "explore", *map(str, arguments), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process, process.stdout.readline().strip()
+        finally:
+            process.kill()

@@ -1,0 +1,208 @@
+"""How accurate derivatives are, and what they cost beside differences: ``docs/validation/derivatives.md``.
+
+Run it as ``OMP_NUM_THREADS=1 python -m validation.derivatives > docs/validation/derivatives.md``; it takes about two
+minutes. Exact derivatives are differences of an independent solution in 120 digits
+(``tests/analytic/mp_reference.py``). Times are processor time, the least of some repeats, side by side in one run.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from multilayer.paths import locate
+from multilayer.response import (
+    base_motion_derivatives,
+    diffuse_field,
+    diffuse_field_derivatives,
+    plane_wave,
+    plane_wave_derivatives,
+)
+from multilayer.response.linearised import real_fields
+from multilayer.stack import Stack
+from tests.analytic import mp_reference
+from tests.analytic.materials import AIR, ALUMINIUM, FOAM, FOAM2, GEL, SHEET, stack
+from tests.analytic.test_against_mp import ENDS, MIXED, SINGLE
+
+FREQUENCIES, ANGLES = (1.0, 300.0, 2e4), (0.0, 45.0, 89.0)
+DRAWS = 1  # fields, frequencies and angles of each stack and end
+STEP = 1e-4  # of central differences, as a share of the value
+REPEATS = 3
+AT_ONCE = 16_384  # points of one batch, as in fits of stacks
+
+
+@dataclass(frozen=True)
+class Error:
+    """An error beside the derivative, and beside the response as the field changes by its own size."""
+
+    relative: float
+    of_response: float
+
+
+def errors() -> Iterator[Error]:
+    """Give the errors of R, T and the motion of a shaken stack, of fields drawn from all stacks and ends."""
+    rng = np.random.default_rng(0)
+    panels = [panel.model_copy(update={"termination": end}) for panel in MIXED.values() for end in ENDS]
+    panels += [stack(layer) for name, layer in SINGLE.items() if name != "air 10 m"]  # which reflects nothing
+    for panel in panels:
+        found = plane_wave_derivatives(panel, None, FREQUENCIES, ANGLES)
+        for _ in range(DRAWS):
+            place, i, j = (int(rng.integers(n)) for n in found.reflection.shape)
+            exact = mp_reference.plane_wave_slopes(panel, found.fields[place], FREQUENCIES[i], ANGLES[j])
+            for name, slope in zip(("reflection", "transmission"), exact, strict=False):
+                response = getattr(found.response, name)[i, j]
+                yield error(getattr(found, name)[place, i, j], slope, response, panel, found.fields[place])
+        if panel.termination != "rigid":
+            moved = base_motion_derivatives(panel, None, FREQUENCIES)
+            (slope,) = mp_reference.base_motion_slopes(panel, found.fields[place], FREQUENCIES[i])
+            response = moved.response.transmissibility[i]
+            yield error(moved.transmissibility[place, i], slope, response, panel, found.fields[place])
+
+
+def error(computed: complex, exact: complex, response: complex, panel: Stack, path: str) -> Error:
+    """Return the error of one derivative."""
+    off, value = abs(computed - exact), abs(locate(panel, path).value) or 1.0
+    return Error(off / max(abs(exact), 1e-300), off * value / abs(response))
+
+
+def accuracy() -> list[str]:
+    """Return the section on errors."""
+    with np.errstate(all="ignore"):  # responses of extreme stacks vanish
+        found = list(errors())
+    either = np.array([min(one.relative / 1e-8, one.of_response / 1e-12) for one in found])
+    relative = np.sort([one.relative for one in found])
+    of_response = np.sort([one.of_response for one in found])
+    return [
+        f"{len(found)} derivatives of R, T and the motion of shaken stacks, by fields drawn from {len(MIXED)} stacks "
+        f"at {len(ENDS)} ends each and {len(SINGLE) - 1} single layers, at 1, 300 and 20 000 Hz and 0, 45 and 89 "
+        "degrees.",
+        "",
+        "| error | median | 90 % | 99 % | largest |",
+        "|---|---|---|---|---|",
+        row("beside the derivative", relative, ends=False),
+        row("beside the response, the field changing by its own size", of_response),
+        "",
+        f"Within 1e-8 of the derivative, or 1e-12 of the response: {np.count_nonzero(either <= 1)} of {len(found)}. "
+        "What is farther off beside the derivative belongs to fields that hardly matter, whose effect lies below the "
+        "digits of the response.",
+    ]
+
+
+def row(name: str, values: np.ndarray, ends: bool = True) -> str:
+    """Return a row of quantiles, the last two only with `ends`."""
+    picked = [*np.quantile(values, (0.5, 0.9, 0.99), method="lower"), values[-1]]
+    texts = [f"{value:.0e}" for value in picked]
+    return f"| {name} | " + " | ".join(texts if ends else [*texts[:2], "", ""]) + " |"
+
+
+def seconds(function: Callable[[], Any]) -> float:
+    """Return the least processor time of some repeats."""
+    times = []
+    for _ in range(REPEATS):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+WOOL = {
+    "type": "equivalent_fluid", "porosity": 0.95, "flow_resistivity": 1e4, "tortuosity": 1.1, "viscous_length": 1e-4,
+    "thermal_length": 2e-4,
+}  # fmt: skip
+PANELS = {
+    "wool before a wall": stack((WOOL, 0.05), termination="rigid"),
+    "foam before a wall": stack((FOAM2, 0.03), termination="rigid"),
+    "sheet, gap, foam": stack((SHEET, 1e-3), (AIR, 0.05), (FOAM2, 0.03)),
+    "seven layers": stack(
+        (ALUMINIUM, 1e-3), (FOAM, 0.02), (AIR, 0.05), (WOOL, 0.04), (GEL, 0.01), (FOAM2, 0.03), (ALUMINIUM, 2e-3)
+    ),
+}
+
+
+def by_differences(panel: Stack, paths: tuple[str, ...], frequency: np.ndarray, angle: Any) -> None:
+    """Compute the responses at all points of central differences, as many at once as fits compute."""
+    values = np.array([locate(panel, path).value for path in paths], dtype=float)
+    steps = STEP * np.where(values == 0, 1.0, values)
+    points = np.concatenate([values[None], values + np.diag(steps), values - np.diag(steps)])
+    at_once = max(AT_ONCE // (frequency.size * np.size(angle)), 1)
+    for first in range(0, len(points), at_once):
+        some = points[first : first + at_once]
+        columns = {path: some[:, i].reshape(-1, *(1,) * (1 + np.ndim(angle))) for i, path in enumerate(paths)}
+        plane_wave(panel.replaced(columns), frequency, angle)
+
+
+def price() -> list[str]:
+    """Return the section on times."""
+    heads = ["stack", "fields", "frequencies x angles", "response, ms", "all derivatives with it, ms", "responses"]
+    lines = ["| " + " | ".join([*heads, "differences, ms", "gain"]) + " |", "|---|---|---|---|---|---|---|---|"]
+    for name, panel in PANELS.items():
+        lines += [plane_waves(name, panel, 100, 0.0), plane_waves(name, panel, 1000, 0.0)]
+        lines += [plane_waves(name, panel, 100, np.linspace(0, 80, 30)), diffuse(name, panel)]
+    return lines
+
+
+def plane_waves(name: str, panel: Stack, count: int, angle: Any) -> str:
+    """Return the row of plane waves at some frequencies and angles."""
+    f, paths = np.geomspace(50.0, 5000.0, count), real_fields(panel, None)
+    alone = seconds(lambda: plane_wave(panel, f, angle))
+    derived = seconds(lambda: plane_wave_derivatives(panel, paths, f, angle))
+    apart = seconds(lambda: by_differences(panel, paths, f, angle))
+    return times(name, paths, f"{count} x {np.size(angle)}", alone, derived, apart)
+
+
+def diffuse(name: str, panel: Stack) -> str:
+    """Return the row of a diffuse field in third octaves."""
+    f, paths = np.geomspace(100.0, 5000.0, 18), real_fields(panel, None)
+    alone = seconds(lambda: diffuse_field(panel, f))
+    derived = seconds(lambda: diffuse_field_derivatives(panel, paths, f))
+    apart = (2 * len(paths) + 1) * alone
+    return times(name, paths, "18, diffuse", alone, derived, apart)
+
+
+def times(name: str, paths: tuple[str, ...], grid: str, alone: float, derived: float, apart: float) -> str:
+    """Return a row of times."""
+    cells = [name, str(len(paths)), grid, f"{1e3 * alone:.2f}", f"{1e3 * derived:.2f}", f"{derived / alone:.1f}"]
+    return "| " + " | ".join([*cells, f"{1e3 * apart:.1f}", f"{apart / derived:.1f}"]) + " |"
+
+
+def main() -> None:
+    """Compare and print the page."""
+    threads = os.environ.get("OMP_NUM_THREADS", "not set")
+    lines = [
+        "# Derivatives",
+        "",
+        "Derivatives of responses by fields of layers ([responses](../responses.md#derivatives), "
+        "[theory](../theory/stacks.md#derivatives)) against differences in 120 digits, and their price.",
+        "",
+        f"Made by `python -m validation.derivatives`, OMP_NUM_THREADS={threads}, one process, Python "
+        f"{platform.python_version()}, numpy {np.__version__}.",
+        "",
+        "## Accuracy",
+        "",
+        *accuracy(),
+        "",
+        "## Price",
+        "",
+        f"Processor time, the least of {REPEATS} runs; ratios, taken in one run, are what to read. *Responses*: the "
+        "price in responses of the same grid, the response itself included. *Differences*: central ones by all fields; "
+        "of plane waves in batches of 16 384 points, of diffuse fields 2 n + 1 times the response; *gain*: their time "
+        "over that of the derivatives.",
+        "",
+        *price(),
+        "",
+        "Differences have a price that grows with the number of fields, and lose half of the digits; the price of "
+        "derivatives hardly grows. Of few points and few fields a batch of differences costs as little: fits of stacks "
+        "take differences where all their points together are at most 4096, and derivatives beyond, and always of "
+        "diffuse fields.",
+    ]
+    print("\n".join(lines))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
