@@ -30,7 +30,7 @@ class BesideTheWall(LevelPlace):
 
     name = "beside"
     title = "beside the construction"
-    quantity = "ln of 1 + share of a parallel path over the constructions' mean"
+    quantity = "ln(1 + path over mean share)"
     detunes = True
     passive_sign, passive_part = 1, "real"
 
@@ -68,7 +68,7 @@ class Links(LevelPlace):
 
     name = "links"
     title = "in links between the leaves"
-    quantity = "ln of 1 + share of the links over that of rigid studs 0.5 m apart"
+    quantity = "ln(1 + links over rigid studs)"
     detunes = True
     passive_sign, passive_part = 1, "real"
 
@@ -203,7 +203,7 @@ class Field(TabulatedPlace):
 
     name = "field"
     title = "in the sound field"
-    quantity = "excess of grazing over normal incidence, ln"
+    quantity = "ln(grazing over normal)"
 
     @classmethod
     def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
@@ -224,7 +224,7 @@ class LevelReading(LevelPlace):
 
     name = "reading"
     title = "in the reading"
-    quantity = "change of the level, dB, or of absorption"
+    quantity = "change of what is reported"
     terms: ClassVar = {0: ("change", "")}
 
     def scale(self, settings: tuple[Any, ...], modulus: float) -> float:
@@ -250,7 +250,7 @@ class OneLevel(LevelReading):
 
     name = "one_measurement"
     title = "in one measurement only"
-    quantity = "change of the level, dB, or of absorption, in that measurement"
+    quantity = "change in that measurement"
 
     @classmethod
     def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
