@@ -28,7 +28,8 @@ def diagnose(
         Path,
         typer.Argument(
             metavar="CAMPAIGN_OR_FILE",
-            help="A campaign folder, its campaign.yaml, a fit file; or stacks and their tube measurements.",
+            help="A campaign folder, its campaign.yaml, a fit file; or stacks and their measurements: of a tube, "
+            "transmission loss, absorption.",
         ),
     ],
     out: Annotated[
@@ -102,7 +103,7 @@ def diagnose(
         if opened.of_stacks and (known or save_law):
             raise InputError(f"--with and --save-law are of campaigns; {source} is of stacks: leave them out")
         _check_without(without or [])
-        ask = _tube if opened.of_stacks else partial(_campaign, known or [])
+        ask = _stacks if opened.of_stacks else partial(_campaign, known or [])
         with placed_in(source):
             result, folder = ask(opened, out, without or [], law, seed, executor)
         if save_law is not None:
@@ -175,11 +176,12 @@ def _campaign(
     return result, folder
 
 
-def _tube(
+def _stacks(
     source: Source, out: Path | None, without: list[str], law: str | None, seed: int, executor: Executor | None
 ) -> tuple[Diagnosis, Path]:
-    """Return the diagnosis of stacks and their tube measurements, and the folder for its files."""
+    """Return the diagnosis of stacks and measurements of a tube, or of levels, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.diagnosis.levels.diagnose import diagnose_levels
     from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
     from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
@@ -191,5 +193,6 @@ def _tube(
     effects = file.chosen(without)
     folder = folder_for(out, f"{name}-diagnosis")
     with progress_bar("diagnose", N_STEPS) as advance:
-        result = diagnose_tube(file, name, effects, seed=seed, progress=advance, executor=executor)
+        kind = diagnose_levels if file.of_levels else diagnose_tube
+        result = kind(file, name, effects, seed=seed, progress=advance, executor=executor)
     return result, folder

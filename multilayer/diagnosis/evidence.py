@@ -145,7 +145,7 @@ class ModelComparison:
         before = self.nominal.hypothesis.differences(self.nominal.minimum.z)
         after = best.hypothesis.differences(best.minimum.z)
         change = np.concatenate([a - b for a, b in zip(after, before, strict=True)])
-        return float(np.sqrt(np.mean(np.abs(change) ** 2)))
+        return float(np.sqrt(np.mean(np.abs(change) ** 2))) / self.nominal.hypothesis.unit
 
     @property
     def best_fitted(self) -> tuple[str, ...] | None:

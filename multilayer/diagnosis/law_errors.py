@@ -44,7 +44,8 @@ def with_errors_at_places(hypothesis: Hypothesis, z: RealArray) -> tuple[Hypothe
         coordinates.append(z[first : first + len(effect.parameters)])
         first += len(effect.parameters)
         kind = kinds.get(str(getattr(effect, "place", "")))
-        places = kind.instances(hypothesis.settings) if error and kind is not None else []
+        # of levels, laws at places are relative to what the constructions do, not to the effect
+        places = kind.instances(hypothesis.settings) if error and kind is not None and not kind.is_real else []
         if places:
             law = _error_law(hypothesis, z, index, places[0])
             effects.append(law)

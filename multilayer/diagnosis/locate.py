@@ -30,7 +30,7 @@ class Place:
     Attributes
     ----------
     quantity : str
-        One of the hypothesis' two quantities, as level and phase.
+        One of the hypothesis' quantities, as level and phase.
     configuration : str
     band_hz : (low, high)
     significance : float
@@ -56,19 +56,20 @@ class Place:
 
 
 def _templates(hypothesis: Hypothesis) -> list[tuple[str, str, tuple[float, float], RealArray]]:
-    """Return whitened unit steps of the two quantities, by configuration and band."""
-    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    """Return whitened unit steps of the quantities, by configuration and band."""
+    units = hypothesis.part_units
+    total = sum(len(units) * len(data.frequency) for data in hypothesis.data)
     templates, first = [], 0
     for i, data in enumerate(hypothesis.data):
         n, f = len(data.frequency), data.frequency
         edges = np.quantile(np.log(f), np.linspace(0, 1, min(_BANDS, len(data.centres)) + 1))
         for low, high in pairwise(edges):
-            inside = ((np.log(f) >= low) & (np.log(f) <= high)).astype(complex)
-            for quantity, step in zip(hypothesis.quantities, (inside, 1j * inside), strict=True):
+            inside = ((np.log(f) >= low) & (np.log(f) <= high)).astype(float)
+            for quantity, unit in zip(hypothesis.quantities, units, strict=True):
                 column = np.zeros(total)
-                column[first : first + 2 * n] = hypothesis.experiments[i].whiten(step)
+                column[first : first + len(units) * n] = hypothesis.experiments[i].whiten(unit * inside)
                 templates.append((quantity, data.name, (float(np.exp(low)), float(np.exp(high))), column))
-        first += 2 * n
+        first += len(units) * n
     return templates
 
 

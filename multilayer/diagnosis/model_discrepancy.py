@@ -97,19 +97,20 @@ def smooth_basis(hypothesis: Hypothesis) -> RealArray:
     Amplitude and phase of every configuration have independent discrepancies, smooth in ln f.
     """
     blocks = []
-    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    parts = hypothesis.part_units
+    total = sum(len(parts) * len(data.frequency) for data in hypothesis.data)
     first = 0
     for i, data in enumerate(hypothesis.data):
         n = len(data.frequency)
         distance = np.subtract.outer(np.log(data.frequency), np.log(data.frequency)) / DISCREPANCY_LENGTH
         sizes, vectors = np.linalg.eigh(np.exp(-0.5 * distance**2))
         kept = sizes > _KEPT * sizes[-1]
-        columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T
-        for part in (columns + 0j, 1j * columns):
+        columns = (vectors[:, kept] * np.sqrt(sizes[kept])).T * hypothesis.unit
+        for part in parts:
             block = np.zeros((total, columns.shape[0]))
-            block[first : first + 2 * n] = hypothesis.experiments[i].whiten(part).T
+            block[first : first + len(parts) * n] = hypothesis.experiments[i].whiten(part * columns).T
             blocks.append(block)
-        first += 2 * n
+        first += len(parts) * n
     return np.concatenate(blocks, axis=1)
 
 
@@ -148,7 +149,7 @@ def differences_and_changes(
     """
     differences = hypothesis.differences(z)
     changes = [
-        [_limited(change) for change in hypothesis.law_change(index, z, differences)]
+        [_limited(change, hypothesis.unit) for change in hypothesis.law_change(index, z, differences)]
         for index, error in enumerate(hypothesis.law_errors)
         if error
     ]
@@ -160,7 +161,7 @@ def _columns(
 ) -> tuple[RealArray, RealArray]:
     """Return the columns of `law_parts` from the changes by each effect and configuration, shape (n,)."""
     shapes = _shapes(hypothesis, all_data)
-    total = sum(2 * len(data.frequency) for data in hypothesis.data)
+    total = sum(len(hypothesis.part_units) * len(data.frequency) for data in hypothesis.data)
     common, separate = [np.empty((total, 0))], [np.empty((total, 0))]
     for size, parts in zip(_sizes(hypothesis, len(all_data)), changes, strict=True):
         blocks = _modulated(hypothesis, parts, shapes)
@@ -190,32 +191,33 @@ def _factors(hypothesis: Hypothesis, amounts: RealArray) -> list[list[ComplexArr
     """Return relative errors of laws by effect and configuration, shape (n,), for amounts of the columns."""
     shapes = _shapes(hypothesis, hypothesis.data)
     sizes = _sizes(hypothesis, len(shapes))
-    width, half = 2 * len(shapes[0]), len(shapes[0])
+    half, n_parts = len(shapes[0]), len(hypothesis.part_units)
+    width = n_parts * half
     common, separate = np.split(amounts, [width * len(sizes)])
     rows = common.reshape(len(sizes), 1, width)
     rows = rows + separate.reshape(len(sizes), len(shapes), width) if len(shapes) > 1 else rows
     return [
-        [np.asarray(size * (row[:half] + 1j * row[half:]) @ shape) for row, shape in zip(weights, shapes, strict=True)]
+        [np.asarray(size * _joined(row, half, n_parts) @ shape) for row, shape in zip(weights, shapes, strict=True)]
         for size, weights in zip(sizes, rows, strict=True)
     ]
 
 
 def _traced(hypothesis: Hypothesis, changes: Sequence[Sequence[ComplexArray]], weights: RealArray) -> RealArray:
     """Return ``tr(W B)``, shape (m,), for bases B of changes of shape (m, n) each, and W of shape (k, n_data)."""
-    shapes = _shapes(hypothesis, hypothesis.data)
+    shapes, units = _shapes(hypothesis, hypothesis.data), hypothesis.part_units
     sizes = _sizes(hypothesis, len(shapes))
-    width, count = 2 * len(shapes[0]), len(shapes)
-    ends = np.cumsum([2 * len(data.frequency) for data in hypothesis.data])
+    width, count = len(units) * len(shapes[0]), len(shapes)
+    ends = np.cumsum([len(units) * len(data.frequency) for data in hypothesis.data])
     trace = np.zeros(len(changes[0][0]))
     for e, (size, parts) in enumerate(zip(sizes, changes, strict=True)):
         for i, (change, smooth, end) in enumerate(zip(parts, shapes, ends, strict=True)):
-            rows = np.s_[end - 2 * change.shape[-1] : end]
+            rows = np.s_[end - len(units) * change.shape[-1] : end]
             weight = weights[e * width : (e + 1) * width, rows]
             if count > 1:
                 first = width * (len(sizes) + e * count + i)
                 weight = weight + weights[first : first + width, rows]
-            both = np.concatenate([smooth, 1j * smooth])[:, None] * change
-            trace += size * np.einsum("kn,kmn->m", weight, hypothesis.experiments[i].whiten(both))
+            every = np.concatenate([unit * smooth for unit in units])[:, None] * change
+            trace += size * np.einsum("kn,kmn->m", weight, hypothesis.experiments[i].whiten(every))
     return trace
 
 
@@ -227,15 +229,20 @@ def _modulated(hypothesis: Hypothesis, changes: Sequence[ComplexArray], shapes: 
     """Return by configuration the whitened columns of changes with smooth relative errors of unit size."""
     blocks = []
     for experiment, change, smooth in zip(hypothesis.experiments, changes, shapes, strict=True):
-        parts = [experiment.whiten(smooth * change).T, experiment.whiten(1j * smooth * change).T]
+        parts = [experiment.whiten(unit * smooth * change).T for unit in hypothesis.part_units]
         blocks.append(np.concatenate(parts, axis=1))
     return blocks
 
 
-def _limited(change: ComplexArray) -> ComplexArray:
-    """Return a change of ln(ratio) limited in amplitude to `_MOST`, and 0 where it is not finite."""
+def _joined(row: RealArray, half: int, n_parts: int) -> ComplexArray | RealArray:
+    """Return amounts of real and imaginary part, if there is one, as numbers, shape (half,)."""
+    return row[:half] + 1j * row[half:] if n_parts > 1 else row[:half]
+
+
+def _limited(change: ComplexArray, unit: float) -> ComplexArray:
+    """Return a change of ln(ratio) limited in amplitude to `_MOST` units, and 0 where it is not finite."""
     finite = np.where(np.isfinite(change), change, 0.0)
-    return np.asarray(finite / np.maximum(np.abs(finite) / _MOST, 1.0))
+    return np.asarray(finite / np.maximum(np.abs(finite) / (_MOST * unit), 1.0))
 
 
 def _kernel(a: RealArray, b: RealArray, length: float) -> RealArray:

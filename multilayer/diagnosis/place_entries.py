@@ -71,6 +71,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
     """Return the entry ``law``: the law drawn at the place, with its 90 % band, and the simple form nearest to it."""
     fit, place = drawn.free, drawn.free.place
     law, (low, high) = fit.law(), fit.band()
+    imaginary = {"imag": law.imag.tolist(), "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist()}
     return {
         "kind": place.kind,
         "place": place.name,
@@ -78,11 +79,10 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "quantity": place.quantity,
         "unit": place.unit,
         "frequency_hz": fit.grid.tolist(),
-        "real": law.real.tolist(), "imag": law.imag.tolist(),
-        "real_low": low.real.tolist(), "real_high": high.real.tolist(),
-        "imag_low": low.imag.tolist(), "imag_high": high.imag.tolist(),
+        "real": law.real.tolist(), "real_low": low.real.tolist(), "real_high": high.real.tolist(),
+        **({} if place.is_real else imaginary),
         "passive": is_passive(fit),
-        "causal": is_causal(fit),
+        "causal": None if place.is_real else is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
         "form_is_enough": drawn.form.log_evidence > fit.log_evidence - FORM_AS_WELL,
     }  # fmt: skip
@@ -95,8 +95,8 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
         count = len(term.parameters(1.0, (1.0, 2.0)))
         named, unit = law.at_place.terms.get(term.key, (law.at_place.quantity, law.at_place.unit))
         if term.kind not in ("power", "resonance") or term.key not in law.at_place.terms:
-            named = f"{named} {term.words}"
-        factor = (2 * math.pi * law.centre) ** (-term.order)
+            named = f"{named} {term.real_words(law.centre) if law.at_place.is_real else term.words}"
+        factor = 1.0 if law.at_place.is_real else (2 * math.pi * law.centre) ** (-term.order)
         parameters = law.parameters[position : position + count]
         first = position - len(law.parameters)
         intervals = [interval_at(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
@@ -122,7 +122,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
         "terms": parts,
         "log_evidence": round(form.log_evidence, 2),
         "real": curve.real.tolist(),
-        "imag": curve.imag.tolist(),
+        **({} if law.at_place.is_real else {"imag": curve.imag.tolist()}),
     }
 
 

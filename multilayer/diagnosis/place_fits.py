@@ -20,7 +20,7 @@ from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, ROUGH,
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.experiments.places import LENGTH, SHORT, DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.places import SHORT, DrawnLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
 from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
@@ -37,6 +37,7 @@ _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
     Term("lossy"), Term("fractional"), Term("relaxation"), Term("resonance"),
 )  # fmt: skip
+_REAL_TERMS = (*_TERMS[:5], Term("fractional"))  # powers of f, where the law is real
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class PlaceFit:
         if self._resonance is not None:
             law, z, _ = self._resonance
             return law.curve(z, self.grid)
-        return self.drawn.drawn(self.fitted.minimum.z[-2 * len(self.drawn.nodes) :], self.grid)
+        return self.drawn.drawn(self.fitted.minimum.z[-len(self.drawn.parameters) :], self.grid)
 
     def departs_from(self) -> ComplexArray | None:
         """Return what the law changes, at `grid`, shape (n,); None where the law is all there is."""
@@ -113,12 +114,12 @@ class PlaceFit:
             parts = [np.einsum("ni,ij,nj->n", slope, covariance, slope) for slope in (slopes.real, slopes.imag)]
             spread = [np.sqrt(part) for part in parts]
         else:
-            k = len(self.drawn.nodes)
-            covariance = self.fitted.minimum.covariance[-2 * k :, -2 * k :]
+            k, count = len(self.drawn.nodes), len(self.drawn.parameters)
+            covariance = self.fitted.minimum.covariance[-count:, -count:]
             basis = self.drawn.size * self.drawn.basis(self.grid)
-            blocks = (covariance[:k, :k], covariance[k:, k:])
+            blocks = [covariance[first : first + k, first : first + k] for first in range(0, count, k)]
             spread = [np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis)) for part in blocks]
-        reach = deviations * (spread[0] + 1j * spread[1])
+        reach = deviations * (spread[0] + 1j * spread[1] if len(spread) > 1 else spread[0])
         return self.law() - reach, self.law() + reach
 
 
@@ -267,9 +268,10 @@ def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
         The place with a free law.
     executor : Executor, optional
     """
-    single = _fit_forms(nominal, at, [(term,) for term in _TERMS], executor)
+    terms = _REAL_TERMS if at.place.is_real else _TERMS
+    single = _fit_forms(nominal, at, [(term,) for term in terms], executor)
     best = max(single, key=lambda form: form.log_evidence)
-    others = [term for term in _TERMS if term not in best.form.terms and term.kind in ("power", "resonance")]
+    others = [term for term in terms if term not in best.form.terms and term.kind in ("power", "resonance")]
     double = _fit_forms(nominal, at, [(*best.form.terms, term) for term in others], executor)
     second = max(double, key=lambda form: form.log_evidence)
     chosen = second if second.log_evidence > best.log_evidence + SECOND_TERM else best
@@ -289,7 +291,7 @@ def _scale(nominal: Fitted, place: BasePlace) -> tuple[float, RealArray]:
 def _first_step(nominal: Fitted, place: BasePlace) -> Fitted:
     """Return a place with a free law of the larger size, one Gauss-Newton step from the nominal model."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, place.length)
     hypothesis = nominal.hypothesis.with_effects(law)
     z = np.concatenate([nominal.minimum.z, np.zeros(len(law.parameters))])
     residual, jacobian = hypothesis.linearised(z)
@@ -303,10 +305,10 @@ def _gains(nominal: Fitted, step: Fitted) -> bool:
     return 0.5 * (nominal.minimum.cost - step.minimum.cost) > LEAST_SCORE
 
 
-def _begun(nominal: Fitted, place: BasePlace, length: float = LENGTH) -> Fitted:
+def _begun(nominal: Fitted, place: BasePlace, length: float | None = None) -> Fitted:
     """Return a coarse fit of a place with a free law of the larger size."""
     scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length or place.length)
     hypothesis, at_rest = nominal.hypothesis.with_effects(law), nominal.hypothesis.at_rest(nominal.minimum.z)
     constants = [law.constant(value) for value in (_CONSTANTS if place.detunes else (0j,))]
     starts = np.stack([np.concatenate([at_rest, constant]) for constant in constants])
@@ -382,7 +384,7 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
 
     The distance is that of the nodes by the posterior's covariance, squared, with the priors of the simple law.
     """
-    drawn, count = at.drawn, 2 * len(at.drawn.nodes)
+    drawn, count = at.drawn, len(at.drawn.parameters)
     nodes = at.fitted.minimum.z[-count:]
     root = np.linalg.cholesky(np.linalg.inv(at.fitted.minimum.covariance[-count:, -count:])).T
     frequency, priors = np.exp(drawn.nodes), Priors.of(law.parameters)
@@ -390,7 +392,8 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
 
     def residual(z: RealArray) -> RealArray:
         values = law.law_at(frequency, list(priors.values(z)[:, None]))
-        ahead = np.linalg.solve(basis, np.stack([values.real, values.imag], axis=-1))
+        parts = [values.real] if at.place.is_real else [values.real, values.imag]
+        ahead = np.linalg.solve(basis, np.stack(parts, axis=-1))
         return np.concatenate([root @ (ahead.T.ravel() - nodes), z])
 
     starts = [np.array(start) for start in law.starts[:_STARTS]]

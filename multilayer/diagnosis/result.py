@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Curves:
     """Residuals of one configuration, measured minus modelled, at the data's frequencies.
 
-    Level and phase of a ratio; of a tube real and imaginary part of the reflection coefficient instead.
+    Level and phase of a ratio; of a tube real and imaginary part of the reflection coefficient instead. Of measured
+    levels or absorption those alone: the arrays of the second quantity are empty.
 
     Attributes
     ----------

@@ -81,8 +81,18 @@ class Hypothesis(Experiments):
 
     @property
     @abstractmethod
-    def quantities(self) -> tuple[str, str]:
-        """Names of the quantities in the real and in the imaginary part of `differences`."""
+    def quantities(self) -> tuple[str, ...]:
+        """Names of the quantities in the real and in the imaginary part of `differences`; one name of real ones."""
+
+    @property
+    def part_units(self) -> tuple[complex, ...]:
+        """What a unit of each of the `quantities` is in `differences`: 1, and i where they are complex."""
+        return (1.0, 1j)[: len(self.quantities)]
+
+    @property
+    def unit(self) -> float:
+        """Size of `differences` that counts as 1 where thresholds and discrepancies are stated as relative ones."""
+        return 1.0
 
     @property
     @abstractmethod

@@ -63,6 +63,12 @@ class BasePlace:
         (`departs_from`); 0 where the law is not that of a thing.
     passive_part : {'imag', 'real'}
         Which part that is.
+    is_real : bool
+        Whether the law is a real function of frequency, as of levels: hooks need not be analytic then.
+    length : float
+        Correlation length of its law in ln f.
+    changes_waves : bool
+        Of a law for levels, whether it changes the response to plane waves: stack or sound field.
     """
 
     kind: ClassVar[str]
@@ -76,6 +82,9 @@ class BasePlace:
     detunes: ClassVar[bool] = False
     passive_sign: ClassVar[int] = 0
     passive_part: ClassVar[Literal["imag", "real"]] = "imag"
+    is_real: ClassVar[bool] = False
+    length: ClassVar[float] = LENGTH
+    changes_waves: ClassVar[bool] = True
 
     @property
     def label(self) -> str:
@@ -128,6 +137,11 @@ class LawAtPlace(BaseEffect):
         """Whether its place does."""
         return bool(self.at_place.needs_finite_elements)
 
+    @property
+    def changes_waves(self) -> bool:
+        """Whether its place does."""
+        return bool(self.at_place.changes_waves)
+
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law, shape (..., n), in the place's unit."""
         raise NotImplementedError
@@ -152,18 +166,28 @@ class LawAtPlace(BaseEffect):
         """Return the stack as the place changes it."""
         return self.at_place.stack(setting, stack, self.values(setting, values))
 
+    def sound_field(self, setting: Any, sound: Any, values: Values) -> Any:
+        """Return the sound field as the place changes it."""
+        return self.at_place.sound_field(setting, sound, self.values(setting, values))
+
+    def beside(self, setting: Any, stack: Any, share: RealArray, values: Values) -> Any:
+        """Return the share of the power that gets through, or is absorbed, as the place changes it."""
+        return self.at_place.beside(setting, stack, share, self.values(setting, values))
+
     def surface(self, setting: Any, stack: Any, reflection: ComplexArray, values: Values) -> Any:
         """Return the reflection of the tube's end as the place changes it."""
         return self.at_place.surface(setting, stack, reflection, self.values(setting, values))
 
     def reading(self, setting: Any, reflection: ComplexArray, values: Values) -> Any:
-        """Return the reflection as it is reported."""
+        """Return the reflection, or the level, as it is reported."""
         return self.at_place.reading(setting, reflection, self.values(setting, values))
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnLaw(LawAtPlace):
-    """A free function of frequency at a place: a complex Gaussian process in ln f, by its values at nodes.
+    """A free function of frequency at a place: a Gaussian process in ln f, by its values at nodes.
+
+    It is complex, or real where the place says so (`BasePlace.is_real`).
 
     Attributes
     ----------
@@ -194,7 +218,7 @@ class DrawnLaw(LawAtPlace):
         nodes = np.linspace(low, high, max(int(np.ceil((high - low) / (SPACING * length))) + 1, 2))
         parameters = tuple(
             Parameter(name=f"{part}[{np.exp(node):.4g}]", prior=Prior(normal=(0.0, 1.0)))
-            for part in ("real", "imag")
+            for part in (("real",) if place.is_real else ("real", "imag"))
             for node in nodes
         )
         return cls(place, nodes, size, length, name=place.label, parameters=parameters)
@@ -207,9 +231,13 @@ class DrawnLaw(LawAtPlace):
         return np.asarray(np.linalg.solve(root, _kernel(nodes, np.log(frequency) / self.length)).T)
 
     def constant(self, value: complex) -> RealArray:
-        """Return the coordinates, shape (2 k,), of a law that is the same at all nodes, in standard deviations."""
+        """Return the coordinates, shape (2 k,), of a law that is the same at all nodes, in standard deviations.
+
+        Of a real law shape (k,).
+        """
         weights = np.linalg.solve(self.basis(np.exp(self.nodes)), np.ones(len(self.nodes)))
-        return np.concatenate([value.real * weights, value.imag * weights])
+        parts = (value.real,) if self.at_place.is_real else (value.real, value.imag)
+        return np.concatenate([part * weights for part in parts])
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
@@ -217,9 +245,11 @@ class DrawnLaw(LawAtPlace):
         return self.drawn(z, setting.frequency)
 
     def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
-        """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k)."""
+        """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k); (..., k) if real."""
         k = len(self.nodes)
         size = np.exp(np.interp(np.log(frequency), self.nodes, np.log(np.broadcast_to(self.size, k))))
+        if self.at_place.is_real:
+            return np.asarray(size * (z @ self.basis(frequency).T + self.offset.real))
         return np.asarray(size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
 
 
@@ -282,6 +312,12 @@ class Term:
         powers = {0: "constant", 1: "in proportion to i w", -1: "as 1/(i w)", 2: "as (i w)^2", -2: "as 1/(i w)^2"}
         return powers[self.order] if self.kind == "power" else _WORDS[self.kind]
 
+    def real_words(self, centre: float) -> str:
+        """Return a real law in words; its amplitude is that at the centre, Hz."""
+        powers = {0: "constant", 1: "in proportion to f", -1: "as 1/f", 2: "as f^2", -2: "as 1/f^2"}
+        words = powers[self.order] if self.kind == "power" else "as a power of f"
+        return words if self.key == 0 and self.kind == "power" else f"{words}, at {centre:.0f} Hz"
+
     def parameters(self, scale: float, band: tuple[float, float]) -> tuple[Parameter, ...]:
         """Return amplitude at the band's centre, in the place's unit, then what else the law has."""
         low, high = band
@@ -305,10 +341,12 @@ class Term:
         further = {"power": (), "lossy": (0.0,), "fractional": (0.0,), "relaxation": (0.0,)}[self.kind]
         return [(a, *further) for a in amplitudes]
 
-    def values(self, frequency: RealArray, centre: float, values: Sequence[RealArray]) -> ComplexArray:
-        """Return the law, shape (..., n), of parameters of shape (..., 1)."""
+    def values(
+        self, frequency: RealArray, centre: float, values: Sequence[RealArray], *, is_real: bool = False
+    ) -> ComplexArray:
+        """Return the law, shape (..., n), of parameters of shape (..., 1); a real one has f in place of i w."""
         amplitude, *rest = values
-        turn = 1j * frequency / centre
+        turn = frequency / centre if is_real else 1j * frequency / centre
         if self.kind == "power":
             return np.asarray(amplitude * turn**self.order)
         if self.kind == "lossy":
@@ -362,10 +400,11 @@ class SimpleLaw(LawAtPlace):
 
     def law_at(self, frequency: RealArray, values: Sequence[RealArray]) -> ComplexArray:
         """Return the law, shape (..., n), of all parameters in their order, of shape (..., 1)."""
-        total, rest = np.zeros(frequency.shape, dtype=complex), list(values)
+        is_real = self.at_place.is_real
+        total, rest = np.zeros(frequency.shape, dtype=float if is_real else complex), list(values)
         for term in self.terms:
             count = len(term.parameters(1.0, (1.0, 2.0)))
-            total = total + term.values(frequency, self.centre, rest[:count])
+            total = total + term.values(frequency, self.centre, rest[:count], is_real=is_real)
             rest = rest[count:]
         return total
 

@@ -223,8 +223,10 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {law['form']['text']}.",)
     if law:
         remarks = (*remarks, *_physical(law))
+    titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}
     of_tube = "campaign" not in record.get("inputs", {"campaign": ""})
-    title = "Where in the tube it acts" if of_tube else "Where on the rig it acts"
+    kind = record["inputs"].get("kind", "tube") if of_tube else "two-plate rig"
+    title = titles.get(kind, "Where on the rig it acts")
     return (Section(title, pictures, (listing,), remarks=remarks),)
 
 

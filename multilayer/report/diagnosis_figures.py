@@ -188,16 +188,17 @@ def unexplained(curves: Curves) -> float:
 
 
 def draw_before_after(curves: Curves) -> Figure:
-    """Draw the residuals of both quantities of a configuration, of the nominal model and of the best hypothesis."""
-    figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
-    parts = (
+    """Draw the residuals of the quantities of a configuration, of the nominal model and of the best hypothesis."""
+    both = (
         (curves.level_before, curves.level_after, curves.sigma_level, curves.labels[0]),
         (curves.phase_before, curves.phase_after, curves.sigma_phase, curves.labels[1]),
     )
+    parts = [part for part in both if part[0].size]
+    figure, axes = blank(len(parts), 1, (WIDTH, _HEIGHT), sharex=True)
     for axis, (before, after, sigma, label) in zip(axes[:, 0], parts, strict=True):
         _residuals(axis, curves, before, after, sigma)
         axis.set_ylabel(label)
-    axes[1, 0].set_xlabel("frequency / Hz")
+    axes[-1, 0].set_xlabel("frequency / Hz")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
     axes[0, 0].set_title(shortened(curves.configuration, 44))
     return figure

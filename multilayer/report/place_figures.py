@@ -1,4 +1,4 @@
-"""The place where a cause acts, marked in a drawing of the rig or the tube, and the law drawn there."""
+"""The place where a cause acts, marked in a drawing of the rig, the tube or the wall, and the law drawn there."""
 
 from __future__ import annotations
 
@@ -21,13 +21,16 @@ _MARK = 1  # colour of what is marked
 
 
 def draw_place(law: Mapping[str, Any]) -> Figure:
-    """Draw rig or tube with the place marked, and the law there: real and imaginary part with 90 % bands."""
-    figure, axes = blank(1, 3, (WIDTH, _HEIGHT), width_ratios=(0.8, 1.2, 1.2))
-    (_tube if law.get("kind") == "tube" else _rig)(axes[0, 0], str(law["place"]))
+    """Draw rig, tube or wall with the place marked, and the law there with 90 % bands: one part where it is real."""
+    parts = [part for part in ("real", "imag") if part in law]
+    figure, axes = blank(1, 1 + len(parts), (WIDTH, _HEIGHT), width_ratios=(0.8, *(2.4 / len(parts) for _ in parts)))
+    draw = {"tube": _tube, "levels": _wall}.get(str(law.get("kind")), _rig)
+    draw(axes[0, 0], str(law["place"]))
     f = np.asarray(law["frequency_hz"], dtype=float)
-    sizes = np.abs([law["real_low"], law["real_high"], law["imag_low"], law["imag_high"]])
+    sizes = np.abs([law[f"{part}_{end}"] for part in parts for end in ("low", "high")])
     unit, factor = readable_unit(float(np.max(sizes)), law["unit"])
-    for axis, part, label in zip(axes[0, 1:], ("real", "imag"), ("real part", "imaginary part"), strict=True):
+    labels = ("real part", "imaginary part") if len(parts) > 1 else ("",)
+    for axis, part, label in zip(axes[0, 1:], parts, labels, strict=True):
         low, high, values = (np.asarray(law[f"{part}{end}"]) / factor for end in ("_low", "_high", ""))
         axis.fill_between(f, low, high, alpha=0.25, color=colour(0), linewidth=0, label="90 %")
         axis.plot(f, values, color=colour(0), label="drawn")
@@ -75,6 +78,36 @@ def _rig(axis: Axes, place: str) -> None:
     if place == "added_reading":
         style = {"arrowstyle": "->", "color": colour(_MARK), "lw": 1.2, "connectionstyle": "arc3,rad=-0.35"}
         axis.annotate("", (0.47, _TOP[1] + 0.05), (0.19, _BASE[1] + 0.07), arrowprops=style)
+    axis.text(0.5, 0.93, place.replace("_", " "), ha="center", fontsize=8, color=colour(_MARK))
+
+
+def _wall(axis: Axes, place: str) -> None:
+    """Draw two leaves with what is between them, held in a wall, from above: sound comes from the left."""
+    from matplotlib.patches import Rectangle
+
+    axis.set_xlim(0, 1)
+    axis.set_ylim(0, 1)
+    axis.set_axis_off()
+
+    def box(left: float, right: float, low: float, high: float, *, marked: bool, filled: str = "0.85") -> None:
+        shade = colour(_MARK) if marked else filled
+        axis.add_patch(Rectangle((left, low), right - left, high - low, facecolor=shade, edgecolor="0.3", lw=0.7))
+
+    low, high, gap = 0.2, 0.72, 0.05 if place == "beside" else 0.0
+    box(0.36, 0.64, 0.05, low, marked=False, filled="0.6")
+    box(0.36, 0.64, high + gap, 0.87, marked=False, filled="0.6")
+    if gap:
+        box(0.36, 0.64, high, high + gap, marked=True)
+    box(0.46, 0.56, low, high, marked=place in ("cavity", "filling", "one_measurement"), filled="0.97")
+    for left in (0.42, 0.56):
+        box(left, left + 0.04, low, high, marked=place.startswith("boards") or place == "one_measurement")
+    if place == "links":
+        for height in (0.32, 0.58):
+            box(0.46, 0.56, height, height + 0.03, marked=True)
+    for height, slope in ((0.3, 0.1), (0.46, 0.0), (0.62, -0.1)):
+        style = {"arrowstyle": "->", "color": colour(_MARK) if place == "field" else "0.5", "lw": 0.9}
+        axis.annotate("", (0.38, height), (0.12, height - slope), arrowprops=style)
+    box(0.84, 0.88, 0.43, 0.49, marked=place == "reading", filled="0.6")
     axis.text(0.5, 0.93, place.replace("_", " "), ha="center", fontsize=8, color=colour(_MARK))
 
 

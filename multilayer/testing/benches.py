@@ -1,4 +1,4 @@
-"""Small measurements without errors, on which the laws of effects are checked: a two-plate rig and a tube."""
+"""Small measurements without errors, on which laws of effects are checked: a rig, a tube, walls."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.effects.levels import LevelEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.experiments.hypothesis import Hypothesis
+from multilayer.experiments.levels.problem import LevelProblem
+from multilayer.experiments.levels.response import LevelResponse
+from multilayer.experiments.levels.sound_field import Quantity, Ridges, SoundField
 from multilayer.experiments.stacks.observations import Observation, Scale
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.stacks.responses import WaveResponse
@@ -33,7 +37,36 @@ def bench(effect: BaseEffect) -> Hypothesis:
     """Return the nominal hypothesis of the kind that an effect is of; all its unknowns may be 0."""
     if isinstance(effect, TubeEffect):
         return tube_bench()
+    if isinstance(effect, LevelEffect):
+        return level_bench("transmission_loss" if "transmission_loss" in effect.quantities else "absorption")
     return joint_bench()
+
+
+@cache
+def level_bench(quantity: Quantity) -> LevelProblem:
+    """Return levels of two double walls, of air and of mineral wool, or absorption of a foam; nothing is unknown."""
+    board = {"type": "elastic_plate", "thickness": 0.0125, "density": 700.0, "young_modulus": 2.5e9,
+             "poisson_ratio": 0.3, "loss_factor": 0.02}  # fmt: skip
+    wool = {"type": "equivalent_fluid", "name": "wool", "thickness": 0.05, "model": "miki", "flow_resistivity": 8e3}
+    walls = {
+        "air": [board, {"type": "fluid", "thickness": 0.05}, board],
+        "filled": [board, wool, board],
+    }
+    layers = walls if quantity == "transmission_loss" else {"thin": [wool], "thick": [wool, wool | {"name": "more"}]}
+    end = "ambient" if quantity == "transmission_loss" else "rigid"
+    f, n = np.array(_FREQUENCIES), len(_FREQUENCIES)
+    ones, stacks = np.ones(n), {}
+    data = []
+    for name, of_wall in layers.items():
+        stack = stacks[name] = Stack.model_validate({"version": 1, "layers": of_wall, "termination": end})
+        response = LevelResponse(quantity, f[:, None], SoundField(78.0), Ridges.of(stack, float(f[2])))
+        data.append(
+            Observation(
+                name, quantity, name, "", f, response(stack)[0], response, False, Scale(), ValueNoise(ones, ones), ones,
+                CorrelatedError(1.0), n, np.arange(n), f,
+            )
+        )  # fmt: skip
+    return LevelProblem(stacks, (), tuple(data))
 
 
 @cache

@@ -8,14 +8,16 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
+from multilayer.diagnosis.effects.levels import LevelEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
+from multilayer.experiments.levels.problem import LevelProblem
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.inference.priors import Parameter
 from multilayer.testing.benches import bench
 
 _TINY, _USUAL = -6.0, 0.0  # standard normal coordinates of an effect's parameters
-_INVISIBLE = 0.02  # of ln(ratio), or of R: what an effect of next to no size may do
+_INVISIBLE = 0.02  # of ln(ratio), of R, or of 25 dB: what an effect of next to no size may do
 _SAME = 1e-10
 
 
@@ -30,7 +32,7 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     Parameters
     ----------
     effect : BaseEffect or its class
-        One of the two-plate rig (`Effect`) or of a tube (`TubeEffect`).
+        One of the two-plate rig (`Effect`), of a tube (`TubeEffect`) or of levels (`LevelEffect`).
 
     Raises
     ------
@@ -63,7 +65,7 @@ def _vanishes(effect: BaseEffect) -> Iterator[str]:
         return
     tiny = np.array([_absent(effect, parameter) for parameter in effect.parameters])
     change = np.max(np.abs(_logs(effect, tiny) - _nominal(effect)))
-    if not change < _INVISIBLE:
+    if not change < _INVISIBLE * bench(effect).unit:
         yield f"with parameters of next to no size the response still changes by {change:.2g}"
 
 
@@ -105,6 +107,10 @@ def _leaves_its_input_alone(effect: BaseEffect) -> Iterator[str]:
         setting = hypothesis.settings[0]
         effect.surface(setting, effect.stack(setting, setting.stack, values), given, values)
         effect.reading(setting, given, values)
+    elif isinstance(effect, LevelEffect) and isinstance(hypothesis, LevelProblem):
+        level, setting_of_level = given.real, hypothesis.settings[0]
+        effect.beside(setting_of_level, setting_of_level.stack, level, values)
+        effect.reading(setting_of_level, level, values)
     elif isinstance(effect, Effect) and isinstance(hypothesis, CampaignProblem):
         effect.modulus(hypothesis.settings[0], given, values)
         effect.motion(hypothesis.settings[0], given, values)

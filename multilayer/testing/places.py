@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.places import BasePlace, TubePlace
+from multilayer.diagnosis.places import BasePlace, LevelPlace, TubePlace
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import DrawnLaw
 from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.testing.benches import joint_bench, soft_sample, tube_bench
+from multilayer.testing.benches import joint_bench, level_bench, soft_sample, tube_bench
 from multilayer.testing.broken import broken_laws
 
 _SMALL, _USUAL = 1e-5, 0.1  # laws, in units of the place's scale
@@ -20,11 +20,11 @@ _SAME, _ANALYTIC, _SEEN = 1e-6, 1e-3, 1e-3
 
 
 def check_place(place: BasePlace | type[BasePlace]) -> None:
-    """Check that a place of the two-plate rig or of a tube keeps the laws of a diagnosis.
+    """Check that a place of the two-plate rig, of a tube or of a construction keeps the laws of a diagnosis.
 
     The laws: it states its name, title and quantity; a law of 0 changes nothing; one of a tenth of its scale changes
-    ln(top/base), or the reflection coefficient, visibly and stays finite; what it does is analytic in the law, so that
-    a law drawn as amount and phase is one complex function.
+    ln(top/base), the reflection coefficient, or a level, visibly and stays finite; what it does is analytic in the
+    law, so that a law drawn as amount and phase is one complex function (not asked of the real laws of levels).
 
     Parameters
     ----------
@@ -70,6 +70,8 @@ def _acts(place: BasePlace) -> Iterator[str]:
 
 
 def _is_analytic(place: BasePlace) -> Iterator[str]:
+    if place.is_real:
+        return
     before = _change(place, 0.0)
     along, across = (_change(place, step) - before for step in (_SMALL, 1j * _SMALL))
     error = np.max(np.abs(across - 1j * along)) / max(float(np.max(np.abs(along))), 1e-300)
@@ -81,6 +83,8 @@ _LAWS = (_says_what_it_is, _nothing_without_a_law, _acts, _is_analytic)
 
 
 def _bench(place: BasePlace | type[BasePlace]) -> Hypothesis:
+    if place.kind == LevelPlace.kind:
+        return level_bench("transmission_loss")
     if place.kind != TubePlace.kind:
         return joint_bench()
     kind = place if isinstance(place, type) else type(place)

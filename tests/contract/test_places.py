@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.places import PLACES, TUBE_PLACES, Place
+from multilayer.diagnosis.places import LEVEL_PLACES, PLACES, TUBE_PLACES, Place
 from multilayer.testing import check_place
 
 
@@ -20,7 +20,15 @@ def test_a_place_of_a_tube_keeps_the_laws(name):
     assert TUBE_PLACES[name].name == name
 
 
-@pytest.mark.parametrize(("kind", "known"), [("two-plate rig", PLACES), ("tube", TUBE_PLACES)])
+@pytest.mark.parametrize("name", LEVEL_PLACES.names())
+def test_a_place_of_a_construction_keeps_the_laws(name):
+    check_place(LEVEL_PLACES[name])
+    assert LEVEL_PLACES[name].name == name
+
+
+@pytest.mark.parametrize(
+    ("kind", "known"), [("two-plate rig", PLACES), ("tube", TUBE_PLACES), ("levels", LEVEL_PLACES)]
+)
 def test_effects_name_a_place_of_their_kind(kind, known):
     named = {EFFECTS[name].place for name in EFFECTS.names() if EFFECTS[name].kind == kind}
     assert named - {""} <= set(known.names())

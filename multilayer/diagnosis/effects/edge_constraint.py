@@ -28,6 +28,7 @@ class EdgeConstraint(TubeEffect):
     """
 
     name = "edge_constraint"
+    in_tubes_only = True
     law = "frame on springs from the tube's wall: rho1 (1 - (f0/f)^2 (1 + i eta))"
     separated_by = "a tube of another diameter (f0 ~ 1/D); a sample cut smaller, its edge sealed softly"
     source = "B. H. Song, J. S. Bolton & Y. J. Kang, J. Acoust. Soc. Am. 110 (2001) 2902: some hundred hertz"

@@ -13,7 +13,7 @@ import numpy as np
 
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
-from multilayer.diagnosis.effects.tube import TubeEffect
+from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.result import Curves, Diagnosis
@@ -34,7 +34,7 @@ _FAR = 0.7  # standard deviations of a prior
 def diagnose_tube(
     file: DiagnosisFile,
     name: str = "tube",
-    effects: Mapping[str, TubeEffect] | None = None,
+    effects: Mapping[str, BaseEffect] | None = None,
     *,
     seed: int = 0,
     progress: Progress | None = None,
@@ -65,17 +65,17 @@ def diagnose_tube(
     hypothesis = file.hypothesis
     if file.reference_file is not None:
         hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
-    nominal = Fitted(hypothesis, _minimum(hypothesis, file))
+    nominal = Fitted(hypothesis, least_minimum(hypothesis, file))
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
-    singles = _singles(nominal, usable, executor)
+    singles = single_fits(nominal, usable, executor)
     tell("effects one by one")
     places = fit_places(nominal, executor)
     tell("places with free laws")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     record = assessment.entries(partial(rank_tube_designs, executor=executor), seed) | {
-        "unknowns": _unknowns(nominal, assessment.corrected),
+        "unknowns": unknown_entries(nominal, assessment.corrected),
         "warnings": _warnings(nominal),
         "inputs": _inputs(file, name, nominal) | assessment.misfit_entries(),
     }
@@ -90,10 +90,17 @@ def nominal_minimum(file: DiagnosisFile) -> Minimum:
     InputError
         When the stacks have no response for most values that the priors allow.
     """
-    return _minimum(file.hypothesis, file)
+    return least_minimum(file.hypothesis, file)
 
 
-def _minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
+def least_minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
+    """Return a nominal model at its most probable unknowns, searched with the effort that a file asks for.
+
+    Raises
+    ------
+    InputError
+        When the stacks have no response for most values that the priors allow.
+    """
     effort = file.search
     try:
         minima = search(
@@ -106,8 +113,8 @@ def _minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
     return minima[0]
 
 
-def _singles(
-    nominal: Fitted, effects: Mapping[str, TubeEffect], executor: Executor | None
+def single_fits(
+    nominal: Fitted, effects: Mapping[str, BaseEffect], executor: Executor | None
 ) -> dict[tuple[str, ...], Fitted]:
     """Return the fit of every effect by itself.
 
@@ -131,7 +138,8 @@ def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
     return hypothesis.field_values(hypothesis.own_coordinates(fitted.minimum.z))
 
 
-def _unknowns(nominal: Fitted, best: Fitted) -> dict[str, Any]:
+def unknown_entries(nominal: Fitted, best: Fitted) -> dict[str, Any]:
+    """Return the entries of ``unknowns``: values of the nominal model and with the cause, with their units."""
     after = _values(best)
     return {
         name: {"nominal": value, "corrected": after[name][0], "unit": unit}
@@ -165,14 +173,14 @@ def _inputs(file: DiagnosisFile, name: str, nominal: Fitted) -> dict[str, Any]:
             for data in hypothesis.data
         },
         "model_error": {
-            data.name: _model_error_text(data, is_stated=measured.model_error is not None)
+            data.name: model_error_text(data, is_stated=measured.model_error is not None)
             for data, measured in zip(hypothesis.data, file.measurements, strict=True)
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on tubes",
     }
 
 
-def _model_error_text(data: Observation, *, is_stated: bool) -> str:
+def model_error_text(data: Observation, *, is_stated: bool) -> str:
     """Return the size of the model's error, in words."""
     size = 0.0 if data.error is None else data.error.relative
     return f"{size:.2g}, as stated" if is_stated else f"{size:.2g} of R (none is said)"

@@ -11,13 +11,24 @@ from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validat
 from multilayer.config.kinds import fit_file
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import Document, read_yaml
-from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
+from multilayer.diagnosis.levels.data import level_data
+from multilayer.diagnosis.levels.uncertainty import Situation
 from multilayer.diagnosis.tube.data import tube_data
 from multilayer.errors import InputError, suggest
+from multilayer.experiments.levels.effects import LevelEffect, acts_through_stack
+from multilayer.experiments.levels.problem import LevelProblem
 from multilayer.experiments.stacks.columns import read_values
 from multilayer.experiments.stacks.file import Mistake, StackFitFile
-from multilayer.experiments.stacks.measurements import NOISE_ESTIMATED, Measurement, Reflection, SurfaceImpedance
+from multilayer.experiments.stacks.measurements import (
+    NOISE_ESTIMATED,
+    Absorption,
+    Measurement,
+    Reflection,
+    SurfaceImpedance,
+    TransmissionLoss,
+)
 from multilayer.experiments.stacks.observations import Observation, scale_of
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.stacks.unknowns import placed
@@ -34,12 +45,15 @@ def _as_list(value: Any) -> Any:
 class DiagnosisFile(StackFitFile):
     """A stack-fit file with effects; read one with `load_diagnosis`.
 
-    Measurements are surface impedances and reflection coefficients; noise that is not stated is estimated.
+    Measurements are surface impedances and reflection coefficients of tubes, or transmission losses, or absorption
+    coefficients: of one of these three kinds. Noise that is not stated is estimated, of levels by the standards.
 
     Attributes
     ----------
     effects : 'all' or tuple of str
     tube : Tube
+    uncertainty : {'in_situ', 'repeatability', 'reproducibility'}
+        Which standard deviations of ISO 12999 measured levels have where they state none.
     reference : Path, optional
         Another diagnosis file with the same unknowns, of measurements without any effect: their posterior is the prior
         of the unknowns.
@@ -49,15 +63,37 @@ class DiagnosisFile(StackFitFile):
         Literal["all"] | tuple[str, ...], BeforeValidator(_as_list), Written(lambda _: _effects_written())
     ] = "all"
     tube: Tube = Tube()
+    uncertainty: Situation = "in_situ"
     reference: Path | None = None
 
     _reference_file: DiagnosisFile | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _known_effects(self, info: ValidationInfo) -> Self:
+        refuse(self, self._wrong_kinds())
         refuse(self, self._wrong_effects())
         refuse(self, self._wrong_reference(Path((info.context or {}).get("folder", Path()))))
         return self
+
+    def _wrong_kinds(self) -> Iterator[Mistake]:
+        first = self.measurements[0]
+        for i, measurement in enumerate(self.measurements):
+            if _family(measurement) != _family(first):
+                text = f"is diagnosed by itself; beside a {first.kind} put it into another file"
+                yield ("measurements", i, "kind"), f"a {measurement.kind} {text}", measurement.kind
+
+    @property
+    def of_levels(self) -> bool:
+        """Whether it is of transmission losses or absorption, not of a tube's reflection."""
+        return isinstance(self.measurements[0], TransmissionLoss | Absorption)
+
+    @property
+    def effect_names(self) -> list[str]:
+        """Names of the effects that there are for its measurements; a broken plugin is left out with a warning."""
+        if not self.of_levels:
+            return tube_names()
+        of_absorption = isinstance(self.measurements[0], Absorption)
+        return [name for name, kind in EFFECTS.working() if _is_of_levels(kind, of_absorption=of_absorption)]
 
     def _wrong_reference(self, folder: Path) -> Iterator[Mistake]:
         if self.reference is None:
@@ -88,17 +124,24 @@ class DiagnosisFile(StackFitFile):
 
     def _wrong_effects(self) -> Iterator[Mistake]:
         for i, name in enumerate(self.effects if self.effects != "all" else ()):
-            reason = _why_no_effect_of_a_tube(name)
+            reason = _why_no_such_effect(name, self.effect_names, "levels" if self.of_levels else "a tube")
             if reason:
                 yield ("effects", i), reason, name
 
     def _observe(self, measurement: Measurement, name: str, stack: str, folder: Path) -> Observation:
+        nominal = self.by_name[stack]
+        if isinstance(measurement, TransmissionLoss | Absorption):
+            values = read_values(measurement, folder)
+            levels = level_data(measurement, name, stack, nominal, values, self.uncertainty, self.tube)
+            with collected_warnings():
+                levels.response(nominal)  # raises for a stack that has no response at these frequencies
+            return levels
         if not isinstance(measurement, SurfaceImpedance | Reflection):
             raise InputError(
-                f"a diagnosis needs amount and phase of a wave; of 'kind: {measurement.kind}' it makes nothing. "
-                "Give a surface_impedance or a reflection, or fit the file by 'multilayer fit'"
+                f"a diagnosis needs what waves do at a stack; of 'kind: {measurement.kind}' it makes nothing. Give a "
+                "surface_impedance, a reflection, a transmission_loss or an absorption, or fit the file by "
+                "'multilayer fit'"
             )
-        nominal = self.by_name[stack]
         data = tube_data(
             measurement, name, stack, scale_of(measurement, nominal), read_values(measurement, folder), self.tube
         )
@@ -110,9 +153,10 @@ class DiagnosisFile(StackFitFile):
     @property
     def hypothesis(self) -> StackProblem:
         """The nominal model."""
-        return StackProblem(placed(self.by_name, self.resolved), self.resolved, self.observations, self.tube)
+        kind = LevelProblem if self.of_levels else StackProblem
+        return kind(placed(self.by_name, self.resolved), self.resolved, self.observations, self.tube)
 
-    def chosen(self, without: Sequence[str] = ()) -> dict[str, TubeEffect]:
+    def chosen(self, without: Sequence[str] = ()) -> dict[str, BaseEffect]:
         """Return the effects to try, by name; a broken plugin is left out of 'all' with a `PluginWarning`.
 
         Raises
@@ -123,25 +167,34 @@ class DiagnosisFile(StackFitFile):
         for name in without:
             if name not in EFFECTS:
                 raise InputError(f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}")
-        names = tube_names() if self.effects == "all" else self.effects
-        classes = {name: EFFECTS[name] for name in names if name not in without}
-        return {name: kind() for name, kind in classes.items() if issubclass(kind, TubeEffect)}
+        names = self.effect_names if self.effects == "all" else self.effects
+        return {name: EFFECTS[name]() for name in names if name not in without}
+
+
+def _family(measurement: Measurement) -> str:
+    return measurement.kind if isinstance(measurement, TransmissionLoss | Absorption) else "wave"
+
+
+def _is_of_levels(kind: type[BaseEffect], *, of_absorption: bool) -> bool:
+    if issubclass(kind, LevelEffect):
+        return ("absorption" if of_absorption else "transmission_loss") in kind.quantities
+    return of_absorption and acts_through_stack(kind())
 
 
 def _effects_written() -> Schema:
-    name = {"enum": tube_names()}
-    return {"anyOf": [{"enum": ["all", *tube_names()]}, {"type": "array", "items": name}]}
+    names = [name for name, kind in EFFECTS.working() if issubclass(kind, TubeEffect | LevelEffect)]
+    return {"anyOf": [{"enum": ["all", *names]}, {"type": "array", "items": {"enum": names}}]}
 
 
-def _why_no_effect_of_a_tube(name: str) -> str:
+def _why_no_such_effect(name: str, known: Sequence[str], what: str) -> str:
     if name not in EFFECTS:
         return f"there is no effect '{name}'; {suggest(name, EFFECTS.names())}"
     try:
         kind = EFFECTS[name]
     except RegistryError as error:
         return str(error)
-    if not issubclass(kind, TubeEffect):
-        return f"'{name}' is an effect of the {kind.kind}; of a tube there are {', '.join(tube_names())}"
+    if name not in known:
+        return f"'{name}' is an effect of the {kind.kind}; of {what} there are {', '.join(known)}"
     return ""
 
 

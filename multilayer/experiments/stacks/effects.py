@@ -127,11 +127,14 @@ class TubeEffect(BaseEffect):
         Name of the place of the tube where it acts (`places.TubePlace`); empty where that is none of them.
     changes_gas : bool
         Whether the gas of the stack changes, which takes no arrays: samples are then solved one after the other.
+    in_tubes_only : bool
+        Whether it needs a tube's wall, so that it cannot act on absorption in a room, though it changes the stack only.
     """
 
     kind = "tube"
     place: ClassVar[str] = ""
     changes_gas: ClassVar[bool] = False
+    in_tubes_only: ClassVar[bool] = False
 
     def applies(self, setting: TubeSetting) -> bool:
         """Tell whether the effect can act in a measurement at all."""

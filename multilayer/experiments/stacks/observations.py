@@ -30,7 +30,7 @@ from multilayer.experiments.stacks.measurements import (
     SurfaceImpedance,
     TransmissionLoss,
 )
-from multilayer.experiments.stacks.responses import Response, WaveResponse, response_of
+from multilayer.experiments.stacks.responses import Response, Selectable, response_of
 from multilayer.inference.whitening import CorrelatedError, ValueNoise, Whitening, whitening
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.measured import Measured
@@ -227,8 +227,8 @@ class Observation:
 
 def _of_some(response: Response, index: IndexArray) -> Response:
     """Return a response at some of its frequencies."""
-    if isinstance(response, WaveResponse):
-        return replace(response, points=response.points[index])
+    if isinstance(response, Selectable):
+        return response.at(index)
     return partial(_selected, response, index)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from multilayer.paths import with_values
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
+E = TypeVar("E", bound=BaseEffect)
 _MANY = (
     4096  # points of one batched solve, of which differences cost less than derivatives with all that goes with them
 )
@@ -72,7 +73,7 @@ class StackExperiment(Experiment):
 
     def predict(self, points: Points) -> NDArray[Any]:
         """Return the response, shape (m, n), whose kind `Observation.scale` tells; NaN where there is none."""
-        samples = points.shared("fields", partial(self._samples, points.z))[self.observation.stack]
+        samples = points.shared("fields", partial(self.samples, points.z))[self.observation.stack]
         every = zip(self.effects, values_of(self.effects, points), strict=True)
         values = [(effect, parameters) for effect, parameters in every if effect.applies(self.setting)]
         count, step = len(points.z), max(1, _AT_ONCE // self.observation.points)
@@ -84,7 +85,7 @@ class StackExperiment(Experiment):
         for first in range(0, count, step):
             piece = np.s_[first : first + step]
             here = {path: column[piece] for path, column in samples.items()}
-            acting = _rows_of(values, piece)
+            acting = rows_of(values, piece)
             size = min(step, count - first)
             pieces.append(respond(partial(self._respond, acting), stack, here, size, one_by_one))
         return np.concatenate(pieces)
@@ -116,7 +117,7 @@ class StackExperiment(Experiment):
         paths = self._paths
 
         def values(points: RealArray) -> RealArray:
-            columns = self._samples(points)[self.observation.stack]
+            columns = self.samples(points)[self.observation.stack]
             return np.stack([columns[path] for path in paths], axis=-1)
 
         here, by_coordinates = central(values, z)
@@ -126,15 +127,15 @@ class StackExperiment(Experiment):
         residual = self.whiten(self.observation.difference(response))
         return residual, self.whiten(by_coordinates.T @ by_fields).T
 
-    def _samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
+    def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
         """Return by stack and path the values, shape (m,), of the unknown fields."""
-        return self.fields.samples(_own_coordinates(z, len(self.fields.field_parameters), self.earlier))
+        return self.fields.samples(own_coordinates(z, len(self.fields.field_parameters), self.earlier))
 
     def _respond(self, acting: Sequence[tuple[TubeEffect, Values]], stack: Stack, rows: slice) -> NDArray[Any]:
         """Return the response of some samples, shape (k, n) or (n,) where it is the same for all."""
         if not acting:
             return self.observation.response(stack)
-        pairs = _rows_of(acting, rows)
+        pairs = rows_of(acting, rows)
         for effect, parameters in pairs:
             stack = effect.stack(self.setting, stack, parameters)
         response = self.observation.response(stack)
@@ -147,7 +148,7 @@ class StackExperiment(Experiment):
         return np.asarray(reflection)
 
 
-def _rows_of(acting: Sequence[tuple[TubeEffect, Values]], rows: slice) -> list[tuple[TubeEffect, Values]]:
+def rows_of(acting: Sequence[tuple[E, Values]], rows: slice) -> list[tuple[E, Values]]:
     """Return effects with some rows of their parameters' values."""
     return [(effect, {name: column[rows] for name, column in values.items()}) for effect, values in acting]
 
@@ -171,7 +172,7 @@ class StackProblem(UnknownFields, Hypothesis):
 
     observations: tuple[Observation, ...]
     tube: Tube = field(default_factory=Tube)
-    effects: tuple[TubeEffect, ...] = ()
+    effects: tuple[Any, ...] = ()
     earlier: GaussianPrior | None = None
     used: tuple[Observation, ...] | None = None
 
@@ -197,31 +198,31 @@ class StackProblem(UnknownFields, Hypothesis):
 
     def own_coordinates(self, z: RealArray) -> RealArray:
         """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
-        return _own_coordinates(z, len(self.nominal_parameters), self.earlier)
+        return own_coordinates(z, len(self.nominal_parameters), self.earlier)
 
     def at_rest(self, z: RealArray) -> RealArray:
         """Return the nominal values: a gap may have dragged the unknowns far off."""
         return self.start
 
     @property
-    def settings(self) -> tuple[TubeSetting, ...]:
+    def settings(self) -> tuple[Any, ...]:
         """Every measurement in use, as effects see it."""
         return self._settings
 
-    def settings_at(self, z: RealArray) -> tuple[TubeSetting, ...]:
+    def settings_at(self, z: RealArray) -> tuple[Any, ...]:
         """Return the `settings` with the stacks at coordinates of shape (n,)."""
         stacks = at_values(self, z)
         pairs = zip(self.settings, self.data, strict=True)
         return tuple(replace(setting, stack=stacks[data.stack]) for setting, data in pairs)
 
     @cached_property
-    def _settings(self) -> tuple[TubeSetting, ...]:
+    def _settings(self) -> tuple[Any, ...]:
         return tuple(
             TubeSetting(data.name, data.frequency, data.angle, self.stacks[data.stack], self.tube) for data in self.data
         )
 
     @cached_property
-    def experiments(self) -> tuple[StackExperiment, ...]:
+    def experiments(self) -> tuple[Any, ...]:
         """An experiment for each measurement in use."""
         fields = UnknownFields(self.stacks, self.unknowns)
         return tuple(
@@ -272,7 +273,7 @@ class StackProblem(UnknownFields, Hypothesis):
         return list(dict.fromkeys(texts))
 
     @property
-    def quantities(self) -> tuple[str, str]:
+    def quantities(self) -> tuple[str, ...]:
         """Names of the parts of R."""
         return ("real", "imag")
 
@@ -290,11 +291,11 @@ class StackProblem(UnknownFields, Hypothesis):
         """Tell whether an effect can act in some measurement: it must be one of tubes."""
         return isinstance(effect, TubeEffect) and any(effect.applies(setting) for setting in self.settings)
 
-    def with_effects(self, *effects: TubeEffect) -> StackProblem:
+    def with_effects(self, *effects: Any) -> Self:
         """Return the hypothesis with these effects instead."""
         return replace(self, effects=effects)
 
-    def with_data(self, data: Sequence[Observation]) -> StackProblem:
+    def with_data(self, data: Sequence[Observation]) -> Self:
         """Return the hypothesis with residuals of these data only."""
         return replace(self, used=tuple(data))
 
@@ -311,7 +312,7 @@ class StackProblem(UnknownFields, Hypothesis):
         return residual
 
 
-def _own_coordinates(z: RealArray, count: int, earlier: GaussianPrior | None) -> RealArray:
+def own_coordinates(z: RealArray, count: int, earlier: GaussianPrior | None) -> RealArray:
     """Return the first coordinates, shape (..., count), in the unknowns' own priors.
 
     Large coordinates are compressed, since values must not overflow; smoothly, so that minima stay minima. With a sharp

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, IndexArray, Numeric, RealArray
 from multilayer.bounds import refuse_shape
 from multilayer.errors import InputError, MultilayerError, ValidityWarning
 from multilayer.experiments.stacks.measurements import (
@@ -45,6 +45,17 @@ from multilayer.stack import Stack
 Samples = Mapping[str, RealArray]  # by path, values of shape (n_samples,)
 Response = Callable[[Stack], NDArray[Any]]  # shape (..., n_frequency) of a stack with arrays of shape (..., 1)
 Linear = tuple[NDArray[Any], NDArray[Any]]  # a response, shape (n_frequency,), and derivatives, (n_fields, n_frequency)
+
+
+@runtime_checkable
+class Selectable(Protocol):
+    """A response that is computed at some of its frequencies for less."""
+
+    def __call__(self, stack: Stack) -> NDArray[Any]:
+        """Return the response over frequency."""
+
+    def at(self, index: IndexArray) -> Selectable:
+        """Return the response at some of its frequencies, by their indices."""
 
 
 def respond(
@@ -100,6 +111,10 @@ class WaveResponse:
     points: RealArray
     incidence: PlaneIncidence | DiffuseIncidence
     size: FiniteSize | None = None
+
+    def at(self, index: IndexArray) -> WaveResponse:
+        """Return the response at some of its frequencies, by their indices."""
+        return replace(self, points=self.points[index])
 
     def __call__(self, stack: Stack) -> NDArray[Any]:
         """Return the quantity over frequencies, or bands."""

@@ -1,0 +1,116 @@
+"""The diagnosis of measured transmission loss and absorption, from a file to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import replace
+from functools import partial
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from multilayer.diagnosis import assessment as steps
+from multilayer.diagnosis.assessment import Progress, assess
+from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits, rough_fit
+from multilayer.diagnosis.levels.designs import rank_level_designs
+from multilayer.diagnosis.place_fits import fit_places, may_explain
+from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.tube.diagnose import least_minimum, nominal_minimum, unknown_entries
+from multilayer.diagnosis.tube.file import DiagnosisFile
+from multilayer.experiments.levels.problem import LevelProblem
+from multilayer.inference.problem import GaussianPrior
+from multilayer.log import logged
+
+N_STEPS = steps.N_STEPS + 1  # the places besides
+
+
+def diagnose_levels(
+    file: DiagnosisFile,
+    name: str = "levels",
+    effects: Mapping[str, BaseEffect] | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+) -> Diagnosis:
+    """Diagnose where constructions and their measured levels disagree, which effect causes it, how far it shrinks.
+
+    Parameters
+    ----------
+    file : DiagnosisFile
+        Of transmission losses, or of absorption coefficients.
+    name : str
+        Of the result.
+    effects : mapping, optional
+        By name; those that the file names when left out.
+    seed : int
+        Of the Monte Carlo test of the gap's places.
+    progress : callable, optional
+        Called with a short text after each of `N_STEPS` steps.
+    executor : Executor, optional
+        Where fits run; in this process when left out.
+
+    Raises
+    ------
+    InputError
+        When the stacks have no response for most values that the priors allow.
+    """
+    tell = logged(progress)
+    hypothesis = file.hypothesis
+    assert isinstance(hypothesis, LevelProblem)
+    if file.reference_file is not None:
+        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
+    nominal = Fitted(hypothesis, least_minimum(hypothesis, file))
+    tell("nominal model")
+    every = file.chosen() if effects is None else effects
+    usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
+    places = fit_places(nominal, executor)
+    tell("places with free laws")
+    wanted = {key: effect for key, effect in usable.items() if may_explain(nominal, places, effect)}
+    fits = polish_fits(fit_effects(nominal, wanted, executor=executor), executor)
+    fits |= {(key,): rough_fit(nominal, effect) for key, effect in usable.items() if key not in wanted}
+    tell("effects one by one")
+    assessment = assess(nominal, {(key,): fits[key,] for key in usable}, usable, tell, executor, places)
+    record = assessment.entries(partial(rank_level_designs, executor=executor), seed) | {
+        "unknowns": unknown_entries(nominal, assessment.corrected),
+        "warnings": hypothesis.warnings(nominal.minimum.z),
+        "inputs": _inputs(file, name, hypothesis) | assessment.misfit_entries(),
+    }
+    return Diagnosis(name, record, _curves(nominal, assessment.best_fit), assessment.similarity, {})
+
+
+def _inputs(file: DiagnosisFile, name: str, hypothesis: LevelProblem) -> dict[str, Any]:
+    pairs = list(zip(hypothesis.observations, file.measurements, strict=True))
+    of_standards = f"ISO 12999, {file.uncertainty.replace('_', ' ')}"
+    return {
+        "file": name,
+        "kind": "levels",
+        "multilayer": version("multilayer"),
+        "stacks": ", ".join(hypothesis.stacks),
+        "noise": {data.name: "as stated" if data.estimated is None else of_standards for data, _ in pairs},
+        "model_error": {
+            data.name: of_standards if measured.model_error is None else "as stated" for data, measured in pairs
+        },
+        "probabilities": "calibrated on campaigns of the two-plate rig, not on levels",
+    }
+
+
+def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
+    hypothesis = nominal.hypothesis_as(LevelProblem)
+    label = "transmission loss / dB" if hypothesis.is_loss else "absorption"
+    none = np.empty(0)
+    pairs = zip(
+        hypothesis.data,
+        hypothesis.differences(nominal.minimum.z),
+        best.hypothesis.differences(best.minimum.z),
+        strict=True,
+    )
+    return tuple(
+        Curves(
+            data.name, data.frequency, data.burst, -before, none, -after, none, data.spread[0], none, (label, "")
+        )
+        for data, before, after in pairs
+    )  # fmt: skip

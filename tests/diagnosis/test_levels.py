@@ -1,0 +1,205 @@
+"""Diagnoses of walls and absorbers whose effect is known, and what they are made of."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.levels.data import band_nodes
+from multilayer.diagnosis.levels.diagnose import N_STEPS, diagnose_levels
+from multilayer.diagnosis.levels.paths import hole_transmission, link_transmission
+from multilayer.diagnosis.levels.uncertainty import absorption_spread, insulation_spread
+from multilayer.diagnosis.places import LEVEL_PLACES
+from multilayer.diagnosis.tube.file import diagnosis_file
+from multilayer.experiments.levels.effects import acts_through_stack
+from multilayer.experiments.levels.places import with_share
+from multilayer.experiments.levels.sound_field import Ridges, SoundField, mean_power
+from multilayer.experiments.places import DrawnLaw
+from multilayer.layers.elastic_plate import ElasticPlate
+from multilayer.media.gas import dry_air
+from multilayer.response import diffuse_field
+from multilayer.response.bands import band_points
+from multilayer.response.finite_size import Window
+from multilayer.stack import Stack
+from tests.diagnosis.walls import BANDS, BOARD, DOUBLE, GLASS, WALLS, WOOL, described, measured, write
+
+AIR = dry_air()
+
+
+def stack(layers, termination="ambient"):
+    return Stack.model_validate({"version": 1, "layers": layers, "termination": termination})
+
+
+def nodes():
+    return band_nodes(BANDS, "third octaves", "wall")
+
+
+@pytest.mark.parametrize("window", [None, Window(1.25, 1.5)])
+@pytest.mark.parametrize("layers", [[BOARD], [GLASS], DOUBLE], ids=["board", "pane", "double"])
+def test_few_directions_give_what_adaptive_quadrature_gives(layers, window):
+    wall = stack(layers)
+    points = band_points(BANDS)
+    field = diffuse_field(wall, points.ravel(), 78.0, window=window)
+    expected = -10 * np.log10(field.transmission_coefficient.reshape(points.shape).mean(axis=1))
+    share = mean_power("transmission_loss", wall, SoundField(78.0, window=window), nodes(), Ridges.of(wall, 500.0))
+    assert np.std(-10 * np.log10(share[0]) - expected) < 0.3
+
+
+def test_absorption_of_a_finite_sample_is_that_of_adaptive_quadrature():
+    wool, window, points = stack([WOOL], "rigid"), Window(3.0, 3.6), band_points(BANDS)
+    expected = diffuse_field(wool, points.ravel(), 90.0, window=window).absorption.reshape(points.shape).mean(axis=1)
+    sound = SoundField(90.0, window=window)
+    np.testing.assert_allclose(
+        mean_power("absorption", wool, sound, nodes(), Ridges.of(wool, 500.0))[0], expected, atol=0.025
+    )
+
+
+def test_samples_are_computed_together_as_one_by_one():
+    wall, law = stack([BOARD]), np.array([[650.0], [800.0]])
+    ridges, sound = (
+        Ridges.of(wall, 500.0),
+        SoundField(np.array([[70.0], [80.0]]), concentration=np.array([[0.0], [1.0]])),
+    )
+    both = mean_power("transmission_loss", wall.replaced({"layers.board.density": law}), sound, nodes(), ridges)
+    for i, row in enumerate(both):
+        alone = stack([BOARD | {"density": float(law[i, 0])}])
+        one = SoundField(float(sound.angle[i, 0]), concentration=float(sound.concentration[i, 0]))
+        np.testing.assert_allclose(row, mean_power("transmission_loss", alone, one, nodes(), ridges)[0], rtol=1e-9)
+
+
+def test_a_hole_in_a_thin_plate_has_a_constant_share_at_low_frequencies():
+    # 8 Re z/|2 z|^2 with z = (ka)^2/2 + i 8 ka/(3 pi): 9 pi^2/64
+    share = hole_transmission(np.array([20.0]), 0.02, 1e-6, AIR)
+    assert share == pytest.approx(9 * np.pi**2 / 64, rel=0.02)
+
+
+def test_a_deep_hole_resonates_where_half_a_wave_fits():
+    f = np.linspace(500.0, 3000.0, 2000)
+    radius, depth = 0.005, 0.1
+    at = f[np.argmax(hole_transmission(f, radius, depth, AIR))]
+    assert at == pytest.approx(AIR.sound_speed / (2 * (depth + 2 * 8 * radius / (3 * np.pi))), rel=0.02)
+
+
+def test_rigid_links_are_a_line_force_on_the_back_leaf():
+    plate, f, spacing = ElasticPlate.model_validate(BOARD), np.array([500.0]), 0.6
+    omega, mass = 2 * np.pi * f, 0.0125 * 700
+    stiffness = 2.5e9 * 0.0125**3 / (12 * (1 - 0.3**2))
+    line = 2 * mass * (stiffness * omega**2 / mass) ** 0.25  # |Z| = sqrt(2) times this
+    velocity = np.sqrt(2) / (omega * mass)  # of the front leaf for a unit p^2 of the room, its half at the equal links
+    force = np.sqrt(2) * line * velocity / 2
+    power = AIR.density * force**2 / (2 * omega * mass**2)  # of a line force below coincidence, per length, one side
+    expected = power / (spacing / (4 * AIR.impedance))
+    loss = ElasticPlate.model_validate(BOARD | {"loss_factor": 0.0})
+    np.testing.assert_allclose(link_transmission(f, loss, loss, spacing, 0.0, AIR), expected, rtol=1e-6)
+    assert np.all(link_transmission(f, plate, plate, spacing, 1e-5, AIR) < expected)
+
+
+def test_spreads_are_those_of_the_standards():
+    f = np.array([50.0, 100.0, 1000.0, 5000.0])
+    for situation, values in {"in_situ": (4.0, 2.8, 1.0, 2.2), "reproducibility": (6.8, 3.0, 1.8, 2.8)}.items():
+        np.testing.assert_allclose(np.hypot(*insulation_spread(f, situation)), values)
+    np.testing.assert_allclose(insulation_spread(f, "repeatability").alone, (2.0, 1.4, 0.6, 0.6))
+    assert not insulation_spread(f, "repeatability").together.any()
+    # the standard's example at 1000 Hz
+    np.testing.assert_allclose(np.hypot(*absorption_spread(f[2:3], np.array([0.68]), "in_situ")), 0.0422)
+
+
+def test_a_share_is_never_taken_away_altogether():
+    share, added = np.full(5, 0.1), np.array([-10.0, -0.1, 0.0, 0.1, 1.0])
+    assert np.all(with_share(share, added) > 0)
+    np.testing.assert_allclose(with_share(share, added)[2:], [0.1, 0.2, 1.1])
+    assert (with_share(share, share * 1e-6) - with_share(share, -share * 1e-6)) / (2e-6 * share) == pytest.approx(1)
+
+
+def test_a_tabulated_law_is_what_the_changed_wall_does(tmp_path):
+    problem = measured(tmp_path, {}).hypothesis
+    place = LEVEL_PLACES["boards_mass"].instances(problem.settings)[0]
+    law = DrawnLaw.at(place, BANDS, 0.3)
+    start = np.concatenate([problem.start, law.constant(0.5)])
+    changed = problem.with_effects(law).predict(start)
+    factor = np.exp(0.15)
+    for level, (name, (layer,)) in zip(changed, WALLS.items(), strict=True):
+        heavier = stack([layer | {"density": layer["density"] * factor}])
+        np.testing.assert_allclose(level, problem.data[[*WALLS].index(name)].response(heavier)[0], atol=0.15)
+
+
+@pytest.mark.parametrize(
+    ("acting", "place"),
+    [
+        ({"flanking_path": {"loss": 33.0, "slope": 2.0}}, "beside"),
+        ({"receiving_absorption": {"level": 4.0}}, "reading"),
+    ],
+)
+def test_an_effect_is_named_with_its_size(tmp_path, acting, place):
+    (name, sizes) = next(iter(acting.items()))
+    file = measured(
+        tmp_path, acting, effects=["flanking_path", "receiving_absorption", "plate_losses"], uncertainty="repeatability"
+    )
+    told = []
+    record = json.loads(diagnose_levels(file, progress=told.append).to_json())
+    assert len(told) == N_STEPS
+    assert record["verdict"] == "effect", record["sentence"]
+    assert record["group"][0] == [name]
+    first = next(iter(sizes))
+    size = next(c for c in record["causes"] if c["effects"] == [name])["parameters"][f"{name}.{first}"]
+    assert size["low"] < sizes[first] < size["high"]
+    assert record["places"][0]["place"] == place
+    assert record["where"][0]["quantity"] == "level"
+    assert record["law"] is None or "imag" not in record["law"]
+
+
+def test_without_an_effect_there_is_no_gap(tmp_path):
+    found = diagnose_levels(measured(tmp_path, {}, effects=["leak", "receiving_absorption"]))
+    assert (found.record["verdict"], found.record["causes"]) == ("no_gap", [])
+    assert found.record["inputs"]["noise"]["board"] == "ISO 12999, in situ"
+    assert found.curves[0].phase_before.size == 0
+
+
+def test_a_gap_behind_an_absorber_is_named(tmp_path):
+    wools = {"thin": [WOOL | {"name": "board"}], "thick": [WOOL | {"name": "board", "thickness": 0.1}]}
+    unknowns = {"resistivity": {"paths": ["thin.layers.board.flow_resistivity", "thick.layers.board.flow_resistivity"],
+                                "lognormal": [8e3, 0.05]}}  # fmt: skip
+    file = measured(
+        tmp_path, {"rear_air_gap": {"depth": 0.05}}, noise=0.005, kind="absorption", walls=wools, unknowns=unknowns,
+        effects=["rear_air_gap", "thickness_error", "flow_resistivity"], uncertainty="repeatability",
+    )  # fmt: skip
+    record = diagnose_levels(file).record
+    assert record["group"][:1] == [["rear_air_gap"]], record["sentence"]
+
+
+def test_what_is_remembered_is_what_is_computed(tmp_path):
+    problem = measured(tmp_path, {}).hypothesis
+    z = np.array([[0.3], [-0.2], [0.3]])
+    before = problem.predict(z)
+    fresh = tuple(replace(data, response=data.response.forgetful) for data in problem.data)
+    for known, new in zip(before, replace(problem, observations=fresh).predict(z), strict=True):
+        np.testing.assert_array_equal(known, new)
+    part = problem.with_data([problem.data[0].part(np.array([1, 3]))])
+    kept = np.isin(problem.data[0].burst, [1, 3])
+    np.testing.assert_array_equal(part.predict(z)[0], before[0][:, kept])
+
+
+def test_effects_are_those_of_what_is_measured(tmp_path):
+    names = measured(tmp_path, {}).effect_names
+    assert {"leak", "flanking_path", "structural_links"} <= set(names)
+    assert not {"rear_air_gap", "sensor_mass", "microphone_gain"} & set(names)
+    for name in ("microphone_gain", "sensor_mass"):
+        with pytest.raises(ValidationError, match="of levels there are"):
+            measured(tmp_path, {}, effects=[name])
+
+
+def test_kinds_are_diagnosed_by_themselves(tmp_path):
+    data = described()
+    write(tmp_path, "transmission_loss", {name: np.full(len(BANDS), 30.0) for name in WALLS})
+    write(tmp_path, "absorption", {"pane": np.full(len(BANDS), 0.3)})
+    data["measurements"][1]["kind"] = "absorption"
+    with pytest.raises(ValidationError, match="is diagnosed by itself"):
+        diagnosis_file(tmp_path, **data)
+
+
+def test_only_stacks_are_changed_by_effects_of_tubes_that_act_on_absorption():
+    acting = {name for name, kind in EFFECTS.working() if acts_through_stack(kind())}
+    assert acting == {"rear_air_gap", "thickness_error", "frame_motion", "facing"}
