@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.levels.data import band_nodes
 from multilayer.diagnosis.levels.diagnose import N_STEPS, diagnose_levels
-from multilayer.diagnosis.levels.paths import hole_transmission, link_transmission
+from multilayer.diagnosis.levels.paths import link_transmission
 from multilayer.diagnosis.levels.uncertainty import absorption_spread, insulation_spread
 from multilayer.diagnosis.places import LEVEL_PLACES
 from multilayer.diagnosis.tube.file import diagnosis_file
@@ -68,19 +68,6 @@ def test_samples_are_computed_together_as_one_by_one():
         alone = stack([BOARD | {"density": float(law[i, 0])}])
         one = SoundField(float(sound.angle[i, 0]), concentration=float(sound.concentration[i, 0]))
         np.testing.assert_allclose(row, mean_power("transmission_loss", alone, one, nodes(), ridges)[0], rtol=1e-9)
-
-
-def test_a_hole_in_a_thin_plate_has_a_constant_share_at_low_frequencies():
-    # 8 Re z/|2 z|^2 with z = (ka)^2/2 + i 8 ka/(3 pi): 9 pi^2/64
-    share = hole_transmission(np.array([20.0]), 0.02, 1e-6, AIR)
-    assert share == pytest.approx(9 * np.pi**2 / 64, rel=0.02)
-
-
-def test_a_deep_hole_resonates_where_half_a_wave_fits():
-    f = np.linspace(500.0, 3000.0, 2000)
-    radius, depth = 0.005, 0.1
-    at = f[np.argmax(hole_transmission(f, radius, depth, AIR))]
-    assert at == pytest.approx(AIR.sound_speed / (2 * (depth + 2 * 8 * radius / (3 * np.pi))), rel=0.02)
 
 
 def test_rigid_links_are_a_line_force_on_the_back_leaf():

@@ -1,6 +1,6 @@
 """Holes and open joints beside or in a construction.
 
-M. C. Gomperts & T. Kihlman, Acustica 18 (1967) 144-150; see `levels.paths.hole_transmission`.
+M. C. Gomperts & T. Kihlman, Acustica 18 (1967) 144-150; see `media.openings.hole_passage`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import positive
 from multilayer.diagnosis.effects.levels import LevelEffect, LevelSetting, Values
-from multilayer.diagnosis.levels.paths import depth_of, hole_transmission
+from multilayer.diagnosis.levels.paths import depth_of
+from multilayer.media.openings import hole_passage
 from multilayer.stack import Stack
 
 
@@ -27,5 +28,5 @@ class Leak(LevelEffect):
 
     def beside(self, setting: LevelSetting, stack: Stack, share: RealArray, values: Values) -> RealArray:
         """Return the share of the power with that of the holes."""
-        hole = hole_transmission(setting.frequency, values["radius"], depth_of(stack.layers), setting.gas)
+        hole = hole_passage(setting.frequency, values["radius"], depth_of(stack.layers), setting.gas).transmission
         return np.asarray(share + values["share"] * hole)

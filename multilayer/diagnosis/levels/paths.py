@@ -1,57 +1,17 @@
-"""Paths beside a construction, as shares of the power that comes in: holes, and links between its leaves.
+"""Links between the leaves of a construction, as a share of the power that comes in.
 
-A diffuse field of mean square pressure p^2 brings the intensity p^2/(4 rho c); at a rigid wall, which blocks it, the
-mean square pressure is 2 p^2. Shares add up, as paths are not coherent over a band.
+A formula that takes arrays of samples; `response.links` solves the stack with its links, for one of them.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import j1, struve
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import Numeric, RealArray
 from multilayer.experiments.levels.sound_field import bending_stiffness, surface_density
 from multilayer.layers.base import ElasticLayer, Layer
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas
-from multilayer.media.narrow import narrow_gas
-
-
-def hole_transmission(frequency: RealArray, radius: Numeric, depth: Numeric, gas: Gas) -> RealArray:
-    """Return the power that a round hole lets through over that which comes onto its area in a diffuse field.
-
-    A tube with viscosity and heat conduction between two openings, each with the radiation impedance z of a piston in a
-    baffle: the blocked pressure 2 p^2 drives the velocity ``v = p/(2 z cos kd + i (Z + z^2/Z) sin kd)`` at its far end.
-    Holds for holes that are small beside a wavelength, to 2 pi a/lambda of about 1.
-
-    M. C. Gomperts & T. Kihlman, Acustica 18 (1967) 144-150; G. P. Wilson & W. W. Soroka, J. Acoust. Soc. Am. 37 (1965)
-    286-297, for the piston at both ends. Losses of the tube: `media.narrow`.
-
-    Parameters
-    ----------
-    frequency : array, shape (n,)
-        Hz.
-    radius, depth : float or array, shape (m, 1)
-        m.
-    gas : Gas
-
-    Notes
-    -----
-    A thin plate's hole has a share of ``9 pi^2/64 = 1.39`` at low frequencies without losses.
-    """
-    omega = 2 * np.pi * frequency
-    density, bulk = narrow_gas(omega, "tube", radius, gas)
-    wavenumber, impedance = omega * np.sqrt(density / bulk), np.sqrt(density * bulk)
-    end = gas.impedance * _piston(2 * omega / gas.sound_speed * radius)
-    phase = wavenumber * depth
-    driven = 2 * end * np.cos(phase) + 1j * (impedance + end**2 / impedance) * np.sin(phase)
-    return np.asarray(8 * gas.impedance * end.real / np.abs(driven) ** 2)
-
-
-def _piston(argument: Numeric) -> ComplexArray:
-    """Return the radiation impedance of a round piston in a baffle over rho c; its argument is 2 k a."""
-    x = np.asarray(argument, dtype=float)
-    return np.asarray(1 - 2 * j1(x) / x + 2j * struve(1, x) / x)
 
 
 def link_transmission(
