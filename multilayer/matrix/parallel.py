@@ -7,29 +7,15 @@ of the parts add up by area. Each part is solved by itself for waves from either
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from multilayer.arrays import ComplexArray
 from multilayer.matrix.couplings import Contact
-from multilayer.matrix.faces import Faces
+from multilayer.matrix.faces import Faces, mirrored
 from multilayer.matrix.families import FLUID
 from multilayer.matrix.small import stack_entries
 from multilayer.matrix.solve import HalfSpace, System, Wall, solve
-
-
-def turned(faces: Faces) -> Faces:
-    """Return a layer turned round, front to back: what was even stays, what was odd changes its sign."""
-    signs = np.ones(faces.family.size)
-    signs[list(faces.family.odd)] = -1
-    half = faces.family.half
-    order = [*range(half, 2 * half), *range(half)]
-
-    def mirrored(matrix: ComplexArray) -> ComplexArray:
-        return np.asarray(matrix[:, order] * signs.reshape(-1, *(1,) * (matrix.ndim - 1)))
-
-    return replace(faces, front=mirrored(faces.back), back=mirrored(faces.front))
 
 
 def reflections(layers: Sequence[Faces], impedance: float, *, closed: bool = False) -> ComplexArray:
@@ -51,7 +37,7 @@ def reflections(layers: Sequence[Faces], impedance: float, *, closed: bool = Fal
         assert front.reflected is not None
         return stack_entries([[front.reflected, 0.0], [0.0, 1.0]])
     front = solve(System(outside, layers, outside, bonded))
-    back = solve(System(outside, [turned(layer) for layer in reversed(layers)], outside, bonded))
+    back = solve(System(outside, [mirrored(layer) for layer in reversed(layers)], outside, bonded))
     (r, t), (r_back, t_back) = ((side.reflected, side.transmitted) for side in (front, back))
     assert r is not None  # of waves that arrive, and leave, through a fluid
     assert t is not None

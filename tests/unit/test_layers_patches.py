@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.patches import Patches
-from multilayer.matrix.parallel import turned
+from multilayer.matrix.faces import mirrored
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
 from multilayer.response import plane_wave, power_balance
@@ -81,7 +81,7 @@ def test_turned_round_twice_and_symmetric(kind):
     layer = Stack(layers=(kind,)).layers[0]
     faces = layer.faces(Wave.incident(FREQUENCY, 40.0, dry_air()))
     transfers = []
-    for one in (faces, turned(faces), turned(turned(faces))):
+    for one in (faces, mirrored(faces), mirrored(mirrored(faces))):
         front, back = (np.moveaxis(matrix, (0, 1), (-2, -1)) for matrix in (one.front, one.back))
         transfers.append(back @ np.linalg.inv(front))
     assert_allclose(transfers[2], transfers[0], rtol=1e-12)
