@@ -33,7 +33,7 @@ _GOLDEN = 0.6180339887498949  # fractions of multiples of it are spread evenly
 _LEAST_WIDTH = 0.004  # of a ridge, relative
 _ALIKE = 0.05  # relative distance of coincidences that need one set of directions
 _COSINES = 97  # at which the radiation of a finite panel is tabulated
-_SIDES = np.geomspace(0.25, 16.0, 13)  # m; of panels of unknown size
+_SIDES = np.geomspace(0.25, 64.0, 17)  # m; of panels of unknown size
 _AIR_STIFFNESS = 1.2e5  # Pa, of the gas between two plates, between isothermal and adiabatic
 
 
