@@ -137,16 +137,17 @@ def documented():
 
 
 KEYS = documented()
+PAGES = {"explore"}  # what they show is a page, not a result
 TRIED_ELSEWHERE = {"diagnose", "preload", "anisotropy", "blind-check"}  # they take long
 
 
 class TestJson:
     def test_every_command_has_it(self):
         without = [name for name, command in COMMANDS.items() if "--json" not in _options(command)]
-        assert without == []
+        assert {*without} == PAGES
 
     def test_every_command_is_documented(self):
-        assert {name.split()[0] for name in KEYS} == {*COMMANDS, *OF_THIS_PROJECT}
+        assert {name.split()[0] for name in KEYS} == {*COMMANDS, *OF_THIS_PROJECT} - PAGES
 
     @pytest.mark.parametrize("name", [name for name in KEYS if name not in TRIED_ELSEWHERE])
     def test_keys(self, name, sound_campaign, tmp_path):
