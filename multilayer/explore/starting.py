@@ -56,6 +56,15 @@ _TYPICAL: dict[str, Any] = {
     "neck_radius": "3 mm",
     "neck_length": "5 mm",
     "pitch": "50 mm",
+    "patches": [
+        {"share": 0.5, "layers": [{"type": "fluid", "thickness": "25 mm"}]},
+        {
+            "share": 0.5,
+            "layers": [
+                {"type": "equivalent_fluid", "model": "miki", "thickness": "25 mm", "flow_resistivity": "10 kN s/m^4"}
+            ],
+        },
+    ],
     "cavity_depth": "40 mm",
 }
 _SOFT = {"young_modulus": "120 kPa", "young_modulus_inplane": "120 kPa", "shear_modulus": "50 kPa"}  # of a frame

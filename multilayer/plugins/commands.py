@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import typer
 
 BUILT_IN = frozenset({
-    "simulate", "optimise", "compare", "fit", "methods", "diagnose", "effects", "shape-factor", "rig", "import",
-    "export", "tube", "layers", "materials", "examples", "check", "schema", "plugins",
+    "simulate", "optimise", "compare", "explore", "fit", "methods", "diagnose", "effects", "shape-factor", "rig",
+    "import", "export", "tube", "layers", "materials", "examples", "check", "schema", "plugins",
 })  # fmt: skip
 """Names that no plugin may take; these commands start without importing any plugin."""
 _OF_EVERY_COMMAND = {"plugin", "verbose", "quiet"}

@@ -80,11 +80,11 @@ LAW = "{law: table, file: moduli.csv}"
 BAD = {
     "an effect of the rig": ("sample_position]", "sensor_mass]", "why.yaml:7:", "is an effect of the two-plate rig"),
     "no such effect": ("sample_position]", "rear_gap]", "why.yaml:7:", "did you mean 'rear_air_gap'?"),
-    "no phase": (
+    "effects of a tube with levels": (
         "kind: reflection",
         "kind: absorption, columns: {value: reflection_re}",
-        "why.yaml:4:",
-        "a diagnosis needs amount and phase of a wave",
+        "why.yaml:7:",
+        "of levels there are",
     ),
     "normalised, yet in Pa s/m": (
         "kind: reflection",

@@ -28,7 +28,9 @@ def test_a_skin_is_never_softer_and_glue_never_heavier_than_glue():
 @pytest.mark.parametrize(("z", "p"), [((0.0, 0.0), 1.0), ((1.0, 0.0), 0.607), ((3.0, 4.0), 3.7e-6)])
 def test_sizes_count_together(z, p):
     # a chi-square of two numbers: exp(-z^2/2); what belongs to the nominal model, before them, does not matter
-    hypothesis = SimpleNamespace(effect_parameters=("thickness", "ratio"))
+    parameters = [SimpleNamespace(name=name) for name in ("ln modulus", "skin.thickness", "skin.ratio")]
+    effects = (SimpleNamespace(name="skin", error_of=""),)
+    hypothesis = SimpleNamespace(effects=effects, parameters=parameters)
     found = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=np.array([9.0, *z])))
     assert size_p_value(found) == pytest.approx(p, rel=0.01)
 

@@ -45,6 +45,7 @@ class Bare(Plain):
     """A hypothesis without effects."""
 
     effects = ()
+    law_errors = ()
 
 
 def test_fits_far_behind_are_given_up_and_others_finished():

@@ -29,7 +29,9 @@ def linear(offset: RealArray, slopes: RealArray) -> Fitted:
         return np.concatenate([values.real, values.imag], axis=-1) / SPREAD
 
     experiments = [SimpleNamespace(whiten=whiten)]
-    hypothesis: Any = SimpleNamespace(data=[SimpleNamespace(frequency=FREQUENCY)], experiments=experiments)
+    hypothesis: Any = SimpleNamespace(
+        data=[SimpleNamespace(frequency=FREQUENCY)], experiments=experiments, part_units=(1.0, 1j), unit=1.0
+    )
     return Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
 
 
