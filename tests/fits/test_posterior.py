@@ -264,7 +264,7 @@ def test_evidence_of_a_joint_problem_by_three_ways() -> None:
     problem = joint_subset()
     minima = search(problem, n_candidates=32, n_best=3)
     posterior = laplace(problem, minima)
-    sampled = nested(problem, n_live=100)
+    sampled = nested(problem, n_live=300)  # of 100 points the ends of intervals scatter by a third of what is allowed
     apart = sampled.log_evidence - posterior.log_evidence
     assert abs(apart) < 3 * sampled.log_evidence_error + posterior.log_evidence_error
     profile = profile_likelihood(problem, minima[0], "ln order")
