@@ -169,9 +169,7 @@ def driven(
     Notes
     -----
     With the transfer function Y(k) of a blocked pressure (`transfer`) and the spectrum S(k) of the excitation,
-
-        velocity = int |Y|^2 S dk,  power = int Re(Z) |Y|^2 S dk,  mobility = int Y S dk / S(0)
-
+    ``velocity = int abs(Y)^2 S dk``, ``power = int Re(Z) abs(Y)^2 S dk`` and ``mobility = int Y S dk / S(0)``
     over the plane of wavenumbers, divided by (2 pi)^2; the mobility is that of a unit force on the disc of the
     excitation. Intervals end where waves graze, in front and behind, and at peaks of the spectrum; in each, ``k = a +
     (b - a) sin^2(pi x/2)`` takes away the roots at its ends. Decades of wavenumbers are added until they add no more.

@@ -44,16 +44,16 @@ with a disc with open rims by finite elements. What was missed, and why:
 - Two effects: the weaker is not seen beside the stronger (38, 116, 300, 354), or the stronger leaves more than the
   weaker adds (36, 286, 328, 330, 392).
 - What changed since, on campaigns of this seed that are development data from here on, chosen for what was missed
-  (`validation.blind_check.again --seed 1006 NUMBERS`, of several configurations): what a known law misses is a function
-  at the effect's place, the same in all configurations, in place of errors to first order that could differ between
-  them; the power of a softening and the rim's stiffness along the radius are parameters; a second effect must add 0.1 %
-  of what the first explains and 36 nats. Of the nine known effects missed, seven are named alone (10, 18, 160, 230, 248,
-  256, 374). Open rims (236) are unknown, as no law of ours is right to the thousandth that so large a gap shows; so is
-  the free rim 190. Of the innocents, the graded samples (28, 212) and the radius (68, at the right place) are unknown
-  now; 176, 290 and 292 are blamed as before, and glue is for a law at the faces (278) that was unknown: a law within
-  15 % of a known one at the same place passes for that. Of the pairs, softening and sensor mass (330), preload and
-  drift (274) are named, both right; 328 is not. As before: 48, 86, 96, 132, 182, 196, 242, 244, 366, 390. No other
-  campaigns of this seed, and no new final seed, were diagnosed by these rules.""",
+  (`validation.blind_check.again --seed 1006 NUMBERS`, of several configurations): what a known law misses is a
+  function at the effect's place, the same in all configurations, in place of errors to first order that could differ
+  between them; the power of a softening and the rim's stiffness along the radius are parameters; a second effect must
+  add 0.1 % of what the first explains and 36 nats. Of the nine known effects missed, seven are named alone (10, 18,
+  160, 230, 248, 256, 374). Open rims (236) are unknown, as no law of ours is right to the thousandth that so large a
+  gap shows; so is the free rim 190. Of the innocents, the graded samples (28, 212) and the radius (68, at the right
+  place) are unknown now; 176, 290 and 292 are blamed as before, and glue is for a law at the faces (278) that was
+  unknown: a law within 15 % of a known one at the same place passes for that. Of the pairs, softening and sensor mass
+  (330), preload and drift (274) are named, both right; 328 is not. As before: 48, 86, 96, 132, 182, 196, 242, 244,
+  366, 390. No other campaigns of this seed, and no new final seed, were diagnosed by these rules.""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
 
