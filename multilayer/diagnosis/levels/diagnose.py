@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from typing import Any
@@ -18,10 +17,9 @@ from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits, rough
 from multilayer.diagnosis.levels.designs import rank_level_designs
 from multilayer.diagnosis.place_fits import fit_places, may_explain
 from multilayer.diagnosis.result import Curves, Diagnosis
-from multilayer.diagnosis.tube.diagnose import least_minimum, nominal_minimum, unknown_entries
+from multilayer.diagnosis.tube.diagnose import fitted_nominal, unknown_entries
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.experiments.levels.problem import LevelProblem
-from multilayer.inference.problem import GaussianPrior
 from multilayer.log import logged
 
 N_STEPS = steps.N_STEPS + 1  # the places besides
@@ -59,11 +57,8 @@ def diagnose_levels(
         When the stacks have no response for most values that the priors allow.
     """
     tell = logged(progress)
-    hypothesis = file.hypothesis
-    assert isinstance(hypothesis, LevelProblem)
-    if file.reference_file is not None:
-        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
-    nominal = Fitted(hypothesis, least_minimum(hypothesis, file))
+    nominal = fitted_nominal(file)
+    hypothesis = nominal.hypothesis_as(LevelProblem)
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}

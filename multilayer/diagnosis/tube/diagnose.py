@@ -62,13 +62,10 @@ def diagnose_tube(
         When the stacks have no response for most values that the priors allow.
     """
     tell = logged(progress)
-    hypothesis = file.hypothesis
-    if file.reference_file is not None:
-        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
-    nominal = Fitted(hypothesis, least_minimum(hypothesis, file))
+    nominal = fitted_nominal(file)
     tell("nominal model")
     every = file.chosen() if effects is None else effects
-    usable = {key: effect for key, effect in every.items() if hypothesis.admits(effect)}
+    usable = {key: effect for key, effect in every.items() if nominal.hypothesis.admits(effect)}
     singles = single_fits(nominal, usable, executor)
     tell("effects one by one")
     places = fit_places(nominal, executor)
@@ -80,6 +77,20 @@ def diagnose_tube(
         "inputs": _inputs(file, name, nominal) | assessment.misfit_entries(),
     }
     return Diagnosis(name, record, _curves(nominal, assessment.best_fit), assessment.similarity, {})
+
+
+def fitted_nominal(file: DiagnosisFile) -> Fitted:
+    """Return the fit of a file's nominal model, what a reference measurement tells of its unknowns being known.
+
+    Raises
+    ------
+    InputError
+        When the stacks have no response for most values that the priors allow.
+    """
+    hypothesis = file.hypothesis
+    if file.reference_file is not None:
+        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
+    return Fitted(hypothesis, least_minimum(hypothesis, file))
 
 
 def nominal_minimum(file: DiagnosisFile) -> Minimum:
