@@ -92,7 +92,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     """Return a simple form: its terms with values and 90 % intervals, and its curve at frequencies, Hz."""
     law, parts, position = form.form, [], 0
     for term in law.terms:
-        count = len(term.parameters(1.0, (1.0, 2.0)))
+        count = term.count
         named, unit = law.at_place.terms.get(term.key, (law.at_place.quantity, law.at_place.unit))
         if term.kind not in ("power", "resonance") or term.key not in law.at_place.terms:
             named = f"{named} {term.real_words(law.centre) if law.at_place.is_real else term.words}"

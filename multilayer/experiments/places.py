@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import product
 from typing import Any, ClassVar, Literal
 
@@ -225,10 +226,7 @@ class DrawnLaw(LawAtPlace):
 
     def basis(self, frequency: RealArray) -> RealArray:
         """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
-        nodes = self.nodes / self.length
-        kernel = _kernel(nodes, nodes) + _JITTER * np.eye(len(nodes))
-        root = np.linalg.cholesky(kernel)
-        return np.asarray(np.linalg.solve(root, _kernel(nodes, np.log(frequency) / self.length)).T)
+        return _basis(self.nodes.tobytes(), self.length, frequency.tobytes())
 
     def constant(self, value: complex) -> RealArray:
         """Return the coordinates, shape (2 k,), of a law that is the same at all nodes, in standard deviations.
@@ -282,6 +280,16 @@ class LawError(DrawnLaw):
         return cls(place, law.nodes, size, length, 0.0, name, law.parameters, 0.0, effect.name, absent)
 
 
+@lru_cache(maxsize=256)
+def _basis(nodes: bytes, length: float, frequency: bytes) -> RealArray:
+    """Return the basis of `DrawnLaw`, of arrays as bytes: a fit asks for the same again and again."""
+    at, f = np.frombuffer(nodes) / length, np.frombuffer(frequency)
+    root = np.linalg.cholesky(_kernel(at, at) + _JITTER * np.eye(len(at)))
+    basis = np.linalg.solve(root, _kernel(at, np.log(f) / length)).T
+    basis.setflags(write=False)
+    return np.asarray(basis)
+
+
 def _kernel(a: RealArray, b: RealArray) -> RealArray:
     return np.asarray(np.exp(-0.5 * np.subtract.outer(a, b) ** 2))
 
@@ -305,6 +313,11 @@ class Term:
     def key(self) -> int | str:
         """Under which `Place.terms` names it."""
         return "resonance" if self.kind == "resonance" else self.order
+
+    @property
+    def count(self) -> int:
+        """Number of its parameters."""
+        return {"power": 1, "resonance": 3}.get(self.kind, 2)
 
     @property
     def words(self) -> str:
@@ -403,9 +416,8 @@ class SimpleLaw(LawAtPlace):
         is_real = self.at_place.is_real
         total, rest = np.zeros(frequency.shape, dtype=float if is_real else complex), list(values)
         for term in self.terms:
-            count = len(term.parameters(1.0, (1.0, 2.0)))
-            total = total + term.values(frequency, self.centre, rest[:count], is_real=is_real)
-            rest = rest[count:]
+            total = total + term.values(frequency, self.centre, rest[: term.count], is_real=is_real)
+            rest = rest[term.count :]
         return total
 
 

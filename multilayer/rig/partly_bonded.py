@@ -100,44 +100,43 @@ class PartlyBondedDisc:
         shape = x.shape
         x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
         first, weights = self._between(rim)
-        forces = np.zeros((2, *x.shape), dtype=complex)
+        index, forces = first[:, None] + np.arange(_NEIGHBOURS), np.zeros((2, *x.shape), dtype=complex)
         for part, of_part in ((self.top_only, 1 - share), (self.both, share)):
             if np.any(of_part):
-                for k in range(_NEIGHBOURS):
-                    forces += (of_part * weights[k])[:, None] * _at(part, first + k, x)
+                forces += _at(part, index, of_part[:, None] * weights, x)
         return forces[0].reshape(shape), forces[1].reshape(shape)
 
     def bonded(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return the forces of `stiffness` without open rims, for x of shape (..., n)."""
         x = np.asarray(x, dtype=complex)
         flat = x.reshape(-1, x.shape[-1])
-        top, base = _at(self.top_only, np.zeros(len(flat), dtype=int), flat)
+        top, base = _at(self.top_only, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
         return top.reshape(x.shape), base.reshape(x.shape)
 
     def _between(self, rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
-        """Return the first of the neighbouring rims, shape (k,), and the weights of all, shape (4, k)."""
+        """Return the first of the neighbouring rims, shape (k,), and the weights of all, shape (k, 4)."""
         n, step = len(self.rims), self.rims[1] - self.rims[0]
         place = np.clip(rim / step, 0, n - 1)
         first = np.clip(np.floor(place).astype(int) - 1, 0, n - _NEIGHBOURS)
         t = place - first
         # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
-        weights = np.where(place < 1, _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
+        weights = np.where((place < 1)[:, None], _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
         return first, weights
 
 
 def _weights(t: RealArray, powers: tuple[int, ...]) -> RealArray:
-    """Return the weights, shape (4, k), of values at 0, 1, 2, 3 in a sum of powers through them, at t."""
+    """Return the weights, shape (k, 4), of values at 0, 1, 2, 3 in a sum of powers through them, at t."""
     nodes = np.arange(_NEIGHBOURS)[:, None] ** np.array(powers)
-    return np.asarray(np.linalg.solve(nodes.T.astype(float), t ** np.array(powers)[:, None]))
+    return np.asarray(np.linalg.solve(nodes.T.astype(float), t ** np.array(powers)[:, None]).T)
 
 
-def _at(forces: Forces, index: NDArray[np.intp], x: ComplexArray) -> ComplexArray:
-    """Return the two forces of the rims of an index, shape (2, k, n)."""
-    resonant = 1 / (forces.poles[index][..., None] - x[:, None])
-    series = (forces.residues[index].astype(complex) @ resonant).swapaxes(0, 1)
-    static, inertia, r0, r1, r2 = (
-        part[index].T[..., None] for part in (forces.static, forces.inertia, *np.moveaxis(forces.rest, -1, 0))
-    )
+def _at(forces: Forces, index: NDArray[np.intp], weights: RealArray, x: ComplexArray) -> ComplexArray:
+    """Return the sum of the two forces of some rims, indices and weights of shape (k, m) each, shape (2, k, n)."""
+    poles, residues = forces.poles[index], weights[..., None, None] * forces.residues[index]
+    resonant = 1 / (poles.reshape(len(x), -1, 1) - x[:, None])
+    series = (np.moveaxis(residues, 2, 0).reshape(2, len(x), 1, -1).astype(complex) @ resonant)[:, :, 0]
+    parts = (forces.static, forces.inertia, *np.moveaxis(forces.rest, -1, 0))
+    static, inertia, r0, r1, r2 = (np.einsum("km,kmi->ik", weights, part[index])[..., None] for part in parts)
     return np.asarray(static - x * (inertia + x * (r0 + x * (r1 + x * r2) + series)))
 
 

@@ -446,14 +446,23 @@ class CampaignProblem(Hypothesis):
         jacobian[:, plain] = self.whitened([stencil.derivative(d).T for d in differences]).T
         for index, places in columns.items():
             effect = drawn[index]
-            ahead = replace(effect, offset=FORWARD)
-            moved = self.with_effects(*self.effects[:index], ahead, *self.effects[index + 1 :]).differences(z)
+            moved = self._with_law_ahead[index].differences(z)
             by_node = []
             for data, here, there in zip(self.data, differences, moved, strict=True):
                 slope = _wrapped(there - here[0]) / FORWARD
                 by_node.append((slope[:, None] * effect.basis(data.frequency)).T)
             jacobian[:, places] = self.whitened([np.concatenate([part, 1j * part]) for part in by_node]).T
         return self.whitened([d[0] for d in differences]), jacobian
+
+    @cached_property
+    def _with_law_ahead(self) -> dict[int, CampaignProblem]:
+        """The hypothesis with one drawn law a step of the derivative ahead, by index of the effect."""
+        laws = {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
+        ahead = {index: replace(law, offset=FORWARD) for index, law in laws.items()}
+        return {
+            index: self.with_effects(*self.effects[:index], law, *self.effects[index + 1 :])
+            for index, law in ahead.items()
+        }
 
     def _columns(self, index: int) -> slice:
         """Return where the parameters of one of the effects stand."""
