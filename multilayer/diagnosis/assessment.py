@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -199,8 +199,10 @@ def _drawn(
     at, nominal = comparison.places.get(label), comparison.nominal
     if at is None or (decision.verdict == "effect" and not is_misfit_likely(at.explanation)):
         return None
-    before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
-    (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
+    shrinkage = comparison.free if label == next(iter(comparison.places)) else None
+    if shrinkage is None:
+        before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
+        (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
     return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)
 
 
@@ -213,7 +215,8 @@ def _on_held_out_data(
 
     def checked(wanted: Sequence[tuple[str, ...]]) -> ModelComparison:
         new = [names for names in wanted if names not in shrinkages]
-        before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
+        before = comparison.free.before if comparison.free else None
+        before = next((shrinkage.before for shrinkage in shrinkages.values()), before)
         fits = [comparison.fitted[names] for names in new]
         shrinkages.update(
             zip(
@@ -224,6 +227,10 @@ def _on_held_out_data(
         )
         return comparison.with_held_out(shrinkages) if decides else comparison
 
+    at = next(iter(comparison.places.values()), None)
+    if decides and comparison.several and at is not None and is_misfit_likely(at.explanation):
+        (free,) = cross_validate(comparison.nominal, [at.explanation], executor, noise=comparison.noise)
+        comparison = replace(comparison, free=free)
     # which hypotheses are best may change by the held-out data of those near the best
     return checked(_best_and_parts(checked(comparison.near if decides else []))), shrinkages
 

@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, StartedFit, begin, finish_all, polish_fits
-from multilayer.diagnosis.goodness_of_fit import lack_of_fit, misfit_p_value
+from multilayer.diagnosis.goodness_of_fit import explains_data, lack_of_fit, misfit_p_value
 from multilayer.diagnosis.place_fits import PlaceFit
 from multilayer.diagnosis.thresholds import (
     CERTAIN_P,
@@ -68,8 +68,10 @@ class ModelComparison:
     places : mapping
         Places with a free law, by label; empty where there are none.
     held_out : mapping
-        By names, the log predictive density of held-out data, relative to the best of the near causes and at most 0; of
-        causes that were checked.
+        By names, the log predictive density of held-out data, relative to the best of the near causes and of a free law
+        at the best place, and at most 0; of causes that were checked.
+    free : Shrinkage, optional
+        Of a free law at the best place, where held-out data decide.
     """
 
     nominal: Fitted
@@ -78,6 +80,7 @@ class ModelComparison:
     n_effects: int
     places: Mapping[str, PlaceFit] = field(default_factory=dict)
     held_out: Mapping[tuple[str, ...], float] = field(default_factory=dict)
+    free: Shrinkage | None = None
 
     def score(self, names: tuple[str, ...]) -> float:
         """Return the logarithm of evidence times prior, plus the log predictive density of held-out data.
@@ -104,8 +107,13 @@ class ModelComparison:
         return [names for names in ranked if self.score(ranked[0]) - self.score(names) < NEAR][:MOST_NEAR]
 
     def with_held_out(self, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> ModelComparison:
-        """Return the comparison with the log predictive densities of held-out data."""
-        best = max((shrinkages[names].log_score for names in self.near if names in shrinkages), default=0.0)
+        """Return the comparison with the log predictive densities of held-out data.
+
+        A known law must foretell them as well as a free law at the best place: that knows less, and holds where the
+        cause is another one that acts there.
+        """
+        densities = [shrinkages[names].log_score for names in self.near if names in shrinkages]
+        best = max([*densities, *([self.free.log_score] if self.free else [])], default=0.0)
         scores = {names: min(shrinkage.log_score - best, 0.0) for names, shrinkage in shrinkages.items()}
         return replace(self, held_out=scores)
 
@@ -245,10 +253,12 @@ def compare(
     best = sorted(singles, key=lambda names: -evidence[names])
     several = len(nominal.hypothesis.data) > 1
     is_unfit = bool(best) and bool(lack_of_fit(singles[best[0]]))
-    # from a single configuration pairs are never named, and matter only where no single effect fits
-    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (several or is_unfit):
+    # a single unknown cause that explains the data is preferred to two known ones
+    is_open = is_unfit and not any(explains_data(fit.explanation) for fit in (places or {}).values())
+    # from a single configuration pairs are never named, and matter only where nothing else fits
+    if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (is_open or (several and not is_unfit)):
         near = [names for names in best if evidence[best[0]] - evidence[names] < NEAR]
-        pairs = _promising(singles, best if is_unfit else near, effects, several=several, is_unfit=is_unfit)
+        pairs = _promising(singles, best if is_unfit else near, effects, is_open=is_open and several)
         tasks = {(*names, second): (singles[names], effects[second]) for names, second in pairs}
         seen: set[frozenset[str]] = set()
         while tasks:
@@ -259,7 +269,7 @@ def compare(
                 if score > max(evidence[name,] for name in names) + SECOND_EVIDENCE:
                     fitted[names], evidence[names] = pair, score
             after = _best_pair(fitted, evidence)
-            more = _exchanged(fitted[after], effects, singles) if is_unfit and after and after != before else {}
+            more = _exchanged(fitted[after], effects, singles) if is_open and after and after != before else {}
             tasks = {names: task for names, task in more.items() if frozenset(names) not in seen}
     free = [fit.log_evidence for fit in (places or {}).values()]
     evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES)[0], *free]
@@ -272,21 +282,20 @@ def _promising(
     best: Sequence[tuple[str, ...]],
     effects: Mapping[str, BaseEffect],
     *,
-    several: bool,
-    is_unfit: bool,
+    is_open: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
     """Return pairs to be fitted, no pair twice: the best effects with those of the largest expected gain besides.
 
-    The best ones are those near the first in evidence or, where that does not fit alone, the next best ones as well;
-    where it explains nothing of several configurations, it is combined with every other effect: far from a minimum,
-    gains cannot be estimated.
+    The best ones are those near the first in evidence or, where that does not fit alone, the next best ones as well.
+    Where it explains nothing of several configurations, nor does a free law (`is_open`), it is combined with every
+    other effect: far from a minimum, gains cannot be estimated.
     """
     pairs: dict[frozenset[str], tuple[tuple[str, ...], str]] = {}
     least = min(fit.minimum.cost for fit in singles.values())
     competitive = [names for names in best if singles[names].minimum.cost < _FAR_BEHIND * least]
     for names in competitive[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
-        is_lost = several and is_unfit and names == best[0] and singles[names].minimum.cost_per_datum > UNEXPLAINED
+        is_lost = is_open and names == best[0] and singles[names].minimum.cost_per_datum > UNEXPLAINED
         for second in others if is_lost else _likely(singles[names], others):
             pairs.setdefault(frozenset((*names, second)), (names, second))
     return list(pairs.values())

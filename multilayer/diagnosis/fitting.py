@@ -260,13 +260,18 @@ def _polish(fitted: Fitted) -> Fitted:
         starts += [_by_continuation(hypothesis, *pair) for pair in pairs]
     if not _has_law_errors(hypothesis):
         return best_of([at_minimum(hypothesis, start) for start in starts])
-    exact = [Fitted(hypothesis, minimise_scaled(hypothesis, start)) for start in starts]
-    loose = [at_minimum(hypothesis, start) for start in starts]
-    placed = [with_errors_at_places(hypothesis, best_of(ends).minimum.z) for ends in (exact, loose)]
+    exact = best_of([Fitted(hypothesis, minimise_scaled(hypothesis, start, *COARSELY)) for start in starts])
+    placed = with_errors_at_places(hypothesis, exact.minimum.z)
+    if placed is None:
+        return best_of([_finished(exact), *(at_minimum(hypothesis, start) for start in starts)])
+    ends = [at_minimum(*placed, *COARSELY)]
     if fitted.hypothesis.effects != hypothesis.effects:
-        placed.append((fitted.hypothesis, fitted.minimum.z))
-    at_places = [at_minimum(*at) for at in placed if at is not None]
-    return best_of([*exact, *(at_places or loose)])
+        ends.append(fitted)
+    return best_of([_finished(exact), _finished(best_of(ends))])
+
+
+def _finished(coarse: Fitted) -> Fitted:
+    return Fitted(coarse.hypothesis, minimise_scaled(coarse.hypothesis, coarse.minimum.z))
 
 
 def _by_continuation(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:

@@ -47,6 +47,12 @@ def is_misfit_likely(fitted: Fitted) -> bool:
     return misfit_p_value(fitted, TOLERANCE) >= FIT_P
 
 
+def explains_data(fitted: Fitted) -> bool:
+    """Tell whether neither a fit's misfit is a wonder, nor what it takes stated quantities of the laboratory to be."""
+    hypothesis, z = fitted.hypothesis, fitted.minimum.z
+    return is_misfit_likely(fitted) and nuisance_p_value(hypothesis.parameters, z) >= FIT_P
+
+
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability, by their priors, of effects' parameters as far out as these, all taken together."""
     coordinates = _coordinates(fitted, errors=False)

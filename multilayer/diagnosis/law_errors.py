@@ -23,7 +23,8 @@ _TINY = 1e-300
 def with_errors_at_places(hypothesis: Hypothesis, z: RealArray) -> tuple[Hypothesis, RealArray] | None:
     """Return a hypothesis with errors of its effects' laws as unknowns, and coordinates there, the errors 0.
 
-    Of all effects that have a place. The standard deviation of an error is the effect's `law_error` times
+    Of all effects that have a place, where several configurations hold the error: what is left out of a single one, a
+    free function cannot foretell. The standard deviation of an error is the effect's `law_error` times
     the law's amount, as a power of frequency, by what both change in the data.
 
     Parameters
@@ -35,8 +36,10 @@ def with_errors_at_places(hypothesis: Hypothesis, z: RealArray) -> tuple[Hypothe
     Returns
     -------
     (Hypothesis, array) or None
-        None where no effect has a place.
+        None where no effect has a place, and for a single configuration.
     """
+    if len(hypothesis.data) == 1:
+        return None
     kinds, effects, coordinates = places_of(hypothesis.kind), [], [z[: len(hypothesis.nominal_parameters)]]
     first = len(hypothesis.nominal_parameters)
     for index, (effect, error) in enumerate(zip(hypothesis.effects, hypothesis.law_errors, strict=True)):

@@ -26,7 +26,6 @@ class Delamination(Effect):
     separated_by = "another thickness; configurations remounted"
     source = "glue that misses 2 to 50 % of a face"
     moves_resonances = True
-    law_error = 0.3  # the open part need not be a ring about the axis
     parameters = (
         positive("open_rim", 0.1, 0.8, bounds=(1e-4, WIDEST_RIM)), signed("trend", 0.4), between("at_base", 0.0, 1.0),
     )  # fmt: skip
