@@ -87,7 +87,7 @@ class Figures:
     """
 
     quantities: Mapping[str, NDArray[Any]]
-    sizes: Mapping[str, RealArray]
+    sizes: Mapping[str, NDArray[Any]]
 
 
 _NAME = Written({"enum": list(MEASURES)})
