@@ -17,12 +17,13 @@ from multilayer.executors import run_all
 from multilayer.log import LOGGER
 from multilayer.response.chunks import POINTS
 from multilayer.simulation.bands import Grid, grid_of
+from multilayer.simulation.batches import batches, run_batch
 from multilayer.simulation.file import Case, SimulationFile, load_simulation
 from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
 from multilayer.simulation.settings import DiffuseIncidence
 from multilayer.simulation.single_numbers import ratings
-from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound, run_task
+from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
 from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
@@ -104,9 +105,14 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
         return
     drawn = draw(file.stack, file.scatter, file.samples, file.seed)
     angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
-    size = int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
+    size = _at_once(grid, angles)
     for start in range(0, file.samples, size):
         yield replace(nominal, samples={path: values[start : start + size] for path, values in drawn.items()})
+
+
+def _at_once(grid: Grid, angles: int = 1) -> int:
+    """Return how many samples, or cases, are computed together."""
+    return int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
 
 
 def run(
@@ -138,11 +144,15 @@ def run(
     """
     cases = plan.simulation.cases
 
+    together = batches(plan.tasks, [*cases[0].values], _at_once(plan.grid))
+    first = np.cumsum([0, *(len(batch.tasks) for batch in together)])
+
     def done(index: int) -> None:
         if progress is not None:
-            progress(cases[plan.case_of[index]].label)
+            for task in range(first[index], first[index + 1]):
+                progress(cases[plan.case_of[task]].label)
 
-    outcomes = run_all(run_task, plan.tasks, executor, done)
+    outcomes = [outcome for batch in run_all(run_batch, together, executor, done) for outcome in batch]
     for task, outcome in zip(plan.tasks, outcomes, strict=True):
         refuse_unsound(task, outcome, plan.grid.frequency)
     _warn_once(plan.tasks, outcomes)
