@@ -18,11 +18,10 @@ import numpy as np
 from multilayer.simulation.batches import Batch, batches, run_batch
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.result import SimulationResult
-from multilayer.simulation.run import plan, run
+from multilayer.simulation.run import cases_at_once, plan, run
 from tests.analytic.materials import AIR, ALUMINIUM, FOAM, stack
 
 CASES, REPEATS = 1000, 2
-TOGETHER = 50  # at most, in `simulation.run`
 WOOL = {
     "type": "equivalent_fluid", "porosity": 0.95, "flow_resistivity": 1e4, "tortuosity": 1.1, "viscous_length": 1e-4,
     "thermal_length": 2e-4,
@@ -60,7 +59,7 @@ def row(name: str, grid: str) -> str:
         "sweep": {f"layers.{layer}.thickness": (thickness * np.linspace(0.5, 1.5, CASES)).tolist()},
     })  # fmt: skip
     planned = plan(file)
-    paths = [*file.cases[0].values]
+    paths, many = [*file.cases[0].values], cases_at_once(planned)
 
     def responses(size: int) -> list[Batch]:
         made = batches(planned.tasks, paths, size)
@@ -69,13 +68,13 @@ def row(name: str, grid: str) -> str:
         return made
 
     def simulated(size: int) -> SimulationResult:
-        with patch("multilayer.simulation.run._at_once", lambda *_: size):
+        with patch("multilayer.simulation.run.cases_at_once", lambda _: size):
             return run(planned)
 
     apart, _ = seconds(lambda: responses(1))
-    together, _ = seconds(lambda: responses(TOGETHER))
+    together, _ = seconds(lambda: responses(many))
     whole_apart, one = seconds(lambda: simulated(1))
-    whole, other = seconds(lambda: simulated(TOGETHER))
+    whole, other = seconds(lambda: simulated(many))
     pairs = zip(one.cases, other.cases, strict=True)
     off = max(float(np.max(np.abs(a.quantities["absorption"] - b.quantities["absorption"]))) for a, b in pairs)
     times = [f"{1e3 * t / CASES:.3f}" for t in (apart, together, whole_apart, whole)]
@@ -90,7 +89,7 @@ def main() -> None:
     lines = [
         "# Sweeps",
         "",
-        f"{CASES} thicknesses of one layer, plane waves at normal incidence: each case by itself, and {TOGETHER} cases "
+        f"{CASES} thicknesses of one layer, plane waves at normal incidence: each case by itself, and up to 50 cases "
         "at a time, whose thickness is an array. Media are evaluated once for all cases of a batch, but for the layer "
         "of which a property is swept.",
         "",
@@ -104,8 +103,8 @@ def main() -> None:
         "|---" * 9 + "|",
         *(row(name, grid) for name in STACKS for grid in FREQUENCIES),
         "",
-        "What is left of responses of many frequencies (a third octave has 21) is the arithmetic of every point, and of "
-        "simulations what each case has of its own: ratings and text.",
+        "What is left of responses of many frequencies (a third octave has 21) is the arithmetic of every point, and "
+        "of simulations what each case has of its own: ratings and text.",
     ]
     print("\n".join(lines))  # noqa: T201
 

@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 _MOST_MINIMA, _MOST_CURVES, _MOST_MARKERS = 10, 4, 150
 _KINDS = {
     "surface_impedance": "surface impedance", "reflection": "reflection coefficient",
-    "absorption": "absorption coefficient", "transmission_loss": "transmission loss",
-    "transmissibility": "transmissibility", "modulus": "Young's modulus", "stiffness": "stiffness",
+    "absorption": "absorption coefficient", "reverberation_absorption": "absorption coefficient",
+    "transmission_loss": "transmission loss", "transmissibility": "transmissibility", "modulus": "Young's modulus",
+    "stiffness": "stiffness",
 }  # fmt: skip
 
 

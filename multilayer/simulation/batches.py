@@ -47,8 +47,8 @@ def batches(tasks: Sequence[Task], paths: Sequence[str], size: int) -> list[Batc
         values = _numbers(task, paths)
         if values and made and len(made[-1].tasks) < size and _continues(made[-1], task.stack, values):
             last = made.pop()
-            values = {path: np.append(column, values[path]) for path, column in last.values.items()}
-            made.append(Batch((*last.tasks, task), values))
+            columns = {path: np.append(column, values[path]) for path, column in last.values.items()}
+            made.append(Batch((*last.tasks, task), columns))
         else:
             made.append(Batch((task,), {path: np.array([value]) for path, value in values.items()}))
     return made

@@ -28,6 +28,7 @@ from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
 _MOST_SAMPLES = 50
+_MANY_LAYERS = 10  # of which cases of a sweep take as much memory together as samples
 _ANGLES_OF_DIFFUSE_FIELD = 60
 _WAVENUMBERS_OF_EXCITATION = 200
 _WAVENUMBERS_OF_FREE_WAVES = 400
@@ -86,7 +87,9 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         solves += points * layers * (1 + samples)
         held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
         # samples are not cut into pieces along the frequencies
-        together = max(grid.points.size, _MOST_VALUES) if samples else min(points, POINTS // max(1, layers // 50))
+        alone = min(points, POINTS // max(1, layers // 50))
+        cases = _points_at_once(layers) if len(simulation.cases) > 1 else 0
+        together = max(grid.points.size, _MOST_VALUES) if samples else max(alone, cases)
         at_once = max(at_once, together * layers * _BYTES_OF_LAYER)
     LOGGER.info("%s solves of a layer, about %s MB of memory", counted(solves), counted((held + at_once) / 1e6))
     remedy = "ask for fewer frequencies, cases or samples"
@@ -98,21 +101,27 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     file = case.simulation
     nominal = Task(
         file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference, file.excitation,
-        file.free_waves,
+        file.free_waves, file.layer_losses,
     )  # fmt: skip
     yield nominal
     if not file.scatter:
         return
     drawn = draw(file.stack, file.scatter, file.samples, file.seed)
     angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
-    size = _at_once(grid, angles)
+    size = int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
+    sampled = replace(nominal, layer_losses=False)
     for start in range(0, file.samples, size):
-        yield replace(nominal, samples={path: values[start : start + size] for path, values in drawn.items()})
+        yield replace(sampled, samples={path: values[start : start + size] for path, values in drawn.items()})
 
 
-def _at_once(grid: Grid, angles: int = 1) -> int:
-    """Return how many samples, or cases, are computed together."""
-    return int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
+def cases_at_once(plan: Plan) -> int:
+    """Return how many cases of a sweep are computed together at most."""
+    layers = max(len(case.simulation.layers) for case in plan.simulation.cases)
+    return int(np.clip(_points_at_once(layers) // plan.grid.points.size, 1, _MOST_SAMPLES))
+
+
+def _points_at_once(layers: int) -> int:
+    return _MOST_VALUES // max(1, layers // _MANY_LAYERS)
 
 
 def run(
@@ -144,7 +153,7 @@ def run(
     """
     cases = plan.simulation.cases
 
-    together = batches(plan.tasks, [*cases[0].values], _at_once(plan.grid))
+    together = batches(plan.tasks, [*cases[0].values], cases_at_once(plan))
     first = np.cumsum([0, *(len(batch.tasks) for batch in together)])
 
     def done(index: int) -> None:

@@ -150,8 +150,9 @@ def test_a_gap_behind_an_absorber_is_named(tmp_path):
     unknowns = {"resistivity": {"paths": ["thin.layers.board.flow_resistivity", "thick.layers.board.flow_resistivity"],
                                 "lognormal": [8e3, 0.05]}}  # fmt: skip
     file = measured(
-        tmp_path, {"rear_air_gap": {"depth": 0.05}}, noise=0.005, kind="absorption", walls=wools, unknowns=unknowns,
-        effects=["rear_air_gap", "thickness_error", "flow_resistivity"], uncertainty="repeatability",
+        tmp_path, {"rear_air_gap": {"depth": 0.05}}, noise=0.005, kind="reverberation_absorption", walls=wools,
+        unknowns=unknowns, effects=["rear_air_gap", "thickness_error", "flow_resistivity"],
+        uncertainty="repeatability",
     )  # fmt: skip
     record = diagnose_levels(file).record
     assert record["group"][:1] == [["rear_air_gap"]], record["sentence"]
@@ -184,6 +185,32 @@ def test_kinds_are_diagnosed_by_themselves(tmp_path):
     write(tmp_path, "absorption", {"pane": np.full(len(BANDS), 0.3)})
     data["measurements"][1]["kind"] = "absorption"
     with pytest.raises(ValidationError, match="is diagnosed by itself"):
+        diagnosis_file(tmp_path, **data)
+
+
+def test_a_reverberation_room_is_a_diffuse_field_about_a_finite_sample(tmp_path):
+    wools = {"thin": [WOOL | {"name": "board"}], "thick": [WOOL | {"name": "board", "thickness": 0.1}]}
+    unknowns = {"resistivity": {"paths": ["thin.layers.board.flow_resistivity"], "lognormal": [8e3, 0.05]}}
+    room = measured(tmp_path, {}, kind="reverberation_absorption", walls=wools, unknowns=unknowns)
+    whole = {"incidence": {"diffuse": {"max_angle": 90.0}}, "finite_size": {"width": 3.0, "height": 3.6}}
+    data = described(wools, unknowns=unknowns, kind="absorption")
+    data["measurements"] = [measurement | whole for measurement in data["measurements"]]
+    spelled = diagnosis_file(tmp_path, **data)
+    z = np.zeros(1)
+    for short, long in zip(room.hypothesis.predict(z), spelled.hypothesis.predict(z), strict=True):
+        np.testing.assert_array_equal(short, long)
+    assert np.max(room.hypothesis.predict(z)[1]) > 1.0  # edges of the sample absorb besides
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"incidence": "normal"}, "come from everywhere"), ({"finite_size": None}, "finite_size")],
+)
+def test_a_reverberation_room_without_a_sample_or_a_field_is_refused(tmp_path, change, message):
+    write(tmp_path, "absorption", {name: np.full(len(BANDS), 0.5) for name in WALLS})
+    data = described(kind="reverberation_absorption")
+    data["measurements"][0] |= change
+    with pytest.raises(ValidationError, match=message):
         diagnosis_file(tmp_path, **data)
 
 

@@ -23,6 +23,8 @@ def described(walls=None, unknowns=None, kind="transmission_loss", **more):
     walls = WALLS if walls is None else walls
     end = "ambient" if kind == "transmission_loss" else "rigid"
     measurement = {"kind": kind, "incidence": "diffuse", "bands": "third octaves"}
+    if kind == "reverberation_absorption":
+        measurement = {"kind": kind, "finite_size": {"width": 3.0, "height": 3.6}}
     return {
         "stacks": {name: {"version": 1, "layers": layers, "termination": end} for name, layers in walls.items()},
         "measurements": [measurement | {"name": name, "stack": name, "file": f"{name}.csv"} for name in walls],
@@ -35,7 +37,7 @@ def measured(folder, acting, *, noise=NOISE, seed=1, kind="transmission_loss", w
     """Write measurements of walls with effects (values by name) and noise; return their diagnosis file."""
     data = described(walls, kind=kind, **more)
     names = [*data["stacks"]]
-    write(folder, kind, {name: np.full(len(BANDS), 0.5 if kind == "absorption" else 30.0) for name in names})
+    write(folder, kind, {name: np.full(len(BANDS), 30.0 if kind == "transmission_loss" else 0.5) for name in names})
     effects = [EFFECTS[name]() for name in acting]
     problem = diagnosis_file(folder, **data).hypothesis.with_effects(*effects)
     sizes = [

@@ -49,6 +49,7 @@ def test_only_numbers_of_layers_go_together(read):  # noqa: F811
     assert [len(batch.tasks) for batch in made] == [3, 3]
     alone = [
         read(FOAM, sweep={"incidence": [0, 30]}),
+        read(FOAM, layer_losses=True, sweep={"layers.foam.thickness": [0.01, 0.02]}),
         read(FOAM, incidence="diffuse", sweep={"layers.foam.thickness": [0.01, 0.02]}),
         read(
             FOAM, tolerances={"layers.foam.porosity": "1 %"}, samples=4, sweep={"layers.foam.thickness": [0.01, 0.02]}

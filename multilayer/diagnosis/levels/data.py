@@ -8,7 +8,7 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.levels.uncertainty import Situation, Spread, absorption_spread, insulation_spread
 from multilayer.errors import InputError
 from multilayer.experiments.levels.response import LevelResponse
-from multilayer.experiments.levels.sound_field import Quantity, Ridges, SoundField
+from multilayer.experiments.levels.sound_field import Ridges, SoundField
 from multilayer.experiments.stacks.columns import MeasuredValues, zero_noise
 from multilayer.experiments.stacks.effects import Tube
 from multilayer.experiments.stacks.measurements import Absorption, TransmissionLoss
@@ -62,7 +62,7 @@ def level_data(
     f, measured = values.frequency, np.asarray(values.values, dtype=float)
     if len(f) < _FEWEST:
         raise InputError(f"{name}: {len(f)} frequencies are too few for a diagnosis, which needs {_FEWEST}")
-    quantity: Quantity = "transmission_loss" if isinstance(measurement, TransmissionLoss) else "absorption"
+    quantity = measurement.quantity
     if quantity == "transmission_loss" and stack.termination in ("rigid", "free"):
         raise InputError(f"{name}: nothing gets through stack '{stack_name}'; end it with 'termination: ambient'")
     sound = _sound(measurement)
@@ -81,7 +81,7 @@ def level_data(
     nodes = band_nodes(f, measurement.bands, name)
     ridges = Ridges.of(stack, float(np.sqrt(f[0] * f[-1])))
     return Observation(
-        name, measurement.kind, stack_name, measurement.unit, f, measured,
+        name, quantity, stack_name, measurement.unit, f, measured,
         LevelResponse(quantity, nodes, sound, ridges), False, Scale(), ValueNoise(stated, stated), amounts, error,
         int(nodes.size), *grouped(f), estimated=None if np.any(values.noise.real) else float(np.median(stated)),
     )  # fmt: skip

@@ -172,7 +172,7 @@ class DiagnosisFile(StackFitFile):
 
 
 def _family(measurement: Measurement) -> str:
-    return measurement.kind if isinstance(measurement, TransmissionLoss | Absorption) else "wave"
+    return measurement.quantity if isinstance(measurement, TransmissionLoss | Absorption) else "wave"
 
 
 def _is_of_levels(kind: type[BaseEffect], *, of_absorption: bool) -> bool:

@@ -13,7 +13,7 @@ from multilayer.errors import show
 from multilayer.json_schema import COMPLEX_TEXT, QUANTITY_TEXT, Written, any_of
 from multilayer.models import Model, refuse
 from multilayer.response.bands import Width
-from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, Incidence, PlaneIncidence
+from multilayer.simulation.settings import DiffuseField, DiffuseIncidence, FiniteSize, Incidence, PlaneIncidence
 from multilayer.units import Frequency, Length, PositiveRatio, Ratio, parse_complex_quantity, parse_quantity
 
 COMPLEX, POLAR, REAL = ("real", "imag"), ("amplitude", "phase"), ("value",)
@@ -205,30 +205,57 @@ def _parse_bands(value: Any) -> Any:
     raise PydanticCustomError("bands", "{reason}", {"reason": reason})
 
 
+Bandwidth: TypeAlias = Annotated[
+    Width | None,
+    PlainValidator(_parse_bands),
+    PlainSerializer(lambda bands: bands),
+    Written({"enum": ["third octaves", "octaves", None]}),
+]
+
+
 class _Energy(_FromFile):
     """A measurement without phase; `bands` where each value is a mean over a band."""
 
     is_complex: ClassVar[bool] = False
+    quantity: ClassVar[Literal["absorption", "transmission_loss"]]
     incidence: Incidence = PlaneIncidence()
     finite_size: FiniteSize | None = None
-    bands: Annotated[
-        Width | None,
-        PlainValidator(_parse_bands),
-        PlainSerializer(lambda bands: bands),
-        Written({"enum": ["third octaves", "octaves", None]}),
-    ] = None
+    bands: Bandwidth = None
 
 
 class Absorption(_Energy):
     """Absorption coefficient."""
 
+    quantity = "absorption"
     roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("absorption", "alpha")}
     kind: Literal["absorption"] = "absorption"
+
+
+class ReverberationAbsorption(Absorption):
+    """Absorption coefficient of a sample in a reverberation room (ISO 354), in third octaves unless said otherwise.
+
+    Waves come from the whole half-space, and the sample takes more than falls on its area (`finite_size`): coefficients
+    may be above 1.
+    """
+
+    roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("alpha_s", "absorption", "alpha")}
+    kind: Literal["reverberation_absorption"] = "reverberation_absorption"  # type: ignore[assignment]
+    incidence: Incidence = DiffuseIncidence(diffuse=DiffuseField(max_angle=90.0))
+    finite_size: FiniteSize
+    bands: Bandwidth = "third octaves"
+
+    @model_validator(mode="after")
+    def _diffuse(self) -> Self:
+        if isinstance(self.incidence, PlaneIncidence):
+            text = "waves of a reverberation room come from everywhere; leave it out, or write {diffuse: {...}}"
+            refuse(self, [(("incidence",), text, None)])
+        return self
 
 
 class TransmissionLoss(_Energy):
     """Transmission loss, dB."""
 
+    quantity = "transmission_loss"
     in_db: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("transmission_loss", "tl", "stl")}
     kind: Literal["transmission_loss"] = "transmission_loss"
@@ -302,6 +329,13 @@ class Stiffness(Measurement):
 
 
 MeasurementField: TypeAlias = Annotated[
-    SurfaceImpedance | Reflection | Absorption | TransmissionLoss | Transmissibility | DynamicModulus | Stiffness,
+    SurfaceImpedance
+    | Reflection
+    | Absorption
+    | ReverberationAbsorption
+    | TransmissionLoss
+    | Transmissibility
+    | DynamicModulus
+    | Stiffness,
     Field(discriminator="kind"),
 ]

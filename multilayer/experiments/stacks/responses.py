@@ -271,7 +271,7 @@ def response_of(measurement: Measurement, stack: Stack, grid: Grid, is_complex: 
             return WaveResponse("reflection", f, measurement.incidence), False
         case Absorption() | TransmissionLoss():
             diffuse = isinstance(measurement.incidence, DiffuseIncidence)
-            return WaveResponse(measurement.kind, f, measurement.incidence, measurement.finite_size), diffuse
+            return WaveResponse(measurement.quantity, f, measurement.incidence, measurement.finite_size), diffuse
         case DynamicModulus():
             return ModulusResponse(f, _elastic(stack, measurement.layer)[0]), False
         case Stiffness():
