@@ -1,7 +1,7 @@
 """How accurate derivatives are, and what they cost beside differences: ``docs/validation/derivatives.md``.
 
-Run it as ``OMP_NUM_THREADS=1 python -m validation.derivatives > docs/validation/derivatives.md``; it takes about two
-minutes. Exact derivatives are differences of an independent solution in 120 digits
+Run it as ``OMP_NUM_THREADS=1 python -m validation.derivatives > docs/validation/derivatives.md``; it takes about
+three minutes. Exact derivatives are differences of an independent solution in 120 digits
 (``tests/analytic/mp_reference.py``). Times are processor time, the least of some repeats, side by side in one run.
 """
 
@@ -10,12 +10,17 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
+from scipy.stats.qmc import Sobol
 
+from multilayer.optimisation import search
+from multilayer.optimisation.file import OptimisationFile
+from multilayer.optimisation.search import Candidate, Descent, Point, Problem, Scalar, in_order
 from multilayer.paths import locate
 from multilayer.response import (
     base_motion_derivatives,
@@ -25,6 +30,7 @@ from multilayer.response import (
     plane_wave_derivatives,
 )
 from multilayer.response.linearised import real_fields
+from multilayer.simulation.bands import grid_of
 from multilayer.stack import Stack
 from tests.analytic import mp_reference
 from tests.analytic.materials import AIR, ALUMINIUM, FOAM, FOAM2, GEL, SHEET, stack
@@ -171,6 +177,82 @@ def times(name: str, paths: tuple[str, ...], grid: str, alone: float, derived: f
     return "| " + " | ".join([*cells, f"{1e3 * apart:.1f}", f"{apart / derived:.1f}"]) + " |"
 
 
+MINERAL_WOOL = {**WOOL, "type": "limp", "frame_density": 40.0}
+PLATE = {"type": "elastic_plate", "density": 800.0, "young_modulus": 2.5e9, "poisson_ratio": 0.2, "loss_factor": 0.03}
+GRADED = [{**WOOL, "name": f"wool{i}", "thickness": 0.02} for i in range(4)]
+DESIGNS: dict[str, Mapping[str, Any]] = {
+    "wool and gap, alpha_w": {
+        "layers": [GRADED[0], {"type": "fluid", "name": "gap", "thickness": 0.02}],
+        "termination": "rigid",
+        "design": {"layers.wool0.thickness": [0.005, 0.05], "layers.gap.thickness": [0.002, 0.1]},
+        "goal": {"highest": "alpha_w"},
+        "limits": [{"of": "thickness", "at_most": 0.06}],
+    },
+    "double wall, Rw": {
+        "layers": [
+            {**PLATE, "name": "front", "thickness": 0.0125},
+            {**MINERAL_WOOL, "name": "wool", "thickness": 0.04},
+            {"type": "fluid", "name": "gap", "thickness": 0.02},
+            {**PLATE, "name": "back", "thickness": 0.0125},
+        ],
+        "termination": "ambient",
+        "design": {
+            "layers.front.thickness": [0.006, 0.025], "layers.back.thickness": [0.006, 0.025],
+            "layers.wool.thickness": [0.01, 0.08], "layers.gap.thickness": [0.002, 0.08],
+            "layers.wool.flow_resistivity": [2e3, 5e4],
+        },
+        "goal": {"highest": "Rw"},
+        "limits": [{"of": "thickness", "at_most": 0.1}, {"of": "mass", "at_most": 30.0}],
+    },
+    "four wools, absorption": {
+        "layers": GRADED,
+        "termination": "rigid",
+        "design": {
+            f"layers.{layer['name']}.{field}": ends
+            for layer in GRADED
+            for field, ends in (
+                ("thickness", [0.005, 0.04]), ("flow_resistivity", [2e3, 1e5]), ("porosity", [0.7, 0.99])
+            )
+        },
+        "goal": {"highest": "absorption", "from": 100, "to": 1000},
+        "limits": [{"of": "thickness", "at_most": 0.08}],
+    },
+}  # fmt: skip
+BAND, STARTS = {"third_octaves": [100, 5000]}, 4
+
+
+def optimisation() -> list[str]:
+    """Return the section on searches of the best design."""
+    heads = ["problem", "fields", "derivatives, ms", "differences, ms", "gain", "descents, s", "by differences, s"]
+    lines = ["| " + " | ".join([*heads, "gain", "best", "by differences"]) + " |", "|---" * 10 + "|"]
+    return [*lines, *(design(name, data) for name, data in DESIGNS.items())]
+
+
+def design(name: str, data: Mapping[str, Any]) -> str:
+    """Return the row of one problem: the price of a slope, and descents from the same designs by either."""
+    file = OptimisationFile.model_validate({"version": 1, "frequency": BAND, "incidence": "diffuse", **data})
+    (variant,) = file.space.variants()
+    problem = Problem(grid_of(file.frequency), file.goals, file.bounds, {}, variant, np.zeros(len(file.bounds)))
+    starts = Sobol(len(variant.ranges), rng=np.random.default_rng(0)).random(STARTS)
+    here = Point(starts[0], *(values[0] for values in problem.measure(variant, starts[:1])))
+    scalar = Scalar(np.ones(1), np.zeros(1), np.ones(1))
+
+    def descended() -> list[Candidate]:
+        return [end for start in starts for end in Descent(problem, variant, scalar, start)()]
+
+    single, whole, best = [], [], []
+    for most in (0, 10**9):
+        with patch.object(search, "FEW_FIELDS", most):
+            single.append(seconds(lambda: problem.slopes(variant, here)))
+            begin = time.process_time()
+            ends = descended()
+            whole.append(time.process_time() - begin)
+        best.append(in_order(ends, scalar)[0].goals[0])
+    cells = [name, str(len(variant.ranges)), *(f"{1e3 * one:.1f}" for one in single), f"{single[1] / single[0]:.1f}"]
+    cells += [*(f"{one:.1f}" for one in whole), f"{whole[1] / whole[0]:.1f}", *(f"{-one:.4f}" for one in best)]
+    return "| " + " | ".join(cells) + " |"
+
+
 def main() -> None:
     """Compare and print the page."""
     threads = os.environ.get("OMP_NUM_THREADS", "not set")
@@ -200,6 +282,18 @@ def main() -> None:
         "derivatives hardly grows. Of few points and few fields a batch of differences costs as little: fits of stacks "
         "take differences where all their points together are at most 4096, and derivatives beyond, and always of "
         "diffuse fields.",
+        "",
+        "## Optimisation",
+        "",
+        "[Searches](../tasks/optimise.md) of the best design take derivatives of all goals and limits of a point. "
+        f"*Derivatives*: one point, exact; *differences*: the same, forward. *Descents*: from {STARTS} designs, the "
+        "same ones, by either, and the best value of the goal at their ends. Third octaves from 100 to 5000 Hz, "
+        "diffuse field.",
+        "",
+        *optimisation(),
+        "",
+        f"Up to {search.FEW_FIELDS} fields a search takes differences, which cost less; of more, derivatives. Layers "
+        "of plugins without a medium of their own have differences in either.",
     ]
     print("\n".join(lines))  # noqa: T201
 

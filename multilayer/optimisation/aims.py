@@ -17,7 +17,7 @@ from multilayer.errors import InputError, show, suggest
 from multilayer.json_schema import QUANTITY_TEXT, Written
 from multilayer.models import Model, refuse
 from multilayer.response import ratings, real_ratings
-from multilayer.response.bands import bands_of, nearest_centres
+from multilayer.response.bands import nearest_centres
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.measured import Measured, read_measured
 from multilayer.simulation.quantities import QUANTITIES
@@ -87,7 +87,7 @@ class Figures:
     """
 
     quantities: Mapping[str, NDArray[Any]]
-    sizes: Mapping[str, RealArray]
+    sizes: Mapping[str, NDArray[Any]]
 
 
 _NAME = Written({"enum": list(MEASURES)})
@@ -237,9 +237,8 @@ def band_values(quantity: str, spectrum: RealArray, grid: Grid) -> dict[float, R
     """Return values of designs by centre of a band; single frequencies are averaged over third octaves."""
     if grid.bands is not None:
         return {float(centre): spectrum[:, i] for i, centre in enumerate(grid.frequency)}
-    held = bands_of(grid.frequency)
     mean = QUANTITIES[quantity].mean
-    return {centre: mean(spectrum[:, inside]) for centre, inside in held if len(inside) >= LEAST_POINTS}
+    return {centre: mean(spectrum[:, inside]) for centre, inside in grid.thirds if len(inside) >= LEAST_POINTS}
 
 
 @dataclass(frozen=True)

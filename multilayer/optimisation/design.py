@@ -62,6 +62,12 @@ class Range:
             between = self.low + (self.high - self.low) * np.asarray(coordinate)
         return np.clip(between, self.low, self.high)  # rounding must not lead out
 
+    def slope(self, coordinate: float) -> float:
+        """Return the derivative of the value, SI, by the coordinate."""
+        if self.is_logarithmic:
+            return float(self.values(np.asarray(coordinate))) * log(self.high / self.low)
+        return self.high - self.low
+
     def coordinate(self, value: float) -> float:
         """Return the coordinate of a value, that of the nearer bound where it lies outside."""
         value = min(max(value, self.low), self.high)
@@ -107,6 +113,10 @@ class Variant:
     def values(self, x: RealArray) -> dict[str, RealArray]:
         """Return values by path of coordinates, shape (..., n_ranges)."""
         return {item.path: item.values(x[..., i]) for i, item in enumerate(self.ranges)}
+
+    def slopes(self, x: RealArray) -> RealArray:
+        """Return the derivatives of the values by their coordinates, both of shape (n_ranges,)."""
+        return np.array([item.slope(float(x[i])) for i, item in enumerate(self.ranges)])
 
     @property
     def written(self) -> RealArray:

@@ -8,14 +8,22 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
+from numpy.typing import NDArray
 
 from multilayer.arrays import Numeric, RealArray
 from multilayer.errors import InputError, MultilayerError
 from multilayer.optimisation.aims import SIZES, Aim, Catalogue, Figures
 from multilayer.optimisation.design import Variant
 from multilayer.paths import locate, with_values
-from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
-from multilayer.response.plane_wave import plane_wave
+from multilayer.response.derivatives import plane_wave_derivatives
+from multilayer.response.finite_size import (
+    Window,
+    finite_absorption,
+    finite_absorption_slope,
+    finite_transmission,
+    radiation_impedance,
+)
+from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
 from multilayer.simulation.tolerances import allowed
@@ -24,6 +32,9 @@ from multilayer.stack import Stack
 
 _EVERY = 4  # of the frequencies of a band: 5 in a third octave
 _ANGLES, _AZIMUTHS = 16, 8
+_NEPER = 10 / np.log(10)  # dB of a power
+_SIZE_STEP = 1e-3  # of central differences, in coordinates from 0 to 1: sizes are linear in each field
+TINY = 1e-20  # of complex steps
 _AT_ONCE = 30_000  # frequencies times directions times designs of a few layers: some 10 MB for each layer
 
 
@@ -103,12 +114,58 @@ class Predictor:
             size[~good] = np.nan
         return Figures(spectra, sizes)
 
+    def stepped(self, variant: Variant, x: RealArray) -> Figures:
+        """Return what one design gives, stepping along one field in each row: figures + i `TINY` derivatives.
+
+        Whatever is computed of such figures by analytic functions has its derivatives, over `TINY`, as its imaginary
+        part, exactly: W. Squire & G. Trapp, SIAM Rev. 40 (1998) 110-112. The figures themselves come from the adjoint
+        derivatives of plane waves.
+
+        Parameters
+        ----------
+        variant : Variant
+        x : array, shape (n_ranges,)
+            Coordinates from 0 to 1.
+
+        Raises
+        ------
+        MultilayerError, ArithmeticError
+            When the design has no finite response.
+        """
+        spectra = self._stepped_spectra(variant, x) if self.has_spectra else {}
+        values, steps = np.array([*variant.values(x).values()]), np.diag(_SIZE_STEP * variant.slopes(x))
+        here, above, below = (self._sizes(variant, values + side) for side in (0 * steps, steps, -steps))
+        sizes = {name: here[name] + TINY * 1j * (above[name] - below[name]) / (2 * _SIZE_STEP) for name in here}
+        return Figures(spectra, sizes)
+
+    def _stepped_spectra(self, variant: Variant, x: RealArray) -> dict[str, NDArray[Any]]:
+        stack = with_values(variant.stack, {path: value.item() for path, value in variant.values(x).items()})
+        around = directions(self.incidence, turned_alike=stack.isotropic_in_plane)
+        paths, moved = [item.path for item in variant.ranges], TINY * variant.slopes(x)[:, None, None, None]
+        with collected_warnings(), np.errstate(all="ignore"):
+            found = plane_wave_derivatives(stack, paths, self.points.ravel(), around.angle, azimuth=around.azimuth)
+            wave = found.response
+            absorption, power = self._shares(wave, around)
+            absorbed, through = found.absorption, None
+            if self.window is not None:
+                radiation, cosine = self._radiation(self.window, around), np.cos(np.deg2rad(around.angle))[:, None]
+                absorbed = finite_absorption_slope(wave.reflection, found.reflection, radiation, cosine)
+            if power is not None:
+                through = -power / _NEPER * found.transmission_loss
+                power = power + 1j * moved * through
+            return self._averaged(absorption + 1j * moved * absorbed, power, around)
+
     def measures(self, variant: Variant, x: RealArray) -> dict[str, RealArray]:
         """Return the sizes that are asked for, by name, shape (n,): they cost next to nothing."""
-        sized = with_values(variant.stack, {path: column[:, None] for path, column in variant.values(x).items()})
+        return self._sizes(variant, np.stack([*variant.values(x).values()], axis=-1) if variant.ranges else x)
+
+    def _sizes(self, variant: Variant, values: RealArray) -> dict[str, RealArray]:
+        """Return the sizes at values of the fields, SI, shape (n, n_ranges)."""
+        columns = {item.path: values[:, i, None] for i, item in enumerate(variant.ranges)}
+        sized = with_values(variant.stack, columns)
         return {
             name: np.array(
-                np.broadcast_to(np.ravel(size_of(name, sized, variant, self.catalogue)), len(x)), dtype=float
+                np.broadcast_to(np.ravel(size_of(name, sized, variant, self.catalogue)), len(values)), dtype=float
             )
             for name in self.sizes
         }
@@ -145,13 +202,21 @@ class Predictor:
         around = directions(self.incidence, turned_alike=stack.isotropic_in_plane)
         with collected_warnings(), np.errstate(all="ignore"):  # what is not finite is no design
             wave = plane_wave(stack, self.points.ravel(), around.angle, azimuth=around.azimuth)
-            power = None if wave.transmission_loss is None else 10 ** (-wave.transmission_loss / 10)
-            absorption = wave.absorption
-            if self.window is not None:
-                radiation = self._radiation(self.window, around)
-                cosine = np.cos(np.deg2rad(around.angle))[:, None]
-                absorption = finite_absorption(wave.reflection, radiation, cosine)
-                power = None if power is None else finite_transmission(power, radiation, cosine)
+            return self._averaged(*self._shares(wave, around), around)
+
+    def _shares(self, wave: PlaneWave, around: Directions) -> tuple[RealArray, RealArray | None]:
+        """Return absorbed and transmitted power over that which comes in, of every wave."""
+        power = None if wave.transmission_loss is None else 10 ** (-wave.transmission_loss / 10)
+        if self.window is None:
+            return wave.absorption, power
+        radiation, cosine = self._radiation(self.window, around), np.cos(np.deg2rad(around.angle))[:, None]
+        absorption = finite_absorption(wave.reflection, radiation, cosine)
+        return absorption, None if power is None else finite_transmission(power, radiation, cosine)
+
+    def _averaged(
+        self, absorption: NDArray[Any], power: NDArray[Any] | None, around: Directions
+    ) -> dict[str, NDArray[Any]]:
+        """Return the spectra of a sound field from the shares of its waves."""
         spectra = {"absorption": self._mean(absorption, around)}
         if power is not None:
             with np.errstate(divide="ignore"):
@@ -160,7 +225,7 @@ class Predictor:
                 spectra["insertion_loss"] = spectra["transmission_loss"] - self.reference
         return spectra
 
-    def _mean(self, values: RealArray, around: Directions) -> RealArray:
+    def _mean(self, values: NDArray[Any], around: Directions) -> NDArray[Any]:
         """Return the mean over directions and the frequencies of each band."""
         mean = np.mean(values, axis=-1) @ around.weight
         shaped = mean.reshape(-1, *self.points.shape)

@@ -9,15 +9,18 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multilayer.arrays import IndexArray, RealArray
+from multilayer.errors import MultilayerError
 from multilayer.optimisation.aims import Aim, Catalogue, Figures
 from multilayer.optimisation.design import Key, Space, Variant
-from multilayer.optimisation.predict import Predictor
+from multilayer.optimisation.predict import TINY, Predictor
 from multilayer.simulation.bands import Grid
 
 KEPT = 1e-6  # by so little may a limit be missed, over its size, and count as kept
 _STEP = 1e-6  # of differences, in coordinates from 0 to 1
+FEW_FIELDS = 6  # of a variant: differences cost less than derivatives
 _ROUNDS, _STEPS, _TOLERANCE = 3, 60, 1e-8  # of SLSQP, which is begun again where a kink stopped it
 _MOST = 100  # designs of a round: at a kink, line searches lead nowhere
 _GAIN = 1e-5  # of a round that another one is worth
@@ -69,6 +72,15 @@ class Scalar:
 
 
 @dataclass(frozen=True)
+class Point:
+    """A design of a variant by its coordinates, its goals, and how far it keeps each limit; see `Problem.measure`."""
+
+    x: RealArray
+    goals: RealArray
+    slack: RealArray
+
+
+@dataclass(frozen=True)
 class Problem:
     """Goals and limits over the designs of a space.
 
@@ -100,11 +112,42 @@ class Problem:
 
         Infinite goals and limits missed by far stand for designs without a response.
         """
-        figures = self.predictor.figures(variant, x)
+        goals, slack = self._measured(self.predictor.figures(variant, x))
+        return np.nan_to_num(goals, nan=np.inf), np.nan_to_num(slack, nan=-1.0, neginf=-1.0)
+
+    def _measured(self, figures: Figures) -> tuple[NDArray[Any], NDArray[Any]]:
         goals = np.concatenate([-aim.sign * aim.values(figures) for aim in self.goals], axis=1)
         kept = [aim.slack(aim.values(figures)) - margin for aim, margin in zip(self.bounds, self.margins, strict=True)]
-        slack = np.concatenate([np.zeros((len(x), 0)), *kept], axis=1)
-        return np.nan_to_num(goals, nan=np.inf), np.nan_to_num(slack, nan=-1.0, neginf=-1.0)
+        slack = np.concatenate([np.zeros((len(goals), 0)), *kept], axis=1)
+        return goals, slack
+
+    def slopes(self, variant: Variant, here: Point) -> tuple[RealArray, RealArray]:
+        """Return derivatives by the coordinates of goals and of what keeps the limits, as `measure` has them.
+
+        Of many fields they are exact (`Predictor.stepped`), of few, and where there is no response, differences.
+
+        Parameters
+        ----------
+        variant : Variant
+        here : Point
+
+        Returns
+        -------
+        tuple of array
+            Of shape (n_ranges, n_goals) and (n_ranges, n_limits), not finite where a figure is not.
+        """
+        if len(here.x) > FEW_FIELDS and np.all(np.isfinite(here.goals)):
+            with suppress(MultilayerError, ArithmeticError), np.errstate(all="ignore"):
+                goals, slack = self._measured(self.predictor.stepped(variant, here.x))
+                return goals.imag / TINY, slack.imag / TINY
+        return self.differences(variant, here)
+
+    def differences(self, variant: Variant, here: Point) -> tuple[RealArray, RealArray]:
+        """Return the same by differences, towards the middle of each field's range."""
+        step = np.where(here.x > 0.5, -_STEP, _STEP)
+        goals, slack = self.measure(variant, here.x + np.diag(step))
+        with np.errstate(invalid="ignore"):
+            return (goals - here.goals) / step[:, None], (slack - here.slack) / step[:, None]
 
     def oversized(self, variant: Variant, x: RealArray) -> RealArray:
         """Return the sum of what designs miss of the limits of sizes, without their spectra, shape (n,)."""
@@ -181,27 +224,20 @@ class Descent:
         return [Candidate(self.variant.key, best.x, best.goals, float(missed(best.slack)), self.origin)]
 
 
-@dataclass(frozen=True)
-class _Point:
-    x: RealArray
-    goals: RealArray
-    slack: RealArray
-
-
 class _StuckError(Exception):
     """A round has taken too many designs."""
 
 
 class _Walk:
-    """Values and differences along a descent, each computed once."""
+    """Values and slopes along a descent, each computed once."""
 
     def __init__(self, problem: Problem, variant: Variant, scalar: Scalar) -> None:
         self.problem, self.variant, self.scalar = problem, variant, scalar
-        self.visited: dict[bytes, _Point] = {}
+        self.visited: dict[bytes, Point] = {}
         self.slopes: dict[bytes, tuple[RealArray, RealArray]] = {}
         self.most = _MOST
 
-    def at(self, x: RealArray) -> _Point:
+    def at(self, x: RealArray) -> Point:
         """Return goals and limits at a point."""
         x = np.clip(x, 0, 1)
         key = x.tobytes()
@@ -209,17 +245,14 @@ class _Walk:
             if len(self.visited) >= self.most:
                 raise _StuckError
             goals, slack = self.problem.measure(self.variant, x[None])
-            self.visited[key] = _Point(x, goals[0], slack[0])
+            self.visited[key] = Point(x, goals[0], slack[0])
         return self.visited[key]
 
     def slope(self, x: RealArray) -> tuple[RealArray, RealArray]:
         """Return derivatives of the distances of the goals, and of the limits, by the coordinates."""
         here = self.at(x)
         if (key := here.x.tobytes()) not in self.slopes:
-            step = np.where(here.x > 0.5, -_STEP, _STEP)
-            goals, slack = self.problem.measure(self.variant, here.x + np.diag(step))
-            with np.errstate(invalid="ignore"):
-                of_goals, of_slack = (goals - here.goals) / step[:, None], (slack - here.slack) / step[:, None]
+            of_goals, of_slack = self.problem.slopes(self.variant, here)
             scaled = of_goals / self.scalar.span
             self.slopes[key] = (
                 np.nan_to_num(scaled, posinf=0, neginf=0).T,
@@ -231,13 +264,13 @@ class _Walk:
         """Return the distances of the goals, large and finite where there is no response."""
         return np.clip(self.scalar.distances(self.at(x).goals), -_FAR, _FAR)
 
-    def best(self) -> _Point:
+    def best(self) -> Point:
         """Return the best point that was visited."""
         points = [*self.visited.values()]
         goals, slack = np.array([p.goals for p in points]), np.array([p.slack for p in points])
         return points[int(np.argmin(ranked(self.scalar, goals, missed(slack))))]
 
-    def best_from(self, start: RealArray) -> _Point:
+    def best_from(self, start: RealArray) -> Point:
         """Return the best point of descents, each from where the last one ended."""
         self.at(start)
         if not len(start):

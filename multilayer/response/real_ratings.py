@@ -41,7 +41,7 @@ def _shift(gaps: RealArray, most: float) -> RealArray:
 
 
 def _rows(bands: Bands, centres: tuple[float, ...]) -> RealArray:
-    return np.stack([np.asarray(bands[float(centre)], dtype=float) for centre in centres])
+    return np.stack([np.asarray(bands[float(centre)]) for centre in centres])
 
 
 def _column(curve: tuple[float, ...], values: RealArray) -> RealArray:

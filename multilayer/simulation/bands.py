@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from multilayer.arrays import RealArray
-from multilayer.response.bands import Width, band_centres, band_points
+from multilayer.arrays import IndexArray, RealArray
+from multilayer.response.bands import Width, band_centres, band_points, bands_of
 from multilayer.simulation.settings import Bands, FrequencyRange
 
 
@@ -28,6 +29,11 @@ class Grid:
     frequency: RealArray
     points: RealArray
     bands: Width | None = None
+
+    @cached_property
+    def thirds(self) -> list[tuple[float, IndexArray]]:
+        """The nominal centre of each third octave that holds some of the frequencies, and their indices."""
+        return bands_of(self.frequency)
 
 
 def grid_of(frequency: FrequencyRange | Bands | tuple[float, ...]) -> Grid:

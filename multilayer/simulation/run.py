@@ -17,16 +17,18 @@ from multilayer.executors import run_all
 from multilayer.log import LOGGER
 from multilayer.response.chunks import POINTS
 from multilayer.simulation.bands import Grid, grid_of
+from multilayer.simulation.batches import batches, run_batch
 from multilayer.simulation.file import Case, SimulationFile, load_simulation
 from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
 from multilayer.simulation.settings import DiffuseIncidence
 from multilayer.simulation.single_numbers import ratings
-from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound, run_task
+from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
 from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
 _MOST_SAMPLES = 50
+_MANY_LAYERS = 10  # of which cases of a sweep take as much memory together as samples
 _ANGLES_OF_DIFFUSE_FIELD = 60
 _WAVENUMBERS_OF_EXCITATION = 200
 _WAVENUMBERS_OF_FREE_WAVES = 400
@@ -85,7 +87,9 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         solves += points * layers * (1 + samples)
         held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
         # samples are not cut into pieces along the frequencies
-        together = max(grid.points.size, _MOST_VALUES) if samples else min(points, POINTS // max(1, layers // 50))
+        alone = min(points, POINTS // max(1, layers // 50))
+        cases = _points_at_once(layers) if len(simulation.cases) > 1 else 0
+        together = max(grid.points.size, _MOST_VALUES) if samples else max(alone, cases)
         at_once = max(at_once, together * layers * _BYTES_OF_LAYER)
     LOGGER.info("%s solves of a layer, about %s MB of memory", counted(solves), counted((held + at_once) / 1e6))
     remedy = "ask for fewer frequencies, cases or samples"
@@ -108,6 +112,16 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     sampled = replace(nominal, layer_losses=False)
     for start in range(0, file.samples, size):
         yield replace(sampled, samples={path: values[start : start + size] for path, values in drawn.items()})
+
+
+def cases_at_once(plan: Plan) -> int:
+    """Return how many cases of a sweep are computed together at most."""
+    layers = max(len(case.simulation.layers) for case in plan.simulation.cases)
+    return int(np.clip(_points_at_once(layers) // plan.grid.points.size, 1, _MOST_SAMPLES))
+
+
+def _points_at_once(layers: int) -> int:
+    return _MOST_VALUES // max(1, layers // _MANY_LAYERS)
 
 
 def run(
@@ -139,11 +153,15 @@ def run(
     """
     cases = plan.simulation.cases
 
+    together = batches(plan.tasks, [*cases[0].values], cases_at_once(plan))
+    first = np.cumsum([0, *(len(batch.tasks) for batch in together)])
+
     def done(index: int) -> None:
         if progress is not None:
-            progress(cases[plan.case_of[index]].label)
+            for task in range(first[index], first[index + 1]):
+                progress(cases[plan.case_of[task]].label)
 
-    outcomes = run_all(run_task, plan.tasks, executor, done)
+    outcomes = [outcome for batch in run_all(run_batch, together, executor, done) for outcome in batch]
     for task, outcome in zip(plan.tasks, outcomes, strict=True):
         refuse_unsound(task, outcome, plan.grid.frequency)
     _warn_once(plan.tasks, outcomes)

@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError
-from multilayer.response.bands import Width, band_means
+from multilayer.response.bands import Width
 from multilayer.response.ratings import (
     enlarged_adaptation_terms,
     noise_reduction_coefficient,
@@ -90,4 +90,5 @@ def _band_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float,
     """Return values by centres of bands; single frequencies are averaged over third octaves that hold enough."""
     if grid.bands is not None:
         return dict(zip(grid.frequency.tolist(), values.tolist(), strict=True))
-    return band_means(grid.frequency, values, mean=QUANTITIES[quantity].mean, least=_LEAST_POINTS)
+    mean = QUANTITIES[quantity].mean
+    return {centre: float(mean(values[inside])) for centre, inside in grid.thirds if len(inside) >= _LEAST_POINTS}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeGuard
 
@@ -121,9 +121,7 @@ def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
 def _sampled(task: Task) -> Arrays:
     """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
-    of_layers = all(path.startswith("layers.") for path in task.samples)
-    of_sound = task.excitation is None and not task.free_waves and not _is_built(task.stack)
-    if isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound:
+    if takes_arrays(task, [*task.samples]):
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
         quantities = _respond(with_values(task.stack, values), task)
@@ -131,6 +129,14 @@ def _sampled(task: Task) -> Arrays:
     rows = [{path: column[i].item() for path, column in task.samples.items()} for i in range(n)]
     each = [_respond(with_values(task.stack, row), task) for row in rows]
     return {name: np.stack([row_quantities[name] for row_quantities in each]) for name in each[0]}
+
+
+def takes_arrays(task: Task, paths: Sequence[str]) -> bool:
+    """Tell whether the responses of a task take arrays of values at some paths."""
+    of_layers = all(path.startswith("layers.") for path in paths)
+    beside_sound = task.excitation is not None or task.free_waves or task.layer_losses
+    of_sound = not beside_sound and not _is_built(task.stack)
+    return isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound
 
 
 def _respond(stack: Stack, task: Task) -> Arrays:

@@ -5,9 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
+from multilayer.optimisation import search
 from multilayer.optimisation.predict import Predictor
 from multilayer.optimisation.run import _anchors, _Run, evaluated
-from multilayer.optimisation.search import GlobalSearch, Problem, Screen
+from multilayer.optimisation.search import GlobalSearch, Point, Problem, Screen
 from multilayer.simulation.bands import grid_of
 from tests.optimisation.test_known_answers import FOAM, TWO, read
 
@@ -22,6 +23,17 @@ WALL = {
     "design": {"layers.plate.thickness": [1e-3, 4e-3]},
     "goal": {"highest": "transmission_loss"},
 }
+RESONATORS = {
+    "layers": [
+        {
+            "type": "helmholtz_resonators", "name": "r", "neck_radius": 2e-3, "neck_length": 5e-3, "pitch": 0.02,
+            "cavity_depth": 0.03,
+        }
+    ],
+    "frequency": [500.0],
+    "design": {"layers.r.neck_radius": [1e-3, 9e-3], "layers.r.pitch": [0.01, 0.04]},
+    "goal": [{"highest": "absorption"}, {"lowest": "thickness"}],
+}  # fmt: skip
 DIFFUSE = {"diffuse": {"max_angle": 90, "weighting": "gaussian"}}
 CASES = {
     "normal": TWO,
@@ -55,19 +67,63 @@ def test_near_the_simulation(name):
             assert spectrum[i] == pytest.approx(quantities[quantity], abs=tolerance), quantity
 
 
+THIRDS = {"incidence": "diffuse", "frequency": {"third_octaves": [80, 5000]}}
+RATED = {
+    "ratings of absorption": {
+        **TWO, **THIRDS,
+        "goal": [{"highest": name} for name in ("alpha_w", "NRC", "SAA", "absorption")],
+        "limits": [
+            {"of": "thickness", "at_most": 0.06}, {"of": "absorption", "at_least": 0.3, "from": 500, "to": 2000}
+        ],
+    },
+    "ratings of losses": {
+        **WALL, **THIRDS,
+        "goal": [{"highest": name} for name in ("Rw", "Rw+Ctr", "STC", "OITC")],
+        "limits": [{"of": "mass", "at_most": 10}, {"of": "price", "at_most": 100}],
+        "catalogue": {"plate": {"price_per_mass": 2.0}, "foam": {"density": 30.0, "price_per_volume": 200.0}},
+    },
+}  # fmt: skip
+
+
+@pytest.fixture
+def exact(monkeypatch):
+    monkeypatch.setattr(search, "FEW_FIELDS", 0)
+
+
+def problem_at(data, x):
+    """Return a problem, its only variant, and a point."""
+    file = read(**data)
+    variant = file.space.variants()[0]
+    margins = np.zeros(len(file.bounds))
+    problem = Problem(grid_of(file.frequency), file.goals, file.bounds, file.catalogue, variant, margins)
+    x = np.full(len(variant.ranges), x)
+    return problem, variant, Point(x, *(values[0] for values in problem.measure(variant, x[None])))
+
+
+@pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")
+@pytest.mark.parametrize("name", [*CASES, *RATED])
+def test_slopes_are_central_differences(name, exact, monkeypatch):
+    problem, variant, here = problem_at({**CASES, **RATED}[name], 0.37)
+    step, n = 1e-4, len(here.x)
+    points = here.x + step * np.concatenate([factor * np.eye(n) for factor in (1, -1, 2, -2)])
+    near = [values.reshape(4, n, -1) for values in problem.measure(variant, points)]
+    monkeypatch.setattr(Problem, "differences", None)  # exact slopes do without
+    for slope, (above, below, far_above, far_below) in zip(problem.slopes(variant, here), near, strict=True):
+        central = (8 * (above - below) - (far_above - far_below)) / (12 * step)
+        assert slope == pytest.approx(central, rel=1e-6, abs=1e-6 * np.max(np.abs(central), initial=0.0))
+
+
+def test_slopes_where_there_is_no_response_are_differences(exact):
+    """A neck as wide as the cavity is refused; the design beside it is not."""
+    problem, variant, here = problem_at(RESONATORS, np.array([1.0, 0.0]))
+    assert np.isinf(here.goals).all()
+    of_goals, _ = problem.slopes(variant, here)
+    assert not np.isfinite(of_goals).any()
+
+
 def test_designs_that_are_not_allowed_have_no_figures():
     """Cavities that are narrower than their necks: each field is within its bounds, both together are refused."""
-    file = read(
-        layers=[
-            {
-                "type": "helmholtz_resonators", "name": "r", "neck_radius": 2e-3, "neck_length": 5e-3, "pitch": 0.02,
-                "cavity_depth": 0.03,
-            }
-        ],
-        frequency=[500.0],
-        design={"layers.r.neck_radius": [1e-3, 9e-3], "layers.r.pitch": [0.01, 0.04]},
-        goal=[{"highest": "absorption"}, {"lowest": "thickness"}],
-    )  # fmt: skip
+    file = read(**RESONATORS)
     (variant,) = file.space.variants()
     problem = Problem(grid_of(file.frequency), file.goals, (), {}, variant, np.zeros(0))
     goals, _ = problem.measure(variant, np.array([[0.0, 1.0], [1.0, 0.0]]))
