@@ -455,10 +455,11 @@ def test_layers_and_materials_in_optimise(what, tmp_path):
 @DOORS
 def test_walls_links_and_what_is_beside_them(what, tmp_path):
     name = json.dumps(NAMES[what])
-    paths = [json.dumps(path) for path in (f"links.{NAMES[what]}.spacing", f"beside.{NAMES[what]}.width")]
+    other = json.dumps(f"{NAMES[what]}!")
+    paths = [json.dumps(path) for path in (f"links.{NAMES[what]}!.spacing", f"beside.{NAMES[what]}.width")]
     (tmp_path / "wall.yaml").write_text(
         f"version: 1\nlayers: [{{{BOARD}, name: {name}}}, {{{FLUID}}}, {{{BOARD}, name: back}}]\ntermination: ambient\n"
-        f"links: [{{name: {name}, kind: point, between: [{name}, back], spacing: 0.6}}]\narea: 10\n"
+        f"links: [{{name: {other}, kind: point, between: [{name}, back], spacing: 0.6}}]\narea: 10\n"
         f"beside: [{{type: slit, name: {name}, width: 1e-3, length: 1, depth: 0.1}}]\nfrequency: [500, 1000]\n"
         f"sweep:\n  ? {paths[0]}\n  : [0.4, 0.6]\n  ? {paths[1]}\n  : [1e-3, 2e-3]\n"
     )
@@ -473,7 +474,7 @@ def test_stacks_and_measurements_in_diagnoses_of_levels(what, tmp_path):
     name = json.dumps(NAMES[what])
     text = test_diagnose_levels.FILE.replace("nominal: wall.yaml", f"stacks: {{? {name}\n : wall.yaml}}")
     text = text.replace("- {", f"- {{name: {name}, stack: {name}, ")
-    text = text.replace("layers.board.density", f"? {json.dumps(f'{NAMES[what]}.layers.board.density')}\n ")
+    text = text.replace("layers.board.density", f"? {json.dumps(f'{NAMES[what]}.layers.board.density')}\n  ")
     file = test_diagnose_levels.write(tmp_path / "wall", text)
     out = tmp_path / "out"
     assert harmless(run("diagnose", file, "--out", out)).status == 0

@@ -150,7 +150,7 @@ class TestBadRequests:
     def test_an_address_that_is_too_long(self, server):
         assert ask(server, "GET", "x" * 70_000)[0] == 414
 
-    @pytest.mark.parametrize("number", ["1e999", "-1e999", "1e300", "1e-300", "1" + 4000 * "0", "true", "[[]]", "null"])
+    @pytest.mark.parametrize("number", ["1e999", "-1e999", "1e300", "1e-300", "1" + 4000 * "0", "[[]]", "null"])
     @pytest.mark.parametrize("place", ['"layers": [{"type": "fluid", "thickness": %s}]', '"frequency": {"points": %s}'])
     def test_numbers_that_are_none_are_told(self, number, place, server):
         layers = '"layers": [{"type": "fluid", "thickness": 0.1}], "termination": "rigid", '
