@@ -194,7 +194,7 @@ def simulated(file: Path) -> None:
         for name, values in case.quantities.items():
             if np.isnan(values).any():
                 raise UnsoundError(f"{name} is no number")
-        if simulation.finite_size is None:
+        if simulation.finite_size is None and not simulation.beside:  # both draw in power from around them
             _refuse_energy(case.quantities)
     result.to_dict()
 
