@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from multilayer.report.listing import Listing
 from multilayer.report.report import Picture, Report, Section
-from multilayer.report.simulation_figures import draw_quantity
+from multilayer.report.simulation_figures import draw_losses, draw_quantity
 from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.compare import Comparison, Misfit
-from multilayer.simulation.quantities import QUANTITIES, Quantity
+from multilayer.simulation.quantities import LOST_IN, QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 from multilayer.simulation.single_numbers import IMPACT
 
@@ -51,6 +51,11 @@ def simulation_report(result: SimulationResult) -> Report:
     rated = [case for case in result.cases if case.ratings]
     ratings = [", ".join(f"{name} {value}" for name, value in case.ratings.items()) for case in rated]
     notes = tuple(f"{case.label}: {text}" if case.label else text for case, text in zip(rated, ratings, strict=True))
+    pictures = _pictures(result, [name for name in _DRAWN if name in there])
+    figures = {file: partial(draw_quantity, result, name) for name, file in _DRAWN.items() if name in there}
+    if any(name.startswith(LOST_IN) for name in there):
+        pictures += (Picture(partial(draw_losses, result, upright=True), "Share of the power that each layer loses."),)
+        figures["layer_losses.png"] = partial(draw_losses, result)
     listings = [_values(result, quantity, only="console") for quantity in others]
     means = [_mean(case, main) for case in cases]
     ranked = _ranked(cases)
@@ -66,7 +71,7 @@ def simulation_report(result: SimulationResult) -> Report:
         ),
         note=_note(result),
         sections=(
-            Section("Over frequency", _pictures(result, [name for name in _DRAWN if name in there])),
+            Section("Over frequency", pictures),
             Section("Values", listings=(*listings, _values(result, main, notes=notes))),
         ),
         inputs=result.settings,
@@ -74,7 +79,7 @@ def simulation_report(result: SimulationResult) -> Report:
         record=result.to_dict(),
         record_file="simulation.json",
         page="report.html",
-        figures={file: partial(draw_quantity, result, name) for name, file in _DRAWN.items() if name in there},
+        figures=figures,
     )
 
 

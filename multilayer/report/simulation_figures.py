@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.report.style import COLOURS, WIDTH, blank, colour, octave_ticks, plain
+from multilayer.report.style import COLOURS, WIDTH, blank, colour, legend_below, octave_ticks, plain
 from multilayer.response.bands import band_edges
-from multilayer.simulation.quantities import QUANTITIES, Quantity
+from multilayer.simulation.quantities import LOST_IN, QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _MOST_IN_LEGEND = 12
 _MOST_MARKERS = 150
+_MOST_PANELS = 4
 
 
 def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, upright: bool = False) -> Figure:
@@ -52,6 +53,35 @@ def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, 
         _legend(axes[0], cases)
         over = ", measured over predicted" if points else ""
         figure.suptitle(f"{plain(result.name)}: {quantity.title}{over}")
+    return figure
+
+
+def draw_losses(result: SimulationResult, *, upright: bool = False) -> Figure:
+    """Draw the shares of the power that the layers lose upon each other, a panel for each of the first cases.
+
+    With the absorption, of which the rest is what gets through; not of a finite size, whose edges add to that.
+    """
+    cases = [case for case in result.cases if any(name.startswith(LOST_IN) for name in case.quantities)][:_MOST_PANELS]
+    width, height = (WIDTH, 1.8) if upright else (7.5, 2.2)
+    figure, grid = blank(len(cases), 1, (width, 1.2 + height * len(cases)), sharex=True)
+    f = band_edges(result.frequency, result.bands) if result.bands else result.frequency
+    last, step = (1, "post") if result.bands else (0, None)
+    for axis, case in zip(grid[:, 0], cases, strict=True):
+        shares = {name: share for name, share in case.quantities.items() if name.startswith(LOST_IN)}
+        total = np.zeros(len(f))
+        for share, tint, name in zip(shares.values(), _tints(len(shares)), shares, strict=True):
+            below, total = total, total + np.append(share, share[len(share) - last :])
+            axis.fill_between(f, below, total, step=step, color=tint, linewidth=0, label=plain(name[len(LOST_IN) :]))
+        if result.settings.get("finite_size") is None:
+            _line(axis, result, case.absorption, color="black", label="absorption")
+        axis.set_ylabel("share of the power")
+        axis.set_ylim(0.0, 1.0)
+        if case.shown:
+            axis.set_title(plain(case.label), fontsize=8)
+    _frequency_axis(grid[-1, 0], result)
+    legend_below(figure, grid[0, 0])
+    if not upright:
+        figure.suptitle(f"{plain(result.name)}: power lost in the layers")
     return figure
 
 

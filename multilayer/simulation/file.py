@@ -23,6 +23,7 @@ from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.response.construction import Construction
 from multilayer.simulation.settings import (
+    DiffuseIncidence,
     Excitation,
     FiniteSize,
     FrequencyGrid,
@@ -105,6 +106,7 @@ class SimulationFile(SimulatedStack, Construction):
 
     excitation: Excitation | None = None
     free_waves: bool = False
+    layer_losses: bool = False
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)
     samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
@@ -141,10 +143,15 @@ class SimulationFile(SimulatedStack, Construction):
 
     @model_validator(mode="after")
     def _is_excited_alone(self) -> Self:
-        key = "excitation" if self.excitation is not None else "free_waves"
-        if (self.excitation is not None or self.free_waves) and (self.beside or self.links):
+        asked = {
+            "excitation": self.excitation is not None, "free_waves": self.free_waves, "layer_losses": self.layer_losses,
+        }  # fmt: skip
+        if any(asked.values()) and (self.beside or self.links):
             text = "is computed of a stack alone; leave it out, or 'beside' and 'links'"
-            refuse(self, [((key,), text, None)])
+            refuse(self, [((next(key for key, is_asked in asked.items() if is_asked),), text, None)])
+        if self.layer_losses and isinstance(self.incidence, DiffuseIncidence):
+            text = "are computed of one plane wave; leave it out, or give 'incidence' an angle"
+            refuse(self, [(("layer_losses",), text, None)])
         return self
 
     def _parsed_tolerances(self) -> dict[str, Tolerance]:

@@ -82,10 +82,20 @@ QUANTITIES = {
 }
 
 
+LOST_IN = "lost_in_"  # names of the shares of the power that layers lose begin so
+
+
+def quantity_named(name: str) -> Quantity:
+    """Return one of `QUANTITIES`, or the share of the power that a layer loses, named as `lost_in` names it."""
+    if name.startswith(LOST_IN):
+        return Quantity(name, f"share of the power lost in {name.removeprefix(LOST_IN)}")
+    return QUANTITIES[name]
+
+
 def columns_of(quantities: Mapping[str, NDArray[Any]]) -> dict[str, RealArray]:
-    """Return the columns of several quantities, in the order of `QUANTITIES`."""
+    """Return the columns of several quantities, in the order of `QUANTITIES`, then what the layers lose."""
     columns: dict[str, RealArray] = {}
-    for name, quantity in QUANTITIES.items():
+    for name in [*QUANTITIES, *(name for name in quantities if name.startswith(LOST_IN))]:
         if name in quantities:
-            columns |= quantity.parts(quantities[name])
+            columns |= quantity_named(name).parts(quantities[name])
     return columns

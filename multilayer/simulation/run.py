@@ -97,7 +97,7 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     file = case.simulation
     nominal = Task(
         file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference, file.excitation,
-        file.free_waves,
+        file.free_waves, file.layer_losses,
     )  # fmt: skip
     yield nominal
     if not file.scatter:
@@ -105,8 +105,9 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     drawn = draw(file.stack, file.scatter, file.samples, file.seed)
     angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
     size = int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
+    sampled = replace(nominal, layer_losses=False)
     for start in range(0, file.samples, size):
-        yield replace(nominal, samples={path: values[start : start + size] for path, values in drawn.items()})
+        yield replace(sampled, samples={path: values[start : start + size] for path, values in drawn.items()})
 
 
 def run(

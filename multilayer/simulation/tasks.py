@@ -14,15 +14,17 @@ from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import with_values
 from multilayer.response.bands import POINTS_PER_THIRD
 from multilayer.response.beside import Shares, Sound
+from multilayer.response.chunks import in_chunks
 from multilayer.response.construction import Construction, wall_shares
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.driven import driven
 from multilayer.response.excitations import Excitation, TappingMachine
+from multilayer.response.fields import power_balance
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
-from multilayer.simulation.quantities import QUANTITIES
+from multilayer.simulation.quantities import LOST_IN, quantity_named
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
@@ -51,6 +53,8 @@ class Task:
         Beside the incident sound.
     free_waves : bool
         Whether those along the stack are asked for.
+    layer_losses : bool
+        Whether the shares of the power that the layers lose are.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
     effort : mapping
@@ -65,6 +69,7 @@ class Task:
     reference: Stack | None = None
     excitation: Excitation | None = None
     free_waves: bool = False
+    layer_losses: bool = False
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     effort: Mapping[str, Any] = field(default_factory=dict)
 
@@ -142,13 +147,13 @@ def _averaged(stack: Stack, task: Task) -> Arrays:
     quantities = {name: value for name, value in values.items() if value is not None}
     if task.frequency.ndim == 1:
         return quantities
-    kept = {name: value for name, value in quantities.items() if not QUANTITIES[name].is_complex}
-    means = {
-        name: QUANTITIES[name].mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
-        for name, value in kept.items()
-    }
-    thirds = task.frequency.shape[-1] / POINTS_PER_THIRD
-    return {name: mean + 10 * np.log10(thirds) if QUANTITIES[name].is_level else mean for name, mean in means.items()}
+    thirds, means = task.frequency.shape[-1] / POINTS_PER_THIRD, {}
+    for name, value in quantities.items():
+        quantity = quantity_named(name)
+        if not quantity.is_complex:
+            mean = quantity.mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
+            means[name] = mean + 10 * np.log10(thirds) if quantity.is_level else mean
+    return means
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
@@ -158,7 +163,19 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     if task.free_waves:
         waves = free_waves(stack, frequency)
         quantities |= {name: getattr(waves, name) for name in OF_FREE_WAVES}
+    if task.layer_losses:
+        quantities |= _of_layers(stack, frequency, task.incidence)
     return quantities
+
+
+def _of_layers(
+    stack: Stack, frequency: RealArray, incidence: PlaneIncidence | DiffuseIncidence
+) -> dict[str, NDArray[Any]]:
+    """Return the share of the power of a plane wave that each layer loses."""
+    assert isinstance(incidence, PlaneIncidence)  # files of others are refused
+    parts = in_chunks(lambda piece: power_balance(stack, piece, incidence.angle), stack, frequency, 1)
+    lost = np.concatenate([part.dissipated for part in parts], axis=-1)
+    return {f"{LOST_IN}{name}": share for name, share in zip(parts[0].layers, lost, strict=True)}
 
 
 _POWER_OF_0_DB = 1e-12  # W
