@@ -26,6 +26,7 @@ from unittest import mock
 
 from multilayer.errors import InputError
 from multilayer.writing import disk, folders, workspace
+from validation.fuzz.corpus import write_corpus, write_tables
 
 HEADING = """| command | files | written | faults tried | old or new, whole | to be finished by the next run | wrong |
 |---|---|---|---|---|---|---|"""
@@ -49,6 +50,11 @@ COMMANDS = (
     "plugins new my-foam --kind layer",
     "examples foam_b",
     "blind-check --campaigns 1 --seed 3 --no-figures",
+    "optimise walls/design.yaml --no-figures",
+    "diagnose walls/loss.yaml --no-figures",
+    "export walls/board.yaml --as transmission_loss --angle 0,45 --out out/made.csv",
+    "export soft.yaml --as nastran --frame-density bulk --out out/made.bdf",
+    "materials --from tables/comma.csv --out out/made.yaml",
 )
 _NOTES, _MINE = "notes.txt", b"the user's"
 _HARMLESS = ("close",)  # of a read-only folder or a lock: a failure there has nothing to lose
@@ -351,7 +357,9 @@ def rows(command: str, faults: Sequence[str] = FAULTS) -> Iterator[str]:
     writer = _Writer(faults)
     words = [str(Path(word).absolute()) if word.startswith("examples/") else word for word in command.split()]
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as nowhere:  # noqa: PTH123
-        out = ["--out", "out/made"]
+        write_corpus(Path())
+        write_tables(Path("tables"))
+        out = [] if "--out" in words else ["--out", "out/made"]
         with mock.patch.object(sys, "argv", ["multilayer", *words, *out]), writer.watching():
             try:
                 with redirect_stdout(nowhere), redirect_stderr(nowhere):

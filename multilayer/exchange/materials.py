@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -204,9 +205,14 @@ class _Row:
             if key in ("name", *_TEXTS) or written in ("", "-", "–"):
                 continue
             try:
-                yield key, _rounded(_number(header, key, self.table.pointed(written)))
+                number = _rounded(_number(header, key, self.table.pointed(written)))
             except ValueError as error:
                 self.problem(key, str(error))
+                continue
+            if isfinite(number):
+                yield key, number
+            else:  # of a field that the layer does not take, nobody else would tell
+                self.problem(key, f"'{written}' is no number; leave the cell empty where there is no value")
 
     def _frame(self, numbers: dict[str, float]) -> None:
         """Put our fields in place of the frame's density of solid and shear modulus."""

@@ -133,7 +133,7 @@ class _Handler(BaseHTTPRequestHandler):
         if len(length) > 12 or int(length) > YAML_BYTES.most:
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             return
-        request = _parsed(self.rfile.read(int(length)))
+        request = parsed(self.rfile.read(int(length)))
         if request is None:
             self._refuse(HTTPStatus.BAD_REQUEST)
             return
@@ -177,8 +177,8 @@ class _Handler(BaseHTTPRequestHandler):
         """Keep silent: addresses hold the token."""
 
 
-def _parsed(content: bytes) -> Mapping[str, Any] | None:
-    """Return a question; None where it is none."""
+def parsed(content: bytes) -> Mapping[str, Any] | None:
+    """Return a question from its JSON; None where it is none."""
     try:
         request = json.loads(content, parse_constant=_refuse_constant)
     except (ValueError, RecursionError):

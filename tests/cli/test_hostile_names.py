@@ -15,10 +15,15 @@ import numpy as np
 import pytest
 
 import multilayer
+from multilayer import load_stack
 from multilayer.cli.progress import progress_bar
 from multilayer.csv_table import csv_table
 from multilayer.doors import for_log, from_cell, guarded_streams
+from multilayer.explore.explorer import Explorer
+from multilayer.materials import load_library
+from multilayer.measurements.readers import read_spectra
 from multilayer.response import plane_wave
+from tests.cli import test_diagnose_levels
 from tests.cli.campaigns import write_campaign
 from tests.cli.command import run_to_the_letter as run
 from tests.cli.hostile_names import FILE_NAMES, NAMES
@@ -373,3 +378,129 @@ def test_log_and_json_of_check(tmp_path):
     assert not CONTROLS.search(done.out)
     (checked,) = json.loads(done.out)
     assert checked["problems"][0]["path"] == f"layers.0.{name}"
+
+
+FOAM = (
+    "type: poroelastic, model: jca, thickness: 50 mm, porosity: 0.98, flow_resistivity: 15000, tortuosity: 1.05, "
+    "viscous_length: 100 um, thermal_length: 250 um, frame_density: 30, young_modulus: 100 kPa, poisson_ratio: 0.3"
+)
+BOARD = (
+    "type: elastic_plate, thickness: 12.5 mm, density: 700, young_modulus: 3e9, poisson_ratio: 0.2, loss_factor: 0.05"
+)
+DOORS = pytest.mark.parametrize("what", ["clear screen", "lines", "script", "formula", "mathematics", "separator"])
+
+
+def lines_of(file):
+    """Hold a text for other programs to lines that are those of `multilayer` alone, and return them."""
+    text = file.read_text(encoding="utf-8")
+    assert not CONTROLS.search(text), ascii(text)
+    return text.splitlines()
+
+
+@FILES
+def test_tables_and_cards_of_export(name, tmp_path):
+    folder = tmp_path / name
+    folder.mkdir()
+    file = folder / f"{name}.yaml"
+    layer = json.dumps(name if name.isprintable() else "foam")
+    file.write_text(f"version: 1\nlayers: [{{{FOAM}, name: {layer}}}]\ntermination: rigid\nfrequency: [200, 400]\n")
+    for suffix in ("csv", "mat", "h5", "uff"):
+        pytest.importorskip({"h5": "h5py", "uff": "pyuff"}.get(suffix, "numpy"))
+        out = folder / f"{name}.{suffix}"
+        assert harmless(run("export", file, "--as", "surface_impedance", "--out", out)).status == 0
+        assert read_spectra(out).rows
+    cards = ("--as", "nastran", "--frame-density", "bulk", "--out", folder / f"{name}.bdf")
+    assert harmless(run("export", file, *cards)).status == 0
+    for line in lines_of(folder / f"{name}.csv"):
+        assert line[0] == "#" or not FORMULA.match(line)
+    for deck in (folder / f"{name}.bdf", folder / f"{name}.uff"):
+        assert all(line.isascii() and len(line) <= 80 for line in lines_of(deck))
+    assert {line.split("*")[0] for line in lines_of(folder / f"{name}.bdf") if line[0] not in "$*"} == {
+        "MATPE1", "MAT1", "MAT10",
+    }  # fmt: skip
+
+
+@NAMED
+def test_tables_of_materials(name, tmp_path):
+    table, library = tmp_path / "foams.csv", tmp_path / "ours.yaml"
+    cell = '"' + name.replace('"', '""') + '"'
+    table.write_text(f"name,sigma [N s/m4],phi,{cell}\n{cell},1e4,0.9,1\n", encoding="utf-8")
+    done = harmless(run("materials", "--from", table, "--out", library))
+    if done.status == 0:
+        (written,) = load_library(library)
+        assert written in (name, name.strip())
+        assert len(done.out) < 3000
+    else:
+        assert not library.exists()
+
+
+@DOORS
+def test_layers_and_materials_in_optimise(what, tmp_path):
+    name, path = json.dumps(NAMES[what]), json.dumps(f"layers.{NAMES[what]}.thickness")
+    (tmp_path / "best.yaml").write_text(
+        f"kind: optimisation\nversion: 1\nlayers: [{{{FOAM}, name: {name}}}, {{{FLUID}, name: gap}}]\n"
+        f"termination: rigid\nfrequency: [300, 600]\ndesign:\n  ? {path}\n  : [10 mm, 30 mm]\n  optional: [{name}]\n"
+        f"goal: [{{highest: absorption}}, {{lowest: price}}]\ncatalogue: {{? {name}\n : {{price_per_volume: 2}}}}\n"
+        "search: {starts: 1}\n"
+    )
+    out = tmp_path / "out"
+    assert harmless(run("optimise", tmp_path / "best.yaml", "--out", out)).status == 0
+    page_of(out)
+    for table in ("designs.csv", "curves.csv"):
+        cells_of(out, table)
+    assert all(path.parent == out for path in out.rglob("*"))
+    assert any(layer.name == NAMES[what] for layer in load_stack(out / "design-1.yaml").layers)
+
+
+@DOORS
+def test_walls_links_and_what_is_beside_them(what, tmp_path):
+    name = json.dumps(NAMES[what])
+    other = json.dumps(f"{NAMES[what]}!")
+    paths = [json.dumps(path) for path in (f"links.{NAMES[what]}!.spacing", f"beside.{NAMES[what]}.width")]
+    (tmp_path / "wall.yaml").write_text(
+        f"version: 1\nlayers: [{{{BOARD}, name: {name}}}, {{{FLUID}}}, {{{BOARD}, name: back}}]\ntermination: ambient\n"
+        f"links: [{{name: {other}, kind: point, between: [{name}, back], spacing: 0.6}}]\narea: 10\n"
+        f"beside: [{{type: slit, name: {name}, width: 1e-3, length: 1, depth: 0.1}}]\nfrequency: [500, 1000]\n"
+        f"sweep:\n  ? {paths[0]}\n  : [0.4, 0.6]\n  ? {paths[1]}\n  : [1e-3, 2e-3]\n"
+    )
+    out = tmp_path / "out"
+    assert harmless(run("simulate", tmp_path / "wall.yaml", "--out", out)).status == 0
+    page_of(out)
+    cells_of(out, "simulation.csv")
+
+
+@pytest.mark.parametrize("what", ["clear screen", "script", "formula"])
+def test_stacks_and_measurements_in_diagnoses_of_levels(what, tmp_path):
+    name = json.dumps(NAMES[what])
+    text = test_diagnose_levels.FILE.replace("nominal: wall.yaml", f"stacks: {{? {name}\n : wall.yaml}}")
+    text = text.replace("- {", f"- {{name: {name}, stack: {name}, ")
+    text = text.replace("layers.board.density", f"? {json.dumps(f'{NAMES[what]}.layers.board.density')}\n  ")
+    file = test_diagnose_levels.write(tmp_path / "wall", text)
+    out = tmp_path / "out"
+    assert harmless(run("diagnose", file, "--out", out)).status == 0
+    page_of(out)
+    for table in out.glob("*.csv"):
+        cells_of(out, table.name)
+    assert all(path.parent == out for path in out.rglob("*"))
+
+
+@FILES
+def test_what_the_page_of_explore_is_told_and_saves(name, tmp_path):
+    file = simulation(tmp_path, "foam", f"{name}.yaml")
+    explorer = Explorer(file)
+    began = explorer.answer("start", {})
+    assert not CONTROLS.search(began["file"])
+    data = {**began["data"], "layers": [{**began["data"]["layers"][0], "name": name, "type": name, name: 1}]}
+    for question in (
+        {"data": data, "describe": True}, {"data": data, "name": f"{name}.yml/", "kind": name},
+        {"data": data, "edit": {"do": name}}, {"data": data, "edit": {"do": "add", "at": 0, "material": name}},
+    ):  # fmt: skip
+        for asked in ("evaluate", "edit", "save"):
+            texts = [problem["text"] for problem in explorer.answer(asked, question)["problems"]]
+            assert texts or asked == "edit"
+            assert not CONTROLS.search("".join(texts))
+    wanted = {"data": began["data"], "name": "saved.yaml", "kind": "stack"}
+    assert explorer.answer("save", wanted)["problems"] == []
+    first, second, *_ = lines_of(tmp_path / "saved.yaml")
+    assert first.startswith("# Made by")
+    assert second == "kind: stack"

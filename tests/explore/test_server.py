@@ -141,6 +141,63 @@ class TestBadRequests:
         headers["Content_Length"] = "-1"
         assert ask(server, "POST", "watch", "{}", **headers)[0] == 411
 
+    @pytest.mark.parametrize("method", ["PUT", "DELETE", "OPTIONS", "HEAD", "TRACE", "PATCH"])
+    def test_other_methods_and_nothing_for_other_sites(self, method, server):
+        status, headers, _ = ask(server, method, "watch")
+        assert status == 501
+        assert not [name for name in headers if name.lower().startswith("access-control")]
+
+    def test_an_address_that_is_too_long(self, server):
+        assert ask(server, "GET", "x" * 70_000)[0] == 414
+
+    @pytest.mark.parametrize("number", ["1e999", "-1e999", "1e300", "1e-300", "1" + 4000 * "0", "[[]]", "null"])
+    @pytest.mark.parametrize("place", ['"layers": [{"type": "fluid", "thickness": %s}]', '"frequency": {"points": %s}'])
+    def test_numbers_that_are_none_are_told(self, number, place, server):
+        layers = '"layers": [{"type": "fluid", "thickness": 0.1}], "termination": "rigid", '
+        body = f'{{"describe": true, "data": {{{layers}{place % number}}}}}'
+        status, _, content = ask(server, "POST", "evaluate", body, Content_Type="application/json")
+        (problem,) = json.loads(content, parse_constant=pytest.fail)["problems"]
+        assert status == 200
+        assert "bug" not in problem["text"]
+        assert len(problem["text"]) < 1000
+
+    def test_a_number_with_too_many_digits_is_no_json(self, server):
+        body = f'{{"data": {"1" * 5000}}}'
+        assert ask(server, "POST", "evaluate", body, Content_Type="application/json")[0] == 400
+
+    def test_fields_that_there_are_none(self, server):
+        data = json.loads(post(server, "start", {})[2])["data"]
+        status, _, content = post(server, "evaluate", {"data": {**data, "\x1b[2J\ud800": 1}, "surprise": 1})
+        (problem,) = json.loads(content)["problems"]
+        assert status == 200
+        assert "\x1b" not in problem["text"]
+
+    def test_a_body_that_never_comes_holds_nobody_up(self, server, monkeypatch):
+        monkeypatch.setattr("multilayer.explore.server._Handler.timeout", 0.3)
+        with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as silent:
+            head = f"POST /{server.token}/watch HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+            silent.sendall(f"{head}Content-Type: application/json\r\nContent-Length: 100\r\n\r\n{{".encode())
+            assert post(server, "watch", {})[0] == 200
+            assert silent.recv(1000) == b""  # given up
+
+    def test_windows_that_ask_at_once_get_their_own_answers(self, server):
+        data = json.loads(post(server, "start", {})[2])["data"]
+        layers = [{**data["layers"][0], "thickness": f"{n} m"} for n in (0.05, 50, 0.1, 70)]
+        answers = {}
+
+        def asked(i):
+            answers[i] = json.loads(post(server, "evaluate", {"data": {**data, "layers": [layers[i]]}})[2])
+
+        threads = [threading.Thread(target=asked, args=(i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(20)
+        meant = {i: [text for text in answer["warnings"] if "is '" in text] for i, answer in answers.items()}
+        assert [len(meant[i]) for i in range(4)] == [0, 1, 0, 1]
+        assert "50 mm" in meant[1][0]
+        assert "70 mm" in meant[3][0]
+
     def test_a_bug_is_told_on_the_page(self, server, monkeypatch):
         def fail(request):
             raise RuntimeError("the roof fell in")

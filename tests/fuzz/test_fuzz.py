@@ -5,12 +5,16 @@ import os
 import numpy as np
 import pytest
 
-from validation.fuzz.corpus import write_corpus
+from multilayer.kinds import kind_of
+from validation.fuzz.commands import command_target
+from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
+from validation.fuzz.requests import RequestTarget
 from validation.fuzz.sizes import DATA, NAMES, SizeTarget
-from validation.fuzz.watch import REFUSED, Tally, tried, watched
-from validation.fuzz.yaml_mutants import YamlTarget
+from validation.fuzz.tables import TableTarget
+from validation.fuzz.watch import PASSED, REFUSED, Tally, tried, watched
+from validation.fuzz.yaml_mutants import YamlTarget, checked
 
 SEED = 20
 LIBRARIES = {"HDF5": "h5py", "UFF": "pyuff", "TDMS": "nptdms"}
@@ -25,6 +29,34 @@ def test_spoiled_yaml_files(tmp_path):
     found = tally(YamlTarget(write_corpus(tmp_path / "yaml"), SEED, 0.1), range(250))
     assert found.failures == {}
     assert found.counts[REFUSED] > 150
+
+
+def test_files_pass_before_they_are_spoiled(tmp_path):
+    for file in write_corpus(tmp_path / "yaml"):
+        assert tried(lambda file=file: checked(file), file).kind == PASSED, file
+    for table in write_tables(tmp_path / "tables"):
+        assert TableTarget([table], SEED).tried(table).kind == PASSED, table
+
+
+def test_spoiled_walls_and_designs(tmp_path):
+    files = [file for file in write_corpus(tmp_path / "yaml") if file.parent.name == "walls"]
+    assert {kind_of(file).name for file in files} == {"simulation", "stack", "optimisation", "diagnose"}
+    assert tally(YamlTarget(files, SEED), range(120)).failures == {}
+    assert tally(command_target(files, SEED), range(60)).failures == {}
+
+
+def test_spoiled_tables_of_materials(tmp_path):
+    found = tally(TableTarget(write_tables(tmp_path / "tables"), SEED), range(150))
+    assert found.failures == {}
+    assert found.counts[PASSED] > 15
+
+
+def test_spoiled_questions_to_the_page_of_explore(tmp_path):
+    files = [file for file in write_corpus(tmp_path / "yaml") if file.parent.name == "walls"]
+    simulations = [file for file in files if kind_of(file).name == "simulation"]
+    found = tally(RequestTarget(simulations, SEED), range(150))
+    assert found.failures == {}
+    assert min(found.counts[PASSED], found.counts[REFUSED]) > 15
 
 
 @pytest.mark.parametrize("name", FORMATS)

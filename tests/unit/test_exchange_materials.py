@@ -79,6 +79,8 @@ MISTAKES = {
     "2: column 'sigma': 10500 has no unit; call the column 'sigma [N s/m^4]'": "name,sigma\na,10500\n",
     "2: column 'sigma [kg]': '10500 kg' has the wrong unit": "name,sigma [kg]\na,10500\n",
     "2: column 'phi': 'x' is no number": HEAD + "a,1e4,x,1,100,200,9,160,0.4\n",
+    "2: column 'nu': 'nan' is no number; leave the cell empty": HEAD + "a,1e4,.9,1,100,200,9,,nan\n",
+    "2: column 'nu': '1e400' is no number; leave the cell empty": HEAD + "a,1e4,.9,1,100,200,9,,1e400\n",
     "2: column 'phi': 1.2 is not allowed: it must be below 1": HEAD + "a,1e4,1.2,1,100,200,9,160,0.4\n",
     "3: column 'phi': 1.2 is not allowed": HEAD + "a,1e4,.9,1,100,200,9,160,0.4\nb,1e4,1.2,1,100,200,9,160,0.4\n",
     "2: column 'alpha_inf': is missing; model 'jca' takes porosity": HEAD + "a,1e4,.9,,100,200,9,160,0.4\n",

@@ -5,8 +5,8 @@ table in Markdown and what failed; the same seed gives the same tries, in howeve
 try of one target again.
 
 A failure is any exception but those with a message for the user, a message without a file (or without a line, of a
-field in a YAML file), a warning of Python or NumPy, more than 20 s or 1 GB, a result that is no number, or more energy
-than came in.
+field in a YAML file), a warning of Python or NumPy, more than 20 s of a processor or 1 GB, a result that is no number,
+or more energy than came in.
 """
 
 from __future__ import annotations
@@ -16,20 +16,26 @@ import resource
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 from time import monotonic
 
+from multilayer.kinds import kind_of
 from validation.fuzz.commands import command_target
-from validation.fuzz.corpus import write_corpus
+from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
+from validation.fuzz.requests import RequestTarget
 from validation.fuzz.sizes import NAMES, SizeTarget
+from validation.fuzz.tables import TableTarget
 from validation.fuzz.watch import HEAD, Outcome, Tally, watched
 from validation.fuzz.yaml_mutants import YamlTarget
 
 COUNTS = {
     "yaml": 2000,
     "commands": 300,
+    "tables": 500,
+    "requests": 500,
     "files": 200,
     "numbers": 500,
     "sizes": len(NAMES),
@@ -37,14 +43,24 @@ COUNTS = {
 MEMORY = Path("/dev/shm")  # a file on a disk takes as long to write as to be read and checked
 
 
-def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, str, Callable[[int], Outcome]]]:
-    """Give kind, title and target of everything that is asked for."""
+def targets(
+    kinds: list[str], seed: int, folder: Path, pattern: str = "*"
+) -> Iterator[tuple[str, str, Callable[[int], Outcome]]]:
+    """Give kind, title and target of everything that is asked for; of YAML files those whose path fits a pattern."""
+    only = "" if pattern == "*" else f"`{pattern}`: "
     if "yaml" in kinds:
-        files = write_corpus(folder / "yaml")
-        yield "yaml", "YAML files through check, and what passes through its command", YamlTarget(files, seed, 0.3)
+        files = _fitting(write_corpus(folder / "yaml"), folder / "yaml", pattern)
+        title = f"{only}YAML files through check, and what passes through its command"
+        yield "yaml", title, YamlTarget(files, seed, 1.0 if only else 0.3)
     if "commands" in kinds:
-        files = write_corpus(folder / "commands")
-        yield "commands", "YAML files through check, what passes through rig or diagnose", command_target(files, seed)
+        files = _fitting(write_corpus(folder / "commands"), folder / "commands", pattern)
+        title = f"{only}YAML files through check, what passes through rig, diagnose, optimise or export"
+        yield "commands", title, command_target(files, seed)
+    if "tables" in kinds:
+        yield "tables", "tables through materials --from", TableTarget(write_tables(folder / "tables"), seed)
+    if "requests" in kinds:
+        files = [file for file in write_corpus(folder / "requests") if kind_of(file).name in ("stack", "simulation")]
+        yield "requests", "questions to the page of explore", RequestTarget(files, seed)
     if "files" in kinds:
         for number, name in enumerate(FORMATS):
             place = folder / f"flips{number}"
@@ -56,12 +72,20 @@ def targets(kinds: list[str], seed: int, folder: Path) -> Iterator[tuple[str, st
         yield "sizes", "sizes of texts, lists, files, claims", SizeTarget(folder)
 
 
+def _fitting(files: list[Path], folder: Path, pattern: str) -> list[Path]:
+    return [file for file in files if fnmatch(file.relative_to(folder).as_posix(), pattern)]
+
+
 def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m validation.fuzz", description=__doc__.splitlines()[0])
     parser.add_argument(
-        "kinds", nargs="*", metavar="yaml|commands|files|numbers|sizes", help="all of them when left out"
+        "kinds",
+        nargs="*",
+        metavar="KIND",
+        help=f"of {', '.join(COUNTS)}; all of them when left out",
     )
+    parser.add_argument("--files", default="*", metavar="PATTERN", help="YAML files to be spoiled, as 'walls/*'")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="tries of each target")
     parser.add_argument("--minutes", type=float, help="longest time for each target")
@@ -76,7 +100,7 @@ def main() -> None:
 
 def _run(asked: argparse.Namespace, folder: Path) -> None:
     tallies = []
-    for kind, title, target in targets(asked.kinds or [*COUNTS], asked.seed, folder):
+    for kind, title, target in targets(asked.kinds or [*COUNTS], asked.seed, folder, asked.files):
         if asked.only is not None:
             _show(title, target, asked.only)
             continue
@@ -106,9 +130,12 @@ def _processor_time() -> float:
 def _show(title: str, target: Callable[[int], Outcome], index: int) -> None:
     """Print what is tried, where it can be printed, and what came of it."""
     print(f"## {title}")
-    if isinstance(target, YamlTarget):
+    if isinstance(target, YamlTarget | TableTarget):
         file, text = target.text(index)
         print(f"{file.name}:\n{text}")
+    if isinstance(target, RequestTarget):
+        explorer, name, text = target.text(index)
+        print(f"{explorer.file.name}, {name}:\n{text}")
     if isinstance(target, ExtremeTarget):
         print(target.data(index))
     outcome = target(index)

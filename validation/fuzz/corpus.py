@@ -109,6 +109,229 @@ laws:
      imag: [0, 0], imag_low: [-1, -1], imag_high: [1, 1]}}
 """,
 }
+# what lies beside a stack, ties its leaves together, acts on it, is searched in it, is measured of it as levels: under
+# a folder of their own, so that `--files 'walls/*'` takes these alone
+_WALLS = {
+    "studs.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, name: front, thickness: 12.5 mm, density: 700, young_modulus: 3 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+  - {type: limp, name: wool, thickness: 75 mm, porosity: 0.98, flow_resistivity: 8e3, tortuosity: 1.0,
+     viscous_length: 120 um, thermal_length: 240 um, frame_density: 16}
+  - {type: elastic_plate, name: back, thickness: 12.5 mm, density: 700, young_modulus: 3 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+termination: ambient
+links:
+  - {name: studs, kind: line, between: [front, back], spacing: 0.6 m, compliance: 1e-6 m2/N}
+  - {name: ties, kind: point, between: [front, back], spacing: 40 cm}
+area: 10 m2
+beside:
+  - {type: slit, name: joint, width: 0.1 mm, length: 8 m, depth: 100 mm, at_edge: true}
+  - {type: hole, radius: 5 mm, depth: 150 mm, count: 3}
+  - {type: flanking, name: floor, transmission_loss: 60 dB}
+frequency: [125, 500 Hz, 2 kHz]
+incidence: 45
+sweep: {links.studs.compliance: [0, 1e-6 m2/N], beside.joint.width: [0.1 mm, 1 mm]}
+tolerances: {links.ties.spacing: 5 %, area: 1 m2}
+samples: 3
+""",
+    "window.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {material: Bauakustik/T4.2.4-1/concrete, name: concrete, thickness: 150 mm}
+termination: ambient
+area: 10 m2
+beside:
+  - type: patch
+    name: window
+    area: 1.5 m2
+    stack:
+      layers: [{material: Bauakustik/T4.2.4-1/glass, thickness: 6 mm}]
+      termination: ambient
+  - {type: patch, name: door, width: 0.9 m, height: 2 m, stack: board.yaml}
+  - {type: flanking, spectrum: {frequency: [100, 1000, 3150 Hz], transmission_loss: [50, 55, 60 dB]}}
+frequency: {octaves: [500 Hz, 1 kHz]}
+incidence: {diffuse: {max_angle: 70}}
+finite_size: {width: 4 m, height: 2.5 m}
+sweep: {beside.window.stack.layers.0.thickness: [4 mm, 6 mm]}
+""",
+    "board.yaml": """\
+version: 1
+layers:
+  - {type: elastic_plate, name: board, thickness: 12.5 mm, density: 700, young_modulus: 2.5e9, poisson_ratio: 0.3,
+     loss_factor: 0.02}
+termination: ambient
+""",
+    "mosaic.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - type: patches
+    name: mosaic
+    period: 60 mm
+    patches:
+      - {name: foam, share: 70 %, layers: [{type: equivalent_fluid, model: miki, thickness: 50 mm,
+         flow_resistivity: 10 kN s/m^4}]}
+      - name: chamber
+        share: 30 %
+        closed: true
+        layers: [{type: screen, flow_resistance: 400}, {type: fluid, thickness: 200 mm}]
+  - {type: fluid, thickness: 20 mm}
+termination: rigid
+frequency: [100, 400, 1000]
+incidence: 30
+sweep: {layers.mosaic.patches.0.layers.0.thickness: [50 mm, 40 mm]}
+""",
+    "tapped.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, name: screed, thickness: 50 mm, density: 2000, young_modulus: 20 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.03}
+  - {type: elastic_solid, name: mat, thickness: 20 mm, density: 100, young_modulus: 0.4 MPa, poisson_ratio: 0.1,
+     loss_factor: 0.1}
+  - {type: elastic_plate, name: slab, thickness: 140 mm, density: 2300, young_modulus: 30 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+termination: ambient
+excitation: {type: tapping_machine, restitution: 0.5, hammer_mass: 500 g, fall_height: 4 cm, blows_per_second: 10 Hz,
+  radius: 15 mm}
+free_waves: true
+frequency: [100, 1000]
+sweep: {excitation.restitution: [0, 1]}
+""",
+    "roof.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, thickness: 0.7 mm, density: 7800, young_modulus: 210 GPa, poisson_ratio: 0.3,
+     loss_factor: 0.01}
+termination: ambient
+excitation: {type: rain, rate: 40 mm/h, drop_diameter: 5 mm, fall_velocity: 7 m/s, water_density: 1000}
+finite_size: {width: 1.4 m, height: 1.1 m}
+frequency: [200, 1300 Hz]
+tolerances: {layers.0.thickness: 0.1 mm}
+samples: 2
+""",
+    "hull.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, name: skin, thickness: 2 mm, density: 2700, young_modulus: 70 GPa, poisson_ratio: 0.33,
+     loss_factor: 0.02}
+  - {material: AA2009/T11.3/foam, thickness: 3 cm}
+termination: ambient
+excitation: {type: turbulent_flow, speed: 50 m/s, boundary_layer_thickness: 20 mm, friction_velocity: 1.8 m/s,
+  convection: 0.7, decay_along: 0.116, decay_across: 0.7}
+frequency: [500, 2000]
+""",
+    "struck.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, thickness: 10 mm, density: 2500, young_modulus: 60 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.02}
+termination: ambient
+excitation: {type: point_force, spectral_density: 2, radius: 10 mm}
+frequency: {third_octaves: [500 Hz, 630 Hz]}
+""",
+    "design.yaml": """\
+kind: optimisation
+version: 1
+layers:
+  - {name: front, material: AA2009/T11.3/foam, thickness: 20 mm}
+  - {name: back, material: AA2009/T11.3/foam, thickness: 20 mm}
+  - {type: fluid, name: gap, thickness: 5 mm}
+termination: rigid
+frequency: [250, 500, 1000]
+design:
+  layers.front.material: {among: [AA2009/T11.3/foam, AA2009/T11.6/foam]}
+  layers.back.thickness: [5 mm, 45 mm]
+  layers.gap.thickness: [2 mm, 40 mm]
+  optional: [gap]
+goal: {highest: absorption, from: 200 Hz, to: 1 kHz}
+limits:
+  - {of: thickness, at_most: 50 mm}
+  - {of: mass, at_most: 1.5 kg/m^2}
+search: {starts: 1, seed: 0}
+""",
+    "front.yaml": """\
+kind: optimisation
+version: 1
+layers:
+  - {type: elastic_plate, name: board, thickness: 10 mm, density: 700, young_modulus: 3 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+  - {type: limp, name: wool, thickness: 50 mm, porosity: 0.98, flow_resistivity: 8e3, tortuosity: 1.0,
+     viscous_length: 120 um, thermal_length: 240 um, frame_density: 16}
+termination: ambient
+frequency: [125, 500]
+design:
+  layers.board.thickness: [6 mm, 20 mm]
+  layers.wool.flow_resistivity: [5 kN s/m^4, 50 kN s/m^4]
+  order: [board, wool]
+goal:
+  - {highest: transmission_loss, from: 125 Hz, to: 500 Hz}
+  - {lowest: price}
+  - {closest: loss.csv, quantity: transmission_loss}
+limits:
+  - {of: transmission_loss, at_least: 5 dB, from: 400 Hz, to: 600 Hz}
+catalogue:
+  board: {price_per_mass: 2}
+  wool: {price_per_volume: 100, mass: 1 kg/m^2}
+search: {starts: 1}
+""",
+    "loss.yaml": """\
+kind: diagnose
+version: 1
+nominal: board.yaml
+measurements:
+  - {kind: transmission_loss, file: loss.csv, bands: third octaves, incidence: diffuse}
+unknowns:
+  layers.board.density: {normal: [700 kg/m^3, 7 kg/m^3]}
+effects: [receiving_absorption, leak]
+uncertainty: repeatability
+search: {candidates: 4, starts: 1}
+""",
+    "room.yaml": """\
+kind: diagnose
+version: 1
+stacks: {wool: {version: 1, layers: [{type: equivalent_fluid, name: wool, model: miki, thickness: 50 mm,
+  flow_resistivity: 8e3}], termination: rigid}}
+measurements:
+  - {kind: reverberation_absorption, stack: wool, file: room.csv, finite_size: {width: 3 m, height: 3.6 m}}
+unknowns:
+  wool.layers.wool.flow_resistivity: {lognormal: [8 kN s/m^4, 0.2]}
+effects: [panel_size, limit_angle]
+uncertainty: in_situ
+search: {candidates: 4, starts: 1}
+""",
+    "alpha.yaml": """\
+kind: diagnose
+version: 1
+nominal: wool.yaml
+measurements:
+  - {kind: absorption, file: room.csv, incidence: {diffuse: {max_angle: 80}}, bands: third octaves, noise: {absolute:
+     0.02}, model_error: 0.01, from: 200 Hz, to: 2 kHz}
+unknowns:
+  layers.wool.thickness: {normal: [50 mm, 1 mm]}
+effects: [rear_air_gap]
+search: {candidates: 4, starts: 1}
+""",
+    "wool.yaml": """\
+version: 1
+layers:
+  - {type: equivalent_fluid, name: wool, model: miki, thickness: 50 mm, flow_resistivity: 8e3}
+termination: rigid
+""",
+}
+_FOAMS = """\
+Material,sigma [kN s/m4],phi,alpha_inf,Lambda [um],Lambda' [um],rho_s [kg/m3],N [kPa],nu,eta,k0' [m2],Comment
+melamine,12,0.99,1.02,100,200,,,,,,light
+"felt, grey",30,95 %,1.1,60,150,1200,50,0.3,0.1,4e-9,"of 3 lots"
+=wool,2.5e1,0.97,1.0,80 um,160,2500,,,,,
+"""
 _DIAGNOSE = """\
 kind: diagnose
 version: 1
@@ -147,8 +370,33 @@ def write_corpus(folder: Path) -> list[Path]:
         (home / name).write_text(text, encoding="utf-8")
     (folder / "foam_tube" / "diagnose.yaml").write_text(_DIAGNOSE, encoding="utf-8")
     (folder / "foam_tube" / "stacks.yaml").write_text(_STACK_FIT, encoding="utf-8")
+    _write_walls(folder / "walls")
     _four_microphones(folder / "raw_tube")
     return sorted(folder.rglob("*.yaml"))
+
+
+def write_tables(folder: Path) -> list[Path]:
+    """Write tables of materials, as other programs have them: by commas, by semicolons, by tabs."""
+    folder.mkdir(parents=True)
+    plain = _FOAMS.replace("felt, grey", "felt").replace('"', "")
+    texts = {"comma": _FOAMS, "semicolon": plain.replace(",", ";").replace(".", ","), "tab": plain.replace(",", "\t")}
+    for name, text in texts.items():
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    return sorted(folder.iterdir())
+
+
+def _write_walls(folder: Path) -> None:
+    """Write walls, what acts on them and what is searched or measured of them, with the levels that were measured."""
+    folder.mkdir()
+    for name, text in _WALLS.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    bands = (200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000)
+    for name, column, levels in (
+        ("loss", "transmission_loss_db", [20 + 0.9 * i for i in range(len(bands))]),
+        ("room", "absorption", [0.3 + 0.07 * i for i in range(len(bands))]),
+    ):
+        rows = "".join(f"{f},{level:.2f}\n" for f, level in zip(bands, levels, strict=True))
+        (folder / f"{name}.csv").write_text(f"frequency_hz,{column}\n{rows}", encoding="utf-8")
 
 
 def _keep_few_bursts(file: Path) -> None:

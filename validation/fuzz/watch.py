@@ -21,7 +21,8 @@ from time import monotonic
 import multilayer
 from multilayer.errors import InputError, MultilayerError, PlausibilityWarning, PluginWarning, ValidityWarning
 
-SECONDS = 20
+SECONDS = 20  # of a processor: a machine that is busy with other things changes no outcome
+_HANGS = 10 * SECONDS  # of a clock, for what waits and computes nothing
 MEGABYTES = 1000
 OURS = (PlausibilityWarning, PluginWarning, ValidityWarning)
 ROOT = str(Path(multilayer.__file__).parent)
@@ -113,12 +114,12 @@ def _ended(action: Callable[[], str], needs_line: Path | None) -> Outcome:  # no
     def stop(*_: object) -> None:
         raise TooSlowError
 
-    signal.signal(signal.SIGALRM, stop)
-    signal.alarm(SECONDS)
+    signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
         return Outcome(action())
     except InputError as error:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
         lost = [problem for problem in error.problems if problem.file is None]
         lost += [p for p in error.problems if p.file == needs_line and p.path and p.line is None]
         if lost:
@@ -133,7 +134,7 @@ def _ended(action: Callable[[], str], needs_line: Path | None) -> Outcome:  # no
     except Exception as error:
         return Outcome(f"{type(error).__name__} at {_innermost(error)}", " ".join(str(error).split())[:200])
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def _pattern(text: str) -> str:
@@ -161,14 +162,14 @@ class _Worker:
         self.process = context.Process(target=_try_all, args=(self.target, [*self.left], there))
         self.process.start()
         there.close()
-        self.until = monotonic() + 2 * SECONDS
+        self.until = monotonic() + _HANGS
 
     def ended(self) -> Iterator[tuple[int, Outcome]]:
         """Give the try that has ended, if one has, with its index."""
         if self.results.poll():
             try:
                 outcome = self.results.recv()
-                self.until = monotonic() + 2 * SECONDS
+                self.until = monotonic() + _HANGS
                 yield self.left.popleft(), outcome
                 return
             except EOFError:

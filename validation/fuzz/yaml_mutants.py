@@ -22,7 +22,7 @@ from multilayer.simulation.file import load_simulation
 from multilayer.simulation.run import plan, run
 from validation.fuzz.watch import PASSED, Outcome, UnsoundError, own, tried
 
-_JUNK: tuple[Any, ...] = (
+JUNK: tuple[Any, ...] = (
     None, True, False, "", " ", [], {}, [[]], [None], {"": None}, -1, 0, 1, 0.0, -0.0, 1e-300, 1e300, -1e300, 1e-20,
     1e20, float("inf"),
     float("nan"), 10**30, "x", "1 m", "1 kPa", "-5 %", "20 degC", "1e5+1e4j", "1e400", "=1+1", "../x", "/dev/null",
@@ -42,11 +42,11 @@ def mutant(text: str, rng: np.random.Generator, others: list[str]) -> str:
     """Return a spoiled text."""
     if rng.random() < 0.35:
         for _ in range(int(rng.integers(1, 5))):
-            text = _spoilt_text(text, rng)
+            text = spoilt_text(text, rng)
         return text
     data = pickle.loads(_packed(text))
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
-        data = _spoilt_data(data, rng, others)
+        data = spoilt_data(data, rng, others)
     return yaml.dump(data, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
 
 
@@ -56,7 +56,8 @@ def _packed(text: str) -> bytes:
     return pickle.dumps(yaml.load(text, Loader=_LOADER))  # the safe one
 
 
-def _spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
+def spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
+    """Return a text with one of its lines or characters lost, doubled, moved or made another."""
     lines, at = text.splitlines(keepends=True) or [""], int(rng.integers(len(text) + 1))
     i, j = (int(rng.integers(len(lines))) for _ in range(2))
     match int(rng.integers(9)):
@@ -79,7 +80,7 @@ def _spoilt_text(text: str, rng: np.random.Generator) -> str:  # noqa: PLR0911
         case 7:
             return text[:at] + text[at + int(rng.integers(1, 30)) :]
         case _:
-            return text[:at] + str(_JUNK[int(rng.integers(len(_JUNK)))]) + text[at:]
+            return text[:at] + str(JUNK[int(rng.integers(len(JUNK)))]) + text[at:]
 
 
 def _paths(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
@@ -93,10 +94,11 @@ def _at(data: Any, path: tuple[Any, ...]) -> Any:
     return data
 
 
-def _spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
+def spoilt_data(data: Any, rng: np.random.Generator, names: list[str]) -> Any:
+    """Return data with a value, or the name of one, lost, doubled or made another; they may be changed themselves."""
     paths = _paths(data)
     path = paths[int(rng.integers(len(paths)))]
-    junk = deepcopy(_JUNK[int(rng.integers(len(_JUNK)))])  # later mutations change it
+    junk = deepcopy(JUNK[int(rng.integers(len(JUNK)))])  # later mutations change it
     if not path:
         return junk if rng.random() < 0.02 or not isinstance(data, dict | list) else data
     parent, key = _at(data, path[:-1]), path[-1]
@@ -147,13 +149,14 @@ class YamlTarget:
     def __call__(self, index: int) -> Outcome:
         file, text = self.text(index)
         file.write_text(text, encoding="utf-8", errors="replace")
-        outcome = tried(lambda: _check(file), file)
+        outcome = tried(lambda: checked(file), file)
         if outcome.kind == PASSED and np.random.default_rng([self.seed, index, 1]).random() < self.deep:
             outcome = tried(lambda: self.run(file), file)
         return Outcome(outcome.kind, f"{file.name}: {outcome.text}") if outcome.failed else outcome
 
 
-def _check(file: Path) -> str:
+def checked(file: Path) -> str:
+    """Read a file as `check` does."""
     if problems := _checked(file).problems:
         raise InputError(problems)
     return PASSED
@@ -191,7 +194,7 @@ def simulated(file: Path) -> None:
         for name, values in case.quantities.items():
             if np.isnan(values).any():
                 raise UnsoundError(f"{name} is no number")
-        if simulation.finite_size is None:
+        if simulation.finite_size is None and not simulation.beside:  # both draw in power from around them
             _refuse_energy(case.quantities)
     result.to_dict()
 
