@@ -54,6 +54,17 @@ def test_the_cause_that_predicts_held_out_data_comes_first():
     assert comparison.score(near) == checked.score(near)
 
 
+@pytest.mark.parametrize(("free", "first"), [(-700.0, ("known",)), (-550.0, UNKNOWN)])
+def test_a_known_law_must_foretell_held_out_data_as_well_as_a_free_one(free, first):
+    known = ("known",)
+    evidence = {(): -500.0, known: 0.0, UNKNOWN: -40.0}
+    comparison = ModelComparison(None, {known: None}, evidence, 3, free=Shrinkage(9.0, 1.0, "", free))
+    checked = comparison.with_held_out({known: Shrinkage(9.0, 1.0, "", -600.0)})
+    assert checked.ranked[0] == first
+    # what is free is never behind by that: it knows the place only
+    assert checked.score(UNKNOWN) == comparison.score(UNKNOWN)
+
+
 def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     joint = joint_bench()
     hypotheses = (joint, joint.with_effects(EFFECTS["channel_gain"]()))

@@ -53,6 +53,13 @@ def test_of_two_effects_each_has_its_error_and_bare_takes_both_away():
     assert coordinates == pytest.approx(z)
 
 
+def test_a_single_configuration_holds_no_error_at_a_place():
+    hypothesis, z = hypothesis_with(("channel_gain", [1.0]))
+    assert len(hypothesis.data) > 1
+    assert with_errors_at_places(hypothesis, z) is not None
+    assert with_errors_at_places(hypothesis.with_data(hypothesis.data[:1]), z) is None
+
+
 def test_without_an_effect_there_is_no_error():
     assert with_errors_at_places(joint_bench(), np.zeros(len(joint_bench().parameters))) is None
 
