@@ -331,7 +331,7 @@ class _Wavenumbers:
         if not np.all(share <= _USELESS):
             worst = float(self.frequency[np.argmax(share)])
             text = f"the integral over wavenumbers has no value at {worst:.6g} Hz: free waves of the stack have no "
-            raise InputError(text + "losses; give its layers a loss_factor")
+            raise InputError(text + "losses (give its layers a loss_factor), or its front cannot move at all")
         return np.asarray(share)
 
     def _over_wavenumbers(self, which: IndexArray, azimuth: RealArray | None) -> tuple[RealArray, RealArray, RealArray]:
