@@ -27,9 +27,7 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 E = TypeVar("E", bound=BaseEffect)
-_MANY = (
-    4096  # points of one batched solve, of which differences cost less than derivatives with all that goes with them
-)
+_MANY = 4096  # points of one batched solve: of fewer, differences cost less than derivatives
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
 _FAR, _FARTHEST = 8.0, 12.0  # coordinates beyond the first are compressed smoothly to at most the second
 
