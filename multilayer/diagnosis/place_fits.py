@@ -386,7 +386,9 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
     """
     drawn, count = at.drawn, len(at.drawn.parameters)
     nodes = at.fitted.minimum.z[-count:]
-    root = np.linalg.cholesky(np.linalg.inv(at.fitted.minimum.covariance[-count:, -count:])).T
+    # of the nodes' precision, all else integrated out: the nodes stand last, and nothing is inverted
+    jacobian = at.fitted.minimum.jacobian
+    root = np.linalg.qr(np.concatenate([jacobian, np.eye(jacobian.shape[1])]), mode="r")[-count:, -count:]
     frequency, priors = np.exp(drawn.nodes), Priors.of(law.parameters)
     basis = drawn.size * drawn.basis(frequency)
 

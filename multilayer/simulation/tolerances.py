@@ -16,6 +16,7 @@ from multilayer.units import parse_quantity
 
 _FORMS = "'5 %', a quantity such as '1 mm', {normal: '5 %'}, {normal: [mean, std]} or {uniform: [low, high]}"
 _MOST_ROUNDS = 50
+_HOPELESS = 10  # round after which nine draws of ten that are still refused will not all be allowed by the last
 
 
 @dataclass(frozen=True)
@@ -139,10 +140,13 @@ def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, se
     rng = np.random.default_rng(seed)
     fields = {path: locate(model, path) for path in tolerances}
     drawn = _draw(fields, tolerances, samples, rng)
-    for _ in range(_MOST_ROUNDS):
-        bad = ~allowed(fields, drawn)
+    bad = np.ones(samples, dtype=bool)
+    for number in range(_MOST_ROUNDS):
+        bad[bad] = ~allowed(fields, {path: values[bad] for path, values in drawn.items()})
         if not bad.any():
             return drawn
+        if number == _HOPELESS and np.mean(bad) > 0.9:
+            break
         for path, values in _draw(fields, tolerances, int(bad.sum()), rng).items():
             drawn[path][bad] = values
     raise InputError(

@@ -12,6 +12,7 @@ import pytest
 
 from tests.cli.campaigns import write_campaign
 from tests.cli.command import run
+from tests.explore.command import SCRIPT
 
 
 @pytest.fixture
@@ -85,8 +86,7 @@ def test_two_of_one_name_are_refused(three, tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_what_is_done_stays_after_ctrl_c(three, tmp_path):
     out = tmp_path / "out"
-    code = "import sys; from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
-    command = [sys.executable, "-c", code, "fit", *map(str, three), "--out", str(out), "--no-figures"]
+    command = [sys.executable, "-c", SCRIPT, "fit", *map(str, three), "--out", str(out), "--no-figures"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not (out / "a" / "fit.json").exists() and time.monotonic() < deadline:

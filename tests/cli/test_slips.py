@@ -13,6 +13,7 @@ from multilayer.cli.failures import failure
 from multilayer.inference.priors import Prior
 from tests.cli.command import run
 from tests.examples.test_examples import EXAMPLES
+from tests.explore.command import SCRIPT
 
 FOAM = "{type: equivalent_fluid, name: foam, model: jca, porosity: 0.9, flow_resistivity: 10000, tortuosity: 1.1"
 
@@ -107,7 +108,7 @@ def test_a_failure_of_a_pool_is_traced_to_the_plugin(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="processes get no Ctrl-C there")
 @pytest.mark.parametrize("seconds", [2.0, 5.0])
 def test_ctrl_c_is_one_line(tmp_path, seconds):
-    command = [sys.executable, "-m", "multilayer", "diagnose", EXAMPLES / "foam_b", "--jobs", "2", "--seed", "3"]
+    command = [sys.executable, "-c", SCRIPT, "diagnose", EXAMPLES / "foam_b", "--jobs", "2", "--seed", "3"]
     started = subprocess.Popen(
         [*command, "--out", tmp_path / "out"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,

@@ -5,7 +5,7 @@ import sys
 from contextlib import contextmanager
 
 # a process in the background may have been told to ignore Ctrl-C
-_SCRIPT = (
+SCRIPT = (
     "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
     "from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
 )
@@ -14,7 +14,7 @@ _SCRIPT = (
 @contextmanager
 def exploring(*arguments):
     """Give the process of ``multilayer explore ARGUMENTS`` and the address that it printed."""
-    command = [sys.executable, "-c", _SCRIPT, "explore", *map(str, arguments), "--no-browser"]
+    command = [sys.executable, "-c", SCRIPT, "explore", *map(str, arguments), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             yield process, process.stdout.readline().strip()
