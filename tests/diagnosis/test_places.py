@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.fitting import Fitted, minimise_scaled
+from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.place_fits import fit_places, is_explained, simple_form, with_resonances
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
@@ -161,3 +161,15 @@ def test_one_recording_alone_has_no_order():
     alone = replace(first, order=np.zeros(1))
     assert PLACES["sample_order"].instances((alone,)) == []
     assert len(PLACES["sample_order"].instances((alone, *others))) == 1
+
+
+def test_a_law_that_is_known_too_well_for_rounding_has_a_simple_form():
+    """Of a gap of millions of nats the covariance of the nodes is not positive definite by rounding."""
+    bench = joint_bench()
+    nominal = fit(bench, np.zeros(len(bench.parameters)))
+    at = fit_places(nominal, names=["reading"])["reading"]
+    sharp = replace(at.fitted.minimum, jacobian=1e9 * at.fitted.minimum.jacobian)
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(sharp.covariance)
+    form = simple_form(nominal, replace(at, fitted=replace(at.fitted, minimum=sharp)))
+    assert np.isfinite(form.log_evidence)
