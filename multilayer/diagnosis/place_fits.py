@@ -388,7 +388,8 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
     nodes = at.fitted.minimum.z[-count:]
     # of the nodes' precision, all else integrated out: the nodes stand last, and nothing is inverted
     jacobian = at.fitted.minimum.jacobian
-    root = np.linalg.qr(np.concatenate([jacobian, np.eye(jacobian.shape[1])]), mode="r")[-count:, -count:]
+    _, whole = np.linalg.qr(np.concatenate([jacobian, np.eye(jacobian.shape[1])]))
+    root = whole[-count:, -count:]
     frequency, priors = np.exp(drawn.nodes), Priors.of(law.parameters)
     basis = drawn.size * drawn.basis(frequency)
 
