@@ -16,7 +16,8 @@ from multilayer.units import parse_quantity
 
 _FORMS = "'5 %', a quantity such as '1 mm', {normal: '5 %'}, {normal: [mean, std]} or {uniform: [low, high]}"
 _MOST_ROUNDS = 50
-_HOPELESS = 10  # round after which nine draws of ten that are still refused will not all be allowed by the last
+# round after which nine draws of ten that are still refused, and so many of them, will not all be allowed by the last
+_HOPELESS, _MANY = 10, 100
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, se
         bad[bad] = ~allowed(fields, {path: values[bad] for path, values in drawn.items()})
         if not bad.any():
             return drawn
-        if number == _HOPELESS and np.mean(bad) > 0.9:
+        if number == _HOPELESS and np.count_nonzero(bad) > max(0.9 * samples, _MANY):
             break
         for path, values in _draw(fields, tolerances, int(bad.sum()), rng).items():
             drawn[path][bad] = values

@@ -163,6 +163,7 @@ def test_nothing_of_the_diagnosis_knows_of_truth_files():
     [
         ("effect-none", [], "no_gap", None),
         ("effect-sensor-mass", [], "effect", "sensor_mass"),
+        ("effect-sensor-mass", ["sensor_mass"], "unknown", None),
         ("paper-b", [], "effect", "finite_size"),
     ],
 )

@@ -81,6 +81,13 @@ def test_hardly_any_is_allowed(simulation):
         drawn(simulation({POROSITY: {"normal": [3, "1 %"]}}))
 
 
+def test_few_samples_may_take_many_rounds(simulation):
+    # one draw in ten is allowed: two samples may be refused for longer than many would be without hope
+    rare = simulation({POROSITY: {"normal": [1.0256, 0.02]}})
+    for seed in range(20):
+        assert np.all(drawn(rare, 2, seed)[POROSITY] <= 1)
+
+
 def test_seed(simulation):
     scattered = simulation({THICKNESS: "10 %", POROSITY: "1 %"})
     first, again, other = (drawn(scattered, 50, seed) for seed in (1, 1, 2))
