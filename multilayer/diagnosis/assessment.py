@@ -201,7 +201,7 @@ def _drawn(
         return None
     shrinkage = comparison.free if label == next(iter(comparison.places)) else None
     if shrinkage is None:
-        before = next((shrinkage.before for shrinkage in shrinkages.values()), None)
+        before = _nominal_gap(comparison, shrinkages)
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
     return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)
 
@@ -215,8 +215,7 @@ def _on_held_out_data(
 
     def checked(wanted: Sequence[tuple[str, ...]]) -> ModelComparison:
         new = [names for names in wanted if names not in shrinkages]
-        before = comparison.free.before if comparison.free else None
-        before = next((shrinkage.before for shrinkage in shrinkages.values()), before)
+        before = _nominal_gap(comparison, shrinkages)
         fits = [comparison.fitted[names] for names in new]
         shrinkages.update(
             zip(
@@ -233,6 +232,12 @@ def _on_held_out_data(
         comparison = replace(comparison, free=free)
     # which hypotheses are best may change by the held-out data of those near the best
     return checked(_best_and_parts(checked(comparison.near if decides else []))), shrinkages
+
+
+def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
+    """Return the gap of the nominal model on held-out data; None where it is not known yet."""
+    checked = [*shrinkages.values(), *([comparison.free] if comparison.free else [])]
+    return checked[0].before if checked else None
 
 
 def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:

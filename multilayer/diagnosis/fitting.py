@@ -262,16 +262,14 @@ def _polish(fitted: Fitted) -> Fitted:
         return best_of([at_minimum(hypothesis, start) for start in starts])
     exact = best_of([Fitted(hypothesis, minimise_scaled(hypothesis, start, *COARSELY)) for start in starts])
     placed = with_errors_at_places(hypothesis, exact.minimum.z)
+    exact = Fitted(hypothesis, minimise_scaled(hypothesis, exact.minimum.z))
     if placed is None:
-        return best_of([_finished(exact), *(at_minimum(hypothesis, start) for start in starts)])
+        return best_of([exact, *(at_minimum(hypothesis, start) for start in starts)])
     ends = [at_minimum(*placed, *COARSELY)]
     if fitted.hypothesis.effects != hypothesis.effects:
         ends.append(fitted)
-    return best_of([_finished(exact), _finished(best_of(ends))])
-
-
-def _finished(coarse: Fitted) -> Fitted:
-    return Fitted(coarse.hypothesis, minimise_scaled(coarse.hypothesis, coarse.minimum.z))
+    end = best_of(ends)
+    return best_of([exact, at_minimum(end.hypothesis, end.minimum.z)])
 
 
 def _by_continuation(hypothesis: Hypothesis, z: RealArray, sizes: Sequence[float]) -> RealArray:

@@ -226,7 +226,7 @@ class DrawnLaw(LawAtPlace):
 
     def basis(self, frequency: RealArray) -> RealArray:
         """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
-        return _basis(self.nodes.tobytes(), self.length, frequency.tobytes())
+        return _basis(self.nodes.tobytes(), self.length, np.asarray(frequency, dtype=float).tobytes())
 
     def constant(self, value: complex) -> RealArray:
         """Return the coordinates, shape (2 k,), of a law that is the same at all nodes, in standard deviations.

@@ -433,7 +433,7 @@ class CampaignProblem(Hypothesis):
 
         The law acts frequency by frequency: the derivative by a node is that by the law times what the node adds to it.
         """
-        drawn = {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
+        drawn = self._drawn_laws
         if not drawn:
             return super().linearised(z)
         columns = {index: self._columns(index) for index in drawn}
@@ -455,10 +455,13 @@ class CampaignProblem(Hypothesis):
         return self.whitened([d[0] for d in differences]), jacobian
 
     @cached_property
+    def _drawn_laws(self) -> dict[int, DrawnLaw]:
+        return {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
+
+    @cached_property
     def _with_law_ahead(self) -> dict[int, CampaignProblem]:
         """The hypothesis with one drawn law a step of the derivative ahead, by index of the effect."""
-        laws = {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
-        ahead = {index: replace(law, offset=FORWARD) for index, law in laws.items()}
+        ahead = {index: replace(law, offset=FORWARD) for index, law in self._drawn_laws.items()}
         return {
             index: self.with_effects(*self.effects[:index], law, *self.effects[index + 1 :])
             for index, law in ahead.items()
