@@ -15,7 +15,7 @@ from multilayer.report.report import Picture, Report, Section
 from multilayer.report.simulation_figures import draw_losses, draw_quantity
 from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.compare import Comparison, Misfit
-from multilayer.simulation.quantities import LOST_IN, QUANTITIES, Quantity
+from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 from multilayer.simulation.single_numbers import IMPACT
 
@@ -53,7 +53,7 @@ def simulation_report(result: SimulationResult) -> Report:
     notes = tuple(f"{case.label}: {text}" if case.label else text for case, text in zip(rated, ratings, strict=True))
     pictures = _pictures(result, [name for name in _DRAWN if name in there])
     figures = {file: partial(draw_quantity, result, name) for name, file in _DRAWN.items() if name in there}
-    if any(name.startswith(LOST_IN) for name in there):
+    if any(case.layer_losses for case in result.cases):
         pictures += (Picture(partial(draw_losses, result, upright=True), "Share of the power that each layer loses."),)
         figures["layer_losses.png"] = partial(draw_losses, result)
     listings = [_values(result, quantity, only="console") for quantity in others]

@@ -10,7 +10,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.report.style import COLOURS, WIDTH, blank, colour, legend_below, octave_ticks, plain
 from multilayer.response.bands import band_edges
-from multilayer.simulation.quantities import LOST_IN, QUANTITIES, Quantity
+from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
 if TYPE_CHECKING:
@@ -61,17 +61,16 @@ def draw_losses(result: SimulationResult, *, upright: bool = False) -> Figure:
 
     With the absorption, of which the rest is what gets through; not of a finite size, whose edges add to that.
     """
-    cases = [case for case in result.cases if any(name.startswith(LOST_IN) for name in case.quantities)][:_MOST_PANELS]
+    cases = [case for case in result.cases if case.layer_losses][:_MOST_PANELS]
     width, height = (WIDTH, 1.8) if upright else (7.5, 2.2)
     figure, grid = blank(len(cases), 1, (width, 1.2 + height * len(cases)), sharex=True)
     f = band_edges(result.frequency, result.bands) if result.bands else result.frequency
     last, step = (1, "post") if result.bands else (0, None)
     for axis, case in zip(grid[:, 0], cases, strict=True):
-        shares = {name: share for name, share in case.quantities.items() if name.startswith(LOST_IN)}
-        total = np.zeros(len(f))
-        for share, tint, name in zip(shares.values(), _tints(len(shares)), shares, strict=True):
+        shares, total = case.layer_losses, np.zeros(len(f))
+        for (name, share), tint in zip(shares.items(), _tints(len(shares)), strict=True):
             below, total = total, total + np.append(share, share[len(share) - last :])
-            axis.fill_between(f, below, total, step=step, color=tint, linewidth=0, label=plain(name[len(LOST_IN) :]))
+            axis.fill_between(f, below, total, step=step, color=tint, linewidth=0, label=plain(name))
         if result.settings.get("finite_size") is None:
             _line(axis, result, case.absorption, color="black", label="absorption")
         axis.set_ylabel("share of the power")

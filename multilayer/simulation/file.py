@@ -142,13 +142,11 @@ class SimulationFile(SimulatedStack, Construction):
         return model
 
     @model_validator(mode="after")
-    def _is_excited_alone(self) -> Self:
-        asked = {
-            "excitation": self.excitation is not None, "free_waves": self.free_waves, "layer_losses": self.layer_losses,
-        }  # fmt: skip
-        if any(asked.values()) and (self.beside or self.links):
+    def _is_of_a_stack_alone(self) -> Self:
+        asked = [key for key in ("excitation", "free_waves", "layer_losses") if getattr(self, key)]
+        if asked and (self.beside or self.links):
             text = "is computed of a stack alone; leave it out, or 'beside' and 'links'"
-            refuse(self, [((next(key for key, is_asked in asked.items() if is_asked),), text, None)])
+            refuse(self, [((asked[0],), text, None)])
         if self.layer_losses and isinstance(self.incidence, DiffuseIncidence):
             text = "are computed of one plane wave; leave it out, or give 'incidence' an angle"
             refuse(self, [(("layer_losses",), text, None)])

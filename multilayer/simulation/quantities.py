@@ -86,7 +86,7 @@ LOST_IN = "lost_in_"  # names of the shares of the power that layers lose begin 
 
 
 def quantity_named(name: str) -> Quantity:
-    """Return one of `QUANTITIES`, or the share of the power that a layer loses, named as `lost_in` names it."""
+    """Return one of `QUANTITIES`, or the share of the power that a layer loses, whose name begins with `LOST_IN`."""
     if name.startswith(LOST_IN):
         return Quantity(name, f"share of the power lost in {name.removeprefix(LOST_IN)}")
     return QUANTITIES[name]

@@ -14,7 +14,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.frames import Column, Frame, Tabular
 from multilayer.response.bands import Width
-from multilayer.simulation.quantities import columns_of
+from multilayer.simulation.quantities import LOST_IN, columns_of
 
 PERCENTILES = (5, 50, 95)
 
@@ -76,6 +76,12 @@ class CaseResult:
         """Pressure over normal velocity at the front face, Pa s/m; None as `reflection`."""
         normalised: ComplexArray | None = self.quantities.get("normalised_impedance")
         return None if normalised is None else np.asarray(normalised * self.characteristic_impedance)
+
+    @property
+    def layer_losses(self) -> dict[str, RealArray]:
+        """Shares of the power that layers lose, by their names or indices; empty where these were not asked for."""
+        names = [name for name in self.quantities if name.startswith(LOST_IN)]
+        return {name.removeprefix(LOST_IN): self.quantities[name] for name in names}
 
     @property
     def columns(self) -> dict[str, RealArray]:
