@@ -26,7 +26,6 @@ from multilayer.units import Density, Frequency, NonNegative, Unit, parse_quanti
 SPECTRA = ("absorption", "transmission_loss", "insertion_loss")
 SIZES = {"thickness": "m", "mass": "kg/m^2", "price": ""}
 _FLAT = 1e-12  # of squares, for a slope where a curve is met
-LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 Bands = Mapping[float, RealArray]
 Mistake = tuple[tuple[str | int, ...], str, Any]
 
@@ -210,7 +209,7 @@ class Aim:
             return figures.sizes[self.name][:, None]
         spectrum = figures.quantities[self.quantity]
         if self.rating is not None:
-            bands = band_values(self.quantity, spectrum, self.grid)
+            bands = self.grid.by_band(QUANTITIES[self.quantity].mean, spectrum)
             return self.rating.real(bands)[:, None]
         spectrum = spectrum[:, self.kept]
         if self.target is not None:
@@ -222,7 +221,7 @@ class Aim:
     def true(self, figures: Figures) -> float:
         """Return the value of the first design as a standard has it; of a limit of a spectrum the worst."""
         if self.rating is not None:
-            bands = band_values(self.quantity, figures.quantities[self.quantity], self.grid)
+            bands = self.grid.by_band(QUANTITIES[self.quantity].mean, figures.quantities[self.quantity])
             return float(self.rating.true({centre: float(values[0]) for centre, values in bands.items()}))
         values = self.values(figures)[0]
         return float(np.min(values) if self.sign > 0 else np.max(values))
@@ -231,14 +230,6 @@ class Aim:
         """Return how far a value keeps the bound, over the bound's size; below 0 where it does not."""
         assert self.bound is not None
         return self.sign * (value - self.bound) / self.scale
-
-
-def band_values(quantity: str, spectrum: RealArray, grid: Grid) -> dict[float, RealArray]:
-    """Return values of designs by centre of a band; single frequencies are averaged over third octaves."""
-    if grid.bands is not None:
-        return {float(centre): spectrum[:, i] for i, centre in enumerate(grid.frequency)}
-    mean = QUANTITIES[quantity].mean
-    return {centre: mean(spectrum[:, inside]) for centre, inside in grid.thirds if len(inside) >= LEAST_POINTS}
 
 
 @dataclass(frozen=True)
@@ -361,7 +352,7 @@ def _missing(name: str, quantity: str, rating: Rating | None, setting: Setting) 
 
 
 def _missing_bands(quantity: str, rating: Rating, grid: Grid) -> str:
-    there = band_values(quantity, np.full((1, len(grid.frequency)), 0.5), grid)
+    there = grid.by_band(QUANTITIES[quantity].mean, np.full(len(grid.frequency), 0.5))
     try:
         rating.true(dict.fromkeys(there, 0.5))
     except InputError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +11,8 @@ import numpy as np
 from multilayer.arrays import IndexArray, RealArray
 from multilayer.response.bands import Width, band_centres, band_points, bands_of
 from multilayer.simulation.settings import Bands, FrequencyRange
+
+_LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,24 @@ class Grid:
     def thirds(self) -> list[tuple[float, IndexArray]]:
         """The nominal centre of each third octave that holds some of the frequencies, and their indices."""
         return bands_of(self.frequency)
+
+    def by_band(self, mean: Callable[[RealArray], RealArray], values: RealArray) -> dict[float, RealArray]:
+        """Return values by centre of a band, in which ratings read them.
+
+        Parameters
+        ----------
+        mean : callable
+            Of the last axis; single frequencies are averaged over the third octaves that hold at least three of them.
+        values : array, shape (..., n_frequency)
+
+        Returns
+        -------
+        dict
+            Arrays of shape (...).
+        """
+        if self.bands is not None:
+            return {float(centre): values[..., i] for i, centre in enumerate(self.frequency)}
+        return {centre: mean(values[..., inside]) for centre, inside in self.thirds if len(inside) >= _LEAST_POINTS}
 
 
 def grid_of(frequency: FrequencyRange | Bands | tuple[float, ...]) -> Grid:

@@ -42,7 +42,6 @@ def _low_impact_term(bands: Mapping[float, float]) -> str:
 
 
 IMPACT = "Ln,w (CI)"  # the lower, the better
-_LEAST_POINTS = 3  # in a third octave, for their mean to stand for the band
 _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], object]]] = {
     ("absorption", "third octaves"): {
         "alpha_w": weighted_absorption,
@@ -77,18 +76,11 @@ def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str
     for quantity in ("impact_level", of_sound):
         if quantity not in quantities:
             continue
-        bands = _band_values(quantity, quantities[quantity], grid)
+        means = grid.by_band(QUANTITIES[quantity].mean, quantities[quantity])
+        bands = {centre: float(mean) for centre, mean in means.items()}
         for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
             try:
                 rated[name] = str(function(bands))
             except InputError:  # a band is missing
                 continue
     return rated
-
-
-def _band_values(quantity: str, values: NDArray[Any], grid: Grid) -> dict[float, float]:
-    """Return values by centres of bands; single frequencies are averaged over third octaves that hold enough."""
-    if grid.bands is not None:
-        return dict(zip(grid.frequency.tolist(), values.tolist(), strict=True))
-    mean = QUANTITIES[quantity].mean
-    return {centre: float(mean(values[inside])) for centre, inside in grid.thirds if len(inside) >= _LEAST_POINTS}
