@@ -13,6 +13,7 @@ WHAT = {
     "double_wall": "transmission loss of two plates with foam and air between them",
     "foam_absorption": "absorption of a foam, a sweep of its thickness, tolerances",
     "steel_stud_wall": "a double wall with studs of steel, and a floor beside it",
+    "duct_silencer": "a silencer of baffles, airways of several heights, with flow",
     "best_absorber": "a search: the best absorber of 50 mm that two materials of the library make",
     "three_layers": "the model of the two-plate rig as a stack",
     "virtual_rig": "a campaign on the virtual rig, with an accelerometer that nobody told",

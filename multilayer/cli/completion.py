@@ -58,7 +58,7 @@ laterals = among("bonded", "slender", "held")
 quantities = among(
     "absorption", "transmission_loss", "insertion_loss", "normalised_impedance", "reflection", "transmission",
     "radiation_efficiency", "input_mobility", "bending_stiffness", "loss_factor", "phase_speed",
-    "sound_power_level", "impact_level",
+    "duct_attenuation", "sound_power_level", "impact_level",
 )  # fmt: skip
 exports = among(
     "surface_impedance", "surface_admittance", "admittance_matrix", "impedance_matrix", "transfer_matrix", "absorption",

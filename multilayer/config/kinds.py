@@ -30,8 +30,8 @@ _ALSO = {"stack": "simulation", "simulation": "stack", "diagnose": "stack-fit"} 
 # fields of a simulation beside its stack
 OF_A_SIMULATION = frozenset(
     {
-        "frequency", "incidence", "finite_size", "excitation", "free_waves", "layer_losses", "reference", "sweep",
-        "tolerances", "samples", "seed", "area", "beside", "links",
+        "frequency", "incidence", "finite_size", "excitation", "free_waves", "layer_losses", "duct", "reference",
+        "sweep", "tolerances", "samples", "seed", "area", "beside", "links",
     }
 )  # fmt: skip
 _OF_AN_OPTIMISATION = frozenset({"design", "goal", "limits", "catalogue"})

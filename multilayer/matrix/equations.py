@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.faces import THIN, Faces, choose, from_propagator, propagator_series
 from multilayer.matrix.families import Family
 from multilayer.matrix.scattering import Reference, Scattering, joined
@@ -46,7 +46,7 @@ class FieldEquations:
         x, y = aligned(stack_entries(self.x), stack_entries(self.y))
         return x, y
 
-    def reference(self, kx: RealArray) -> Reference:
+    def reference(self, kx: Numeric) -> Reference:
         """Return impedances near those of the medium's own waves."""
         return Reference.of(self.family, *self.matrices, kx)
 
@@ -80,7 +80,7 @@ def slab_faces(wave: Wave, thickness: Numeric, equations: FieldEquations) -> Fac
     return Faces(family, *choose(np.asarray(turn < THIN), series, halved, arguments), equations.porosity)
 
 
-def _halved(equations: FieldEquations, thickness: Numeric, kx: RealArray) -> tuple[ComplexArray, ComplexArray]:
+def _halved(equations: FieldEquations, thickness: Numeric, kx: Numeric) -> tuple[ComplexArray, ComplexArray]:
     """Return the face matrices from 2^n equal slices, n by frequency, angle and sample."""
     reference = equations.reference(kx)
     turn = reference.wavenumber(*equations.matrices) * thickness

@@ -21,7 +21,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
+from multilayer.arrays import BoolArray, ComplexArray, Numeric
 from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import Entries, aligned, common_shape, multiply, stack_entries
 from multilayer.matrix.wave import Wave
@@ -346,7 +346,7 @@ def choose(
     return matrices[0], matrices[1]
 
 
-def thin_limit(kx: RealArray, shear: Numeric | None = None) -> Numeric:
+def thin_limit(kx: Numeric, shear: Numeric | None = None) -> Numeric:
     """Return the abs(k) h below which the power series is the better basis.
 
     Parameters
@@ -357,4 +357,4 @@ def thin_limit(kx: RealArray, shear: Numeric | None = None) -> Numeric:
         compression and shear waves grow alike and cancel each other in thin layers: the series serves up to `THIN`
         there. Elsewhere waves are good down to `_APART`.
     """
-    return THIN if shear is None else np.where(np.abs(shear) < 2 * kx**2, THIN, _APART)
+    return THIN if shear is None else np.where(np.abs(shear) < 2 * np.abs(kx) ** 2, THIN, _APART)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.matrix.families import Family
 
 _TINY = 1e-300
@@ -33,13 +33,13 @@ class Reference:
     impedances: RealArray
 
     @classmethod
-    def of(cls, family: Family, x: ComplexArray, y: ComplexArray, kx: RealArray) -> Reference:
+    def of(cls, family: Family, x: ComplexArray, y: ComplexArray, kx: Numeric) -> Reference:
         """Return impedances near those of a medium's own waves, from its field equations (see `FieldEquations`)."""
         matrix = _whole(family, x, y)
         impedances = []
         for velocity, stress, _ in family.power_pairs:
             inertia, compliance = np.abs(matrix[stress, velocity]) + _TINY, np.abs(matrix[velocity, stress]) + _TINY
-            both = inertia * compliance + kx**2
+            both = inertia * compliance + np.abs(kx) ** 2
             # evanescent fields of solids are borne by stiffness, those of fluids by mass
             fluid = family.components[stress] in ("p", "s33f")
             impedances.append(inertia / np.sqrt(both) if fluid else np.sqrt(both) / compliance)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.media.gas import Gas
 
@@ -21,7 +21,7 @@ class Wave:
     frequency : array
         Hz, positive.
     kx : array
-        Wavenumber along the layers, rad/m, of a shape that broadcasts with `frequency`.
+        Wavenumber along the layers, rad/m, of a shape that broadcasts with `frequency`; complex of a wave that decays.
     ambient : Gas
         The fluid on the excitation side, which also saturates the pores.
     azimuth : float or array
@@ -30,7 +30,7 @@ class Wave:
     """
 
     frequency: RealArray
-    kx: RealArray
+    kx: RealArray | ComplexArray
     ambient: Gas
     azimuth: RealArray | float = 0.0
 

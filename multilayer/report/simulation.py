@@ -31,9 +31,10 @@ _DRAWN = {
     "bending_stiffness": "bending_stiffness.png",
     "loss_factor": "loss_factor.png",
     "phase_speed": "phase_speed.png",
+    "duct_attenuation": "duct_attenuation.png",
 }
 # the last that there is, a simulation is made for
-_LISTED = ("absorption", "transmission_loss", "insertion_loss", "sound_power_level", "impact_level")
+_LISTED = ("absorption", "transmission_loss", "insertion_loss", "duct_attenuation", "sound_power_level", "impact_level")
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
 _MOST_PICTURES = 4

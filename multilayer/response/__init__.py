@@ -13,6 +13,7 @@ from multilayer.response.derivatives import (
 )
 from multilayer.response.diffuse_field import DiffuseField, diffuse_field
 from multilayer.response.driven import Driven, driven, input_mobility
+from multilayer.response.duct import DuctMode, duct_mode
 from multilayer.response.excitations import Excitation, PointForce, Rain, TappingMachine, TurbulentFlow
 from multilayer.response.fields import LayerState, PowerBalance, fields, power_balance
 from multilayer.response.finite_size import Window, radiation_impedance
@@ -34,6 +35,7 @@ __all__ = [
     "DiffuseField",
     "DiffuseFieldDerivatives",
     "Driven",
+    "DuctMode",
     "Excitation",
     "FreeWaves",
     "LayerState",
@@ -55,6 +57,7 @@ __all__ = [
     "diffuse_field",
     "diffuse_field_derivatives",
     "driven",
+    "duct_mode",
     "fields",
     "free_waves",
     "impedance_matrix",

@@ -349,5 +349,5 @@ class Directions:
             tau = np.abs(solution.transmitted) ** 2 * power
         if self.radiation is None:
             return 1 - np.abs(reflection) ** 2, tau
-        cosine, radiation = np.sqrt(1 - s), self.radiation(which, wave.kx)
+        cosine, radiation = np.sqrt(1 - s), self.radiation(which, wave.kx.real)
         return finite_absorption(reflection, radiation, cosine), finite_transmission(tau, radiation, cosine)

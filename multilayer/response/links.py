@@ -381,7 +381,7 @@ def linked_transmission(
                 other += np.maximum(radiated - np.abs(specular) ** 2, 0.0)
             onward = np.abs(pressure) ** 2
             if radiation is not None:
-                onward = finite_transmission(onward, radiation(which, wave.kx), cosine)
+                onward = finite_transmission(onward, radiation(which, wave.kx.real), cosine)
             return np.asarray(onward + other)
 
         everything = np.arange(len(piece))

@@ -22,8 +22,10 @@ from multilayer.errors import InputError, show
 from multilayer.models import as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.response.construction import Construction
+from multilayer.response.duct import unfit_lining
 from multilayer.simulation.settings import (
     DiffuseIncidence,
+    Duct,
     Excitation,
     FiniteSize,
     FrequencyGrid,
@@ -107,6 +109,7 @@ class SimulationFile(SimulatedStack, Construction):
     excitation: Excitation | None = None
     free_waves: bool = False
     layer_losses: bool = False
+    duct: Duct | None = None
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)
     samples: Annotated[int, Field(ge=2, le=SAMPLES.usual)] = 200
@@ -143,13 +146,15 @@ class SimulationFile(SimulatedStack, Construction):
 
     @model_validator(mode="after")
     def _is_of_a_stack_alone(self) -> Self:
-        asked = [key for key in ("excitation", "free_waves", "layer_losses") if getattr(self, key)]
+        asked = [key for key in ("excitation", "free_waves", "layer_losses", "duct") if getattr(self, key)]
         if asked and (self.beside or self.links):
             text = "is computed of a stack alone; leave it out, or 'beside' and 'links'"
             refuse(self, [((asked[0],), text, None)])
         if self.layer_losses and isinstance(self.incidence, DiffuseIncidence):
             text = "are computed of one plane wave; leave it out, or give 'incidence' an angle"
             refuse(self, [(("layer_losses",), text, None)])
+        if self.duct is not None and (lack := unfit_lining(self)):
+            refuse(self, [(("duct",), lack, None)])
         return self
 
     def _parsed_tolerances(self) -> dict[str, Tolerance]:

@@ -76,6 +76,7 @@ QUANTITIES = {
         Quantity("bending_stiffness", "bending stiffness", "N m"),
         Quantity("loss_factor", "loss factor of the free wave"),
         Quantity("phase_speed", "phase speed of the free wave", "m/s"),
+        Quantity("duct_attenuation", "attenuation of the lined duct", "dB/m"),
         Quantity("sound_power_level", "sound power level", "dB", is_level=True),
         Quantity("impact_level", "normalised impact sound level", "dB", is_level=True),
     )

@@ -32,6 +32,7 @@ _MANY_LAYERS = 10  # of which cases of a sweep take as much memory together as s
 _ANGLES_OF_DIFFUSE_FIELD = 60
 _WAVENUMBERS_OF_EXCITATION = 200
 _WAVENUMBERS_OF_FREE_WAVES = 400
+_WAVENUMBERS_OF_DUCT = 2700
 _BYTES_OF_RESULT = 96  # all quantities at one frequency, once more where they are put together
 _BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
@@ -83,6 +84,7 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
         angles += 0 if file.excitation is None else _WAVENUMBERS_OF_EXCITATION
         angles += _WAVENUMBERS_OF_FREE_WAVES if file.free_waves else 0
+        angles += _WAVENUMBERS_OF_DUCT if file.duct is not None else 0
         points, layers = grid.points.size * angles, len(file.layers)
         solves += points * layers * (1 + samples)
         held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
@@ -101,7 +103,7 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
     file = case.simulation
     nominal = Task(
         file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference, file.excitation,
-        file.free_waves, file.layer_losses,
+        file.free_waves, file.layer_losses, file.duct,
     )  # fmt: skip
     yield nominal
     if not file.scatter:

@@ -26,6 +26,7 @@ from multilayer.json_schema import NUMBER_TEXT, any_of
 from multilayer.models import Model, refuse, refuse_unknown_keys
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
+from multilayer.response.duct import Lined
 from multilayer.response.excitations import PointForce, Rain, TappingMachine, TurbulentFlow
 from multilayer.units import Frequency, Length, Unit, parse_quantity
 
@@ -181,6 +182,14 @@ class FiniteSize(Model):
 
     width: Length
     height: Length
+
+
+class Duct(Model):
+    """A rectangular duct that the stack lines: the height of its airway, the Mach number of a uniform flow in it."""
+
+    height: Length
+    lined: Lined = "both sides"
+    mach: Annotated[float, Field(gt=-1, lt=1)] = 0.0
 
 
 Excitation = Annotated[PointForce | Rain | TappingMachine | TurbulentFlow, Discriminator("type")]

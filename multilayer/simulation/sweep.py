@@ -17,7 +17,8 @@ from multilayer.paths import with_entry
 
 T = TypeVar("T")
 SWEPT = (
-    "ambient", "layers", "contacts", "termination", "incidence", "finite_size", "excitation", "area", "beside", "links",
+    "ambient", "layers", "contacts", "termination", "incidence", "finite_size", "excitation", "duct", "area",
+    "beside", "links",
 )  # fmt: skip
 
 

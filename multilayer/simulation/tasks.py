@@ -18,6 +18,7 @@ from multilayer.response.chunks import in_chunks
 from multilayer.response.construction import Construction, wall_shares
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.driven import driven
+from multilayer.response.duct import duct_mode
 from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.fields import power_balance
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
@@ -25,7 +26,7 @@ from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import LOST_IN, quantity_named
-from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
+from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
@@ -55,6 +56,8 @@ class Task:
         Whether those along the stack are asked for.
     layer_losses : bool
         Whether the shares of the power that the layers lose are.
+    duct : Duct or None
+        That the stack lines.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
     effort : mapping
@@ -70,6 +73,7 @@ class Task:
     excitation: Excitation | None = None
     free_waves: bool = False
     layer_losses: bool = False
+    duct: Duct | None = None
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     effort: Mapping[str, Any] = field(default_factory=dict)
 
@@ -134,7 +138,7 @@ def _sampled(task: Task) -> Arrays:
 def takes_arrays(task: Task, paths: Sequence[str]) -> bool:
     """Tell whether the responses of a task take arrays of values at some paths."""
     of_layers = all(path.startswith("layers.") for path in paths)
-    beside_sound = task.excitation is not None or task.free_waves or task.layer_losses
+    beside_sound = task.excitation is not None or task.free_waves or task.layer_losses or task.duct is not None
     of_sound = not beside_sound and not _is_built(task.stack)
     return isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound
 
@@ -169,6 +173,8 @@ def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDA
     if task.free_waves:
         waves = free_waves(stack, frequency)
         quantities |= {name: getattr(waves, name) for name in OF_FREE_WAVES}
+    if (duct := task.duct) is not None:
+        quantities["duct_attenuation"] = duct_mode(stack, frequency, duct.height, duct.lined, duct.mach).attenuation
     if task.layer_losses:
         quantities |= _of_layers(stack, frequency, task.incidence)
     return quantities

@@ -20,10 +20,13 @@ from multilayer.layers import LAYERS, Layer
 from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.matrix.couplings import CouplingError
 from multilayer.matrix.families import Family
+from multilayer.matrix.solve import HalfSpace, solve
 from multilayer.matrix.wave import Wave
 from multilayer.paths import locate
 from multilayer.response import plane_wave, plane_wave_derivatives
+from multilayer.response.fields import face_states, normal_pressure
 from multilayer.response.linearised import real_fields
+from multilayer.response.system import build_system
 from multilayer.stack import Ambient, Stack
 from multilayer.testing.broken import broken_laws
 
@@ -35,6 +38,8 @@ _CREATED = 1e-12  # share of the incident power
 _DIFFERENT = 1e-9
 _PARTS_DIFFERENT = 1e-8  # stiff lossless parts at a sharp resonance
 _SAMPLES_DIFFERENT = 1e-10  # rows are exchanged for all systems alike: rounding errors depend on the others beside one
+_DECAYING = np.array([0.7 - 0.2j, 1.3 - 0.1j, 2.0 - 1.0j])  # kx over the wavenumber of sound
+_BESIDE, _NOT_ANALYTIC = 1e-5, 1e-6  # a step of kx over itself; left of a pressure, where abs(kx) leaves about 1e-5
 _STEP = 1e-4  # of a value, of the coarser differences
 _DERIVATIVES_DIFFERENT = 1e-6
 _FIRST, _SECOND = (
@@ -69,7 +74,8 @@ def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = 
     The laws: well-formed and finite face matrices; reciprocity; passivity, by the power at its two faces and by what
     it reflects and transmits; energy balance; composition (one layer equals two bonded parts, from a thousandth to
     ten times its thickness); an infinitely thin layer has no effect; normal incidence is the limit of small angles;
-    finite and continuous response near grazing; the azimuth makes no difference to a layer that is isotropic in its
+    finite and continuous response near grazing; a response that is analytic where waves decay along the layer (complex
+    trace wavenumbers, as in lined ducts); the azimuth makes no difference to a layer that is isotropic in its
     plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave does; arrays of
     frequency, angle, azimuth and parameters give the same as single calls; derivatives by its fields agree with
     differences; read from a stack file, it is the same.
@@ -201,6 +207,28 @@ def _azimuth(subject: _Subject) -> Iterator[str]:
             yield from _exceeding(_difference(of_wave, of_layer), _DIFFERENT, what, subject)
 
 
+def _decaying_waves(subject: _Subject) -> Iterator[str]:
+    """Of a wave that decays along the layer the response is the analytic continuation (Cauchy-Riemann)."""
+    if not subject.layer.isotropic_in_plane:
+        return
+    gas = Ambient().gas
+    centre = 2 * np.pi * subject.frequency[:, None] / gas.sound_speed * _DECAYING
+    for name, stack in _surrounded(subject.layer).items():
+        along, across = (_pressure(stack, subject, centre * (1 + step)) for step in (_BESIDE, 1j * _BESIDE))
+        back, down = (_pressure(stack, subject, centre * (1 - step)) for step in (_BESIDE, 1j * _BESIDE))
+        error = np.abs((along - back) + 1j * (across - down)) / (np.abs(along) + np.abs(back))
+        what = f"{name}: at complex kx the response is not analytic in kx, by"
+        yield from _exceeding(error, _NOT_ANALYTIC, what, subject)
+
+
+def _pressure(stack: Stack, subject: _Subject, kx: ComplexArray) -> ComplexArray:
+    """Return the normal pressure of the front face, driven through a half-space of the gas' impedance."""
+    wave = Wave(subject.frequency[:, None], kx, Ambient().gas)
+    system = build_system(stack, wave, HalfSpace(wave.ambient.impedance))
+    front, _ = face_states(system.layers[0], solve(system).layers[0])
+    return normal_pressure(system.layers[0], front)
+
+
 def _broadcasting(subject: _Subject) -> Iterator[str]:
     stack = Stack(layers=(subject.layer,), termination="ambient")
     alone = [plane_wave(stack, float(f), angle) for f in subject.frequency for angle in ANGLES]
@@ -255,7 +283,7 @@ def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
 
 _LAWS: tuple[Law, ...] = (
     _well_formed_faces, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
-    _normal_incidence, _grazing_incidence, _azimuth, _broadcasting, _derivatives, _yaml_round_trip,
+    _normal_incidence, _grazing_incidence, _azimuth, _decaying_waves, _broadcasting, _derivatives, _yaml_round_trip,
 )  # fmt: skip
 
 

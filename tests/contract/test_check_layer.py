@@ -155,6 +155,13 @@ class TakesOneAzimuth(OrthotropicPlate):
         return super().faces(Wave(wave.frequency, wave.kx, wave.ambient, np.asarray(first)))
 
 
+class TakesTheModulus(Fluid):
+    """Right for the waves of rooms, whose wavenumbers along the layer are real."""
+
+    def faces(self, wave):
+        return super().faces(Wave(wave.frequency, np.abs(wave.kx), wave.ambient))
+
+
 class Misled(FluidSlab):
     def by_medium(self, x, y):
         return tuple(1.001 * slope for slope in super().by_medium(x, y))
@@ -185,6 +192,7 @@ WRONG = [
     (KnowsItsAzimuthOnly, BOARD, "azimuth: .*: the same turn of the wave and of the field azimuth differ by"),
     (HasTwoEnds, {"thickness": 0.1}, "azimuth: .*: half a turn of the azimuth changes the response by"),
     (TakesOneAzimuth, BOARD, "azimuth: .*: an array and single numbers of the azimuth differ by"),
+    (TakesTheModulus, {"thickness": 0.1}, "decaying waves: .*: at complex kx the response is not analytic in kx, by"),
     (NotANumber, {"thickness": 0.1}, "well formed faces: the back matrix holds numbers that are not finite"),
     (WrongShape, {"thickness": 0.1}, "well formed faces: the front matrix is 1 x 2, not 2 x 2"),
     (WrongDerivative, {"thickness": 0.1, "density": 1.3}, "derivatives: the derivative by density and differences"),

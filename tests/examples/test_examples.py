@@ -115,6 +115,14 @@ def steel_stud_wall(source, folder):
     assert losses[:, 10] == pytest.approx([50.1, 59.6, 59.7], abs=0.1)
 
 
+def duct_silencer(source, folder):
+    """Narrow airways attenuate most, in all bands."""
+    rows = simulated(source, folder)
+    attenuation = np.array([float(row["duct_attenuation"]) for row in rows]).reshape(3, 22)
+    assert np.all(np.diff(attenuation, axis=0) < 0)
+    assert attenuation[1, 12] == pytest.approx(45.2, abs=0.1)  # 1 kHz
+
+
 def best_absorber(source, folder):
     """The file of the best design gives, simulated by itself, the rating that the search tells, and weighs no more."""
     done = run("optimise", source, "--out", folder, "--no-figures")
@@ -191,6 +199,7 @@ ELSEWHERE = {"gallery", "reproducing"}  # see test_gallery.py and test_reproduci
 LISTED = sorted(path for path in EXAMPLES.iterdir() if not path.name.startswith(".") and path.name not in ELSEWHERE)
 CHECKS = {
     "best_absorber.yaml": best_absorber,
+    "duct_silencer.yaml": duct_silencer,
     "double_wall.yaml": double_wall,
     "foam_absorption.yaml": foam_absorption,
     "foam_b": foam_b,

@@ -202,6 +202,17 @@ free_waves: true
 frequency: [100, 1000]
 sweep: {excitation.restitution: [0, 1]}
 """,
+    "silencer.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: screen, flow_resistance: 100}
+  - {type: equivalent_fluid, name: wool, model: miki, thickness: 50 mm, flow_resistivity: 8 kN s/m^4}
+termination: rigid
+duct: {height: 100 mm, lined: one side, mach: -0.05}
+frequency: [200, 2000 Hz]
+sweep: {duct.height: [0.1, 200 mm]}
+""",
     "roof.yaml": """\
 kind: simulation
 version: 1
