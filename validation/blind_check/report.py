@@ -78,8 +78,9 @@ by the number of the campaign, small effects included:
   would be needed, and a free rim (336), are told as unknown, two of them at the right place; beside a skin a needless
   drift is named (40).
 - Effects of no library that an innocent was blamed for: laws near those of the library at the right place (preload 14
-  and 172, flanking 44 and 302, crosstalk 130, glue 322, saturating air 340), creep as softening (204, 320), a deleted sensor
-  mount as delay (218, 298), deleted glue as delamination with preload (268); flanking for a law at the faces (250).
+  and 172, flanking 44 and 302, crosstalk 130, glue 322, saturating air 340), creep as softening (204, 320), a deleted
+  sensor mount as delay (218, 298), deleted glue as delamination with preload (268); flanking for a law at
+  the faces (250).
 - Two effects: the weaker is not seen beside the stronger (104, 166, 182, 222, 274, 308, 332), or the two are told as
   unknown (18, 368).
 - One campaign (114) has no answer: the law drawn for it makes an active sample, which the rig refuses.
