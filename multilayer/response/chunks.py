@@ -9,13 +9,28 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ArrayLike, RealArray
+from multilayer.errors import InputError
 from multilayer.stack import Stack
 
 POINTS = 4096  # frequencies times angles solved at once
 _MOST_LAYERS = 50  # of which that many points take 250 MB
 
 T = TypeVar("T")
+
+
+def frequency_axis(frequency: ArrayLike) -> RealArray:
+    """Return frequencies as an array of shape (n_frequency,).
+
+    Raises
+    ------
+    InputError
+        For more axes than one, and for a frequency that is not above 0 Hz or not finite.
+    """
+    f = np.atleast_1d(np.asarray(frequency, dtype=float))
+    if f.ndim != 1 or not (np.all(f > 0) and np.all(np.isfinite(f))):
+        raise InputError("give frequencies above 0 Hz along one axis")
+    return f
 
 
 def in_chunks(

@@ -10,12 +10,12 @@ import numpy as np
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.frames import Frame, Tabular, over
-from multilayer.matrix.solve import HalfSpace, solve
+from multilayer.matrix.solve import solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
-from multilayer.response.chunks import has_arrays, in_chunks
+from multilayer.response.chunks import frequency_axis, has_arrays, in_chunks
 from multilayer.response.fields import face_states, normal_pressure, normal_velocity
-from multilayer.response.system import build_system
+from multilayer.response.system import behind_gas
 from multilayer.stack import Stack
 
 Lined = Literal["one side", "both sides"]
@@ -124,10 +124,7 @@ def _checked(stack: Stack, frequency: ArrayLike, height: float, mach: float) -> 
         raise InputError(f"the height of a duct must be above 0 m, not {height:g}")
     if not -1 < mach < 1:
         raise InputError(f"the Mach number of the flow in a duct lies between -1 and 1, not at {mach:g}")
-    f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    if f.ndim != 1 or not (np.all(f > 0) and np.all(np.isfinite(f))):
-        raise InputError("give frequencies above 0 Hz along one axis")
-    return f
+    return frequency_axis(frequency)
 
 
 @np.errstate(all="ignore")  # searches that run away are dropped
@@ -165,7 +162,7 @@ def _mismatch(stack: Stack, frequency: RealArray, x: ComplexArray, h: float, mac
     gas = stack.ambient.gas
     free = 2 * np.pi * frequency / gas.sound_speed
     wave = Wave(frequency, np.where(np.isfinite(x), x, 1.0) * free, gas)
-    system = build_system(stack, wave, HalfSpace(gas.impedance))
+    system = behind_gas(stack, wave)
     layers = solve(system).layers
     front, back = face_states(system.layers[0], layers[0])[0], face_states(system.layers[-1], layers[-1])[1]
     at_back = normal_pressure(system.layers[-1], back)

@@ -10,11 +10,11 @@ from numpy.polynomial.chebyshev import chebder, chebpts1, chebval, chebvander
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.frames import Frame, Tabular, over
-from multilayer.matrix.solve import HalfSpace, Solution, System
+from multilayer.matrix.solve import Solution, System
 from multilayer.matrix.wave import Wave
-from multilayer.response.chunks import has_arrays, in_chunks
+from multilayer.response.chunks import frequency_axis, has_arrays, in_chunks
 from multilayer.response.fields import face_states, lost_power, normal_pressure, normal_velocity
-from multilayer.response.system import build_system, solve_or_explain
+from multilayer.response.system import behind_gas, solve_or_explain
 from multilayer.stack import FluidHalfSpace, Stack
 
 _SLOWEST, _FASTEST = 1e3, 1e-2  # wavenumbers looked at, over that of sound in the ambient gas
@@ -111,9 +111,7 @@ def free_waves(stack: Stack, frequency: ArrayLike) -> FreeWaves:
         raise InputError("free waves take one stack at a time; its fields must hold numbers, no arrays")
     if not stack.isotropic_in_plane:
         raise InputError("free waves of a stack that is not isotropic in its plane differ by direction; take it apart")
-    f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    if f.ndim != 1 or not (np.all(f > 0) and np.all(np.isfinite(f))):
-        raise InputError("give frequencies above 0 Hz along one axis")
+    f = frequency_axis(frequency)
     bare = _without_gas(stack)
     parts = in_chunks(lambda piece: _waves(bare, piece), stack, f, len(_grid()))
     k, group, shares = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
@@ -121,7 +119,7 @@ def free_waves(stack: Stack, frequency: ArrayLike) -> FreeWaves:
         text = "no wave runs along the stack by itself, or it decays within a few of its lengths"
         raise InputError(f"{text}, at any of the frequencies")
     omega = 2 * np.pi * f
-    slow = _FAR_BELOW * np.min(f)
+    slow = np.asarray(_FAR_BELOW * np.min(f))
     loose = stack.model_copy(update={"termination": "free"})
     mass = float(_impedance(loose, slow, np.array(0.0)).imag / (2 * np.pi * slow))
     loss = -2 * k.imag * group / omega
@@ -165,9 +163,9 @@ def _impedance(stack: Stack, frequency: RealArray, k: RealArray) -> ComplexArray
 
 
 def _driven(stack: Stack, frequency: RealArray, k: RealArray) -> tuple[System, Solution]:
-    """Solve the stack behind a half-space of a real impedance, which drives it at any wavenumber."""
+    """Solve the stack behind a half-space that drives it at any wavenumber."""
     wave = Wave(np.asarray(frequency), k, stack.ambient.gas)
-    system = build_system(stack, wave, HalfSpace(stack.ambient.gas.impedance))
+    system = behind_gas(stack, wave)
     return system, solve_or_explain(system, stack, wave)
 
 

@@ -56,6 +56,14 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
 
 
+def behind_gas(stack: Stack, wave: Wave) -> System:
+    """Return the system of `stack` behind a half-space of the gas' impedance at normal incidence.
+
+    That impedance is real at every trace wavenumber: it drives evanescent waves, and those that decay along the stack.
+    """
+    return build_system(stack, wave, HalfSpace(wave.ambient.impedance))
+
+
 def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:
     """Return the solution of `system`, that of `stack` in the field `wave`.
 

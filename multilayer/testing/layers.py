@@ -20,13 +20,13 @@ from multilayer.layers import LAYERS, Layer
 from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.matrix.couplings import CouplingError
 from multilayer.matrix.families import Family
-from multilayer.matrix.solve import HalfSpace, solve
+from multilayer.matrix.solve import solve
 from multilayer.matrix.wave import Wave
 from multilayer.paths import locate
 from multilayer.response import plane_wave, plane_wave_derivatives
 from multilayer.response.fields import face_states, normal_pressure
 from multilayer.response.linearised import real_fields
-from multilayer.response.system import build_system
+from multilayer.response.system import behind_gas
 from multilayer.stack import Ambient, Stack
 from multilayer.testing.broken import broken_laws
 
@@ -222,9 +222,9 @@ def _decaying_waves(subject: _Subject) -> Iterator[str]:
 
 
 def _pressure(stack: Stack, subject: _Subject, kx: ComplexArray) -> ComplexArray:
-    """Return the normal pressure of the front face, driven through a half-space of the gas' impedance."""
+    """Return the normal pressure of the front face behind a half-space that drives it at any wavenumber."""
     wave = Wave(subject.frequency[:, None], kx, Ambient().gas)
-    system = build_system(stack, wave, HalfSpace(wave.ambient.impedance))
+    system = behind_gas(stack, wave)
     front, _ = face_states(system.layers[0], solve(system).layers[0])
     return normal_pressure(system.layers[0], front)
 
