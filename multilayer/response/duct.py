@@ -95,7 +95,8 @@ def duct_mode(
     left at some distance, whatever the source. A short lining, or one in which several modes decay alike, takes away
     other amounts; so do its ends. The secant method finds it from 67 starts at every frequency. Pressure and velocity
     of the face are those for unit pressure at the wall: of fluids they are entire functions of kx, without poles that
-    lead searches astray. Where airway or lining are many wavelengths deep, a mode that decays little more may be taken for it.
+    lead searches astray. Where airway or lining are many wavelengths deep, a mode that decays little more may be taken
+    for it.
     """
     f = _checked(stack, frequency, height, mach)
     if lined not in ("one side", "both sides"):
