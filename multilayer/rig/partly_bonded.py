@@ -211,11 +211,14 @@ class _Condensed:
         products = shares[:, :1] * shares  # top on top, top on base
         weight = np.max(np.abs(products), axis=1) / values
         kept = np.sort(np.argsort(weight)[-_KEPT:])
-        once = cho_solve(factor, loads)
+        # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
+        # loads, since taken off the sums those of low poles would leave no digits of the others
+        kept_modes = modes[:, kept]
+        others = loads - inner_mass @ (kept_modes @ shares[kept])
+        once = cho_solve(factor, others)
+        once -= kept_modes @ (kept_modes.T @ (inner_mass @ once))
         twice = cho_solve(factor, inner_mass @ once)
-        # sums of residue / pole^k over all poles, without eigenvectors; those kept are taken off
-        sums = loads[:, 0] @ once, loads[:, 0] @ twice, once[:, 0] @ inner_mass @ twice
-        rest = np.stack([sums[i] - np.sum((products / values[:, None] ** (i + 1))[kept], axis=0) for i in range(3)], -1)
+        rest = np.stack([others[:, 0] @ once, others[:, 0] @ twice, once[:, 0] @ inner_mass @ twice], -1)
         parts = static[0], inertia[0], rest, products[kept].T
         static_top, inertia_top, rest_top, residues = (part / self.area for part in parts)
         return Forces(static_top, inertia_top, rest_top, values[kept], residues)

@@ -61,6 +61,7 @@ def test_it_moves_a_plate_as_full_finite_elements_do(radius, thickness, ratio, r
     st.sampled_from([(0.0, 0.24), (0.0, 1.8), (0.3, 0.9)]),
 )
 @example(0.0, 0.00195, 0.5, (0.0, 1.8))
+@example(0.625, 0.0, 1.0, (0.0, 1.8))
 @settings(max_examples=30, deadline=None)
 def test_wider_rims_are_softer_and_take_power(rim, more, at_base, ratio_and_shape):
     disc = partly_bonded_disc(*ratio_and_shape)
