@@ -13,8 +13,11 @@ from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
     FULL_FIT,
     FULL_SHRINKAGE,
+    LEAST_LEAD,
+    LEAST_SCORE,
     LEAST_SHRINKAGE,
     LEAST_SHRINKAGE_ONE,
+    RIGHT_DOUBTED,
     RIGHT_GUARDED,
     RIGHT_NO_GAP,
     SECOND_SHARE,
@@ -39,27 +42,28 @@ class Decision:
     group : list of tuple of str
         Hypotheses that the data cannot distinguish from it.
     reason : str
-    guarded : bool
-        Whether the verdict is "unknown" although a known effect has the most evidence.
+    least_probability : float
+        Share of such verdicts that were right on development runs, where a guard overrules the evidence.
     """
 
     verdict: Verdict
     best: tuple[str, ...]
     group: list[tuple[str, ...]]
     reason: str
-    guarded: bool = False
+    least_probability: float = 0.0
 
     def probability(self, comparison: ModelComparison) -> float:
         """Return the probability that the verdict is right.
 
-        Where a guard overrules the evidence (a misfit that remains, or no shrinkage on held-out data), and where there
-        is no gap, it is at least the share of such verdicts that were right on development runs.
+        Where a guard overrules the evidence (a misfit that remains, no shrinkage on held-out data, a free law that is
+        nearly as probable), and where there is no gap, it is at least the share of such verdicts that were right on
+        development runs.
         """
         probabilities = comparison.probabilities()
         if self.verdict == "no_gap":
             return max(probabilities[()], RIGHT_NO_GAP)
         if self.verdict == "unknown":
-            return max(probabilities[UNKNOWN], RIGHT_GUARDED if self.guarded else 0.0)
+            return max(probabilities[UNKNOWN], self.least_probability)
         return comparison.probability_with([self.best])
 
     def probabilities(self, comparison: ModelComparison) -> dict[tuple[str, ...], float]:
@@ -91,18 +95,28 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     if not comparison.is_supported:
         probability = probability_text(comparison.p_value)
         text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
-        return Decision("unknown", UNKNOWN, [UNKNOWN], text, guarded=True)
+        return Decision("unknown", UNKNOWN, [UNKNOWN], text, RIGHT_GUARDED)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     if best == UNKNOWN:
         text = f"{_free(comparison)} explains the gap better than any known effect"
         return Decision("unknown", best, _group(comparison, best), text)
     group = _group(comparison, best)
     if reason := _objection(comparison, best, shrinkages):
-        return Decision("unknown", best, group, reason, guarded=True)
-    if comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]:
-        text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
-        return Decision("unknown", best, group, text)
+        return Decision("unknown", best, group, reason, RIGHT_GUARDED)
+    if _is_doubted(comparison, best):
+        text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+        return Decision("unknown", best, group, text, RIGHT_DOUBTED)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
+
+
+def _is_doubted(comparison: ModelComparison, best: tuple[str, ...]) -> bool:
+    """Tell whether a free law, which by itself is better than no effect at all, is nearly as probable as a cause.
+
+    A law of few parameters that is right leaves a free one far behind, as that pays for each of its nodes. One that
+    merely resembles the true law loses in misfit what it saves on parameters.
+    """
+    lead = comparison.score(best) - comparison.score(UNKNOWN)
+    return lead < LEAST_LEAD and comparison.score(UNKNOWN) - comparison.score(()) > LEAST_SCORE
 
 
 def _free(comparison: ModelComparison) -> str:

@@ -13,6 +13,7 @@ from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
+from multilayer.diagnosis.thresholds import RIGHT_DOUBTED
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
 
@@ -76,16 +77,22 @@ def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
 
 
-@pytest.mark.parametrize(("behind", "verdict"), [(20.0, "effect"), (0.0, "unknown")])
-def test_what_is_less_probable_than_something_else_is_not_named(behind, verdict):
-    """The evidence of an effect must be ahead by more than the share of such verdicts that was wrong."""
+@pytest.mark.parametrize(
+    ("behind", "gap", "verdict"), [(30.0, 1000.0, "effect"), (10.0, 1000.0, "unknown"), (10.0, 8.0, "effect")]
+)
+def test_a_known_cause_must_be_well_ahead_of_a_free_law_that_is_ahead_of_none(behind, gap, verdict):
+    """By odds of 20 to 1; a free law that is behind the nominal model is no rival."""
     names = ("channel_gain",)
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
-    evidence = {(): -1000.0, names: -10.0, UNKNOWN: -10.0 - behind}
-    decision = decide(ModelComparison(nominal, fitted, evidence, 1), {names: Shrinkage(100.0, 1.0, "all")})
+    evidence = {(): -10.0 - gap, names: -10.0, UNKNOWN: -10.0 - behind}
+    comparison = ModelComparison(nominal, fitted, evidence, 1)
+    decision = decide(comparison, {names: Shrinkage(100.0, 1.0, "all")})
     assert decision.verdict == verdict, decision.reason
     assert decision.best == names
+    if verdict == "unknown":
+        assert "hardly better" in decision.reason
+        assert decision.probability(comparison) == RIGHT_DOUBTED
 
 
 @pytest.mark.parametrize(("lead", "gap", "named"), [(100.0, 1000.0, 2), (20.0, 1000.0, 1), (100.0, 2e5, 1)])

@@ -10,6 +10,8 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import EFFECTS as DIAGNOSED
+from multilayer.rig.bench import Bench
+from multilayer.rig.draws import draw_errors
 from multilayer.rig.effect_base import Effect, Size
 from multilayer.rig.effects import EFFECTS
 from multilayer.rig.effects.foreign_law import ForeignLaw
@@ -23,6 +25,7 @@ _FINE = 1.5  # resolution of the mesh: every interval shorter by this factor tha
 Kind = Literal["none", "one", "two", "outside", "deleted"]
 # shares of campaigns: no effect, one known effect, two at once, one outside of the library, one deleted from it first
 MIX: dict[Kind, float] = {"none": 0.25, "one": 0.35, "two": 0.10, "outside": 0.15, "deleted": 0.15}
+_POINTS = 200  # frequencies at which a sample's modulus is looked at
 _PERTURBATION = 0.3  # of the effects' laws: data and explanation do not share their formulae
 
 
@@ -167,8 +170,22 @@ def draw(number: int, seed: int) -> Draw:
     effects = _effects(kind, rng)
     shapes = [_SINGLE, _SLIM if number % 4 == 0 else _SEVERAL][number % 2 == 0]
     settings = RigFile.model_validate(_description(effects, rng, shapes))
+    while not _is_passive(settings):  # a law drawn for the sample may be more than its own losses allow
+        settings = RigFile.model_validate(_description(effects, rng, shapes))
     deleted = tuple(effects) if kind == "deleted" else ()
     return Draw(number, kind, tuple(effects), deleted, settings, int(rng.integers(2**31)))
+
+
+def _is_passive(settings: RigFile) -> bool:
+    """Tell whether the sample's modulus, at the end of each configuration, is one that the rig can have."""
+    errors = draw_errors(settings, settings.seed)
+    for mounting in settings.mountings:
+        bench = Bench(settings, errors, mounting)
+        band = np.geomspace(*bench.timing.band(mounting.frequencies), _POINTS)
+        modulus = bench.modulus(band, bench.moment(mounting.frequencies[-1], settings.repeats - 1))
+        if np.any(modulus.real <= 0) or np.any(modulus.imag < 0):
+            return False
+    return True
 
 
 def _effects(kind: Kind, rng: np.random.Generator) -> list[str]:
