@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from multilayer.explore.questions import Questions
 
 Measured = Annotated[
     list[Path] | None,
@@ -14,24 +17,34 @@ Measured = Annotated[
 
 
 def explore(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A stack file, or a simulation file.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="A stack or simulation file; or a campaign (folder, campaign.yaml, fit file), or stacks with their "
+            "measurements as diagnose reads them.",
+        ),
+    ],
     measured: Measured = None,
     port: Annotated[int, typer.Option(help="Of the loopback address; any that is free when left out.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
 ) -> None:
-    """Open a page on which a stack is changed by sliders, while its curves and ratings follow.
+    """Open a page on which a stack, or a model beside its measurements, is changed by sliders while curves follow.
+
+    Of a campaign, and of stacks with their measurements, the page shows data and model: unknowns are turned by hand,
+    effects that the model lacks are added, and what is not held is fitted.
 
     The page is served to this machine only, at an address with a token, until Ctrl-C; it needs no network. It writes
     nothing but the stack and simulation files that are saved there. Exit status: 0 ended, 2 the input cannot be used.
 
     Example: multilayer explore examples/foam_absorption.yaml
+
+    Example: multilayer explore examples/foam_tube
     """
     from multilayer.cli.loudness import LOUDNESS
-    from multilayer.explore.explorer import Explorer
     from multilayer.explore.server import Server
-    from multilayer.simulation.measured import read_measured
 
-    explorer = Explorer(file, [read_measured(path) for path in measured or ()])
+    explorer = _explorer(file, measured or [])
     with Server(explorer, port) as server:
         typer.echo(server.url)
         if LOUDNESS.warnings:
@@ -42,6 +55,27 @@ def explore(
             server.serve_forever(poll_interval=0.2)
         except KeyboardInterrupt:
             typer.echo("ended", err=True)
+
+
+def _explorer(file: Path, measured: list[Path]) -> Questions:
+    """Return what answers the page of a file: a stack's, or that of a model beside its measurements."""
+    from multilayer.fits.sources import open_source
+
+    source = open_source(file)
+    if not source.is_measured:
+        from multilayer.explore.explorer import Explorer
+        from multilayer.simulation.measured import read_measured
+
+        return Explorer(file, [read_measured(path) for path in measured])
+    from multilayer.config.validate import placed_in
+    from multilayer.errors import InputError
+    from multilayer.explore.model import ModelExplorer
+
+    if measured:
+        raise InputError(f"--measured: {file} has measurements of its own; leave the option out")
+    typer.echo("fitting the nominal model", err=True)
+    with placed_in(file):
+        return ModelExplorer(source)
 
 
 def _open(url: str) -> None:

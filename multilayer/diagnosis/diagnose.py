@@ -29,7 +29,8 @@ from multilayer.diagnosis.place_fits import (
     with_resonances,
 )
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.residual_curves import residual_curves
+from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.diagnosis.thresholds import MODEL_ERROR
@@ -54,7 +55,6 @@ from multilayer.signals.recording import Recording
 
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
 _REACH = float(ndtri(0.95))  # standard deviations from a value to the end of its 90 % interval
-_DB = 20 / np.log(10)
 N_STEPS = steps.N_STEPS + 1  # the places besides
 
 
@@ -150,7 +150,7 @@ def diagnose_campaign(
         record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
     best = assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
-    return Diagnosis(name, record, _curves(nominal, best), assessment.similarity, moduli)
+    return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
 
 
 def fit_nominal(
@@ -290,24 +290,3 @@ def _with_band(fitted: Fitted, frequency: RealArray) -> dict[str, list[float]]:
         ends = {"": 0.0, "_low": -_REACH, "_high": _REACH}
         found |= {f"{name}{end}": np.exp(value + reach * spread).tolist() for end, reach in ends.items()}
     return found
-
-
-def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
-    pairs = zip(
-        nominal.hypothesis_as(CampaignProblem).data,
-        nominal.hypothesis.differences(nominal.minimum.z),
-        best.hypothesis.differences(best.minimum.z),
-        strict=True,
-    )
-    curves = []
-    for data, before, after in pairs:
-        spread = np.sqrt(np.diag(data.covariance(MODEL_ERROR)))
-        levels = (-_DB * before.real, -_DB * after.real)
-        phases = (-np.rad2deg(before.imag), -np.rad2deg(after.imag))
-        curves.append(
-            Curves(
-                data.name, data.frequency, data.burst, levels[0], phases[0], levels[1], phases[1],
-                _DB * spread, np.rad2deg(spread),
-            )
-        )  # fmt: skip
-    return tuple(curves)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -34,8 +34,25 @@ class Data(Protocol):
     def centres(self) -> RealArray:
         """Frequencies of the groups, Hz, shape (n_groups,)."""
 
+    @property
+    def target(self) -> ComplexArray | RealArray:
+        """The measured values in the quantity that is compared, shape (n,)."""
+
     def part(self, kept: IndexArray) -> Self:
         """Return the data of some groups only, the groups renumbered."""
+
+
+class Part(NamedTuple):
+    """A real quantity that is compared, as people are shown it: `factor` times a part of `Hypothesis.differences`."""
+
+    title: str
+    unit: str = ""
+    factor: float = 1.0
+
+    @property
+    def label(self) -> str:
+        """Title and unit, as an axis has them."""
+        return f"{self.title} / {self.unit}" if self.unit else self.title
 
 
 class Hypothesis(Experiments):
@@ -83,6 +100,16 @@ class Hypothesis(Experiments):
     @abstractmethod
     def quantities(self) -> tuple[str, ...]:
         """Names of the quantities in the real and in the imaginary part of `differences`; one name of real ones."""
+
+    @property
+    @abstractmethod
+    def shown_as(self) -> tuple[Part, ...]:
+        """What each of the `quantities` is for people."""
+
+    @property
+    @abstractmethod
+    def spreads(self) -> list[list[RealArray]]:
+        """Standard deviations of noise and model error of every part of every experiment, in `differences`' unit."""
 
     @property
     def part_units(self) -> tuple[complex, ...]:

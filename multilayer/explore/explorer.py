@@ -1,4 +1,4 @@
-"""Answers to a page: plain data in, plain data out; nothing is remembered but which file was opened.
+"""Answers to the page of a stack: plain data in, plain data out; nothing is remembered but which file was opened.
 
 The design, its history and its frozen curves are the page's: every window has its own, and two of them show two designs
 side by side. What they share is the file on the disk; who saves over it has to know it as it is.
@@ -6,29 +6,26 @@ side by side. What they share is the file on the disk; who saves over it has to 
 
 from __future__ import annotations
 
-import threading
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from multilayer.doors import for_log
-from multilayer.errors import InputError, MultilayerError, MultilayerWarning, Problem, show
+from multilayer.errors import InputError, MultilayerError, show
 from multilayer.explore.curves import computed, curves
 from multilayer.explore.edits import edited
 from multilayer.explore.fields import described_ambient, described_layers, described_termination
-from multilayer.explore.file import ASIDE, NameTakenError, Save, open_file, save
+from multilayer.explore.file import ASIDE, Save, open_file, save
+from multilayer.explore.questions import Answer, Questions, problems_of
 from multilayer.layers.base import LAYERS
 from multilayer.materials import load_library
 from multilayer.simulation.measured import Measured
 from multilayer.writing.manifest import digest_of
 
-Answer = dict[str, Any]
 
-
-class Explorer:
-    """What answers a page about one file.
+class Explorer(Questions):
+    """What answers the page of one stack.
 
     Parameters
     ----------
@@ -43,37 +40,19 @@ class Explorer:
         When the file cannot be used.
     """
 
+    page = "explore"
+
     def __init__(self, file: Path, measured: Sequence[Measured] = ()) -> None:
-        self.file, self.measured = file, tuple(measured)
+        super().__init__(file)
+        self.measured = tuple(measured)
         open_file(file)
-        self._one_at_a_time = threading.Lock()  # filters of warnings are shared by all threads, and so are two cores
-        self.answers: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
+        self.answers = {
             "start": self.start,
             "evaluate": self.evaluate,
             "edit": self.edit,
             "save": self.save,
             "watch": self.watch,
         }
-
-    def answer(self, name: str, request: Mapping[str, Any]) -> Answer:
-        """Return the answer to a request: with ``problems`` where something in it, or in the file, is wrong.
-
-        Raises
-        ------
-        KeyError
-            When there is no such question.
-        """
-        ask = self.answers[name]
-        with self._one_at_a_time, warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", MultilayerWarning)
-            try:
-                answer = ask(request)
-            except NameTakenError as error:
-                answer = {"problems": _problems(error), "taken": True}
-            except MultilayerError as error:
-                answer = {"problems": _problems(error, placed=name == "start")}
-        texts = [str(one.message) for one in caught if issubclass(one.category, MultilayerWarning)]
-        return {**answer, "warnings": [*dict.fromkeys(_without_file(text, self.file) for text in texts)]}
 
     def start(self, request: Mapping[str, Any]) -> Answer:
         """Return the file as it is on the disk, and what may be added to it."""
@@ -107,7 +86,7 @@ class Explorer:
             moving = request.get("moving") is True
             result = computed(data, self.file, points if isinstance(points, int) else None, moving=moving)
         except MultilayerError as error:
-            return {**described, "problems": _problems(error)}
+            return {**described, "problems": problems_of(error)}
         return {**described, **result, "problems": []}
 
     def edit(self, request: Mapping[str, Any]) -> Answer:
@@ -150,19 +129,6 @@ def _data(request: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(layers, list) or not layers or not all(isinstance(layer, dict) for layer in layers):
         raise InputError("a stack needs 'layers', a list of mappings")
     return data
-
-
-def _problems(error: MultilayerError, *, placed: bool = False) -> list[dict[str, str]]:
-    """Return mistakes as a page shows them; with file and line only where they stand in the file on the disk."""
-    problems = error.problems if isinstance(error, InputError) else [Problem(str(error))]
-    return [
-        {"path": problem.path, "text": str(problem if placed else Problem(problem.message))} for problem in problems
-    ]
-
-
-def _without_file(text: str, file: Path) -> str:
-    before, place, rest = text.partition(f"{file}:1:1: ")
-    return rest if place and not before else text
 
 
 def _measured(spectra: Measured) -> dict[str, Any]:

@@ -23,16 +23,12 @@ from typing import Any
 
 from multilayer.bounds import YAML_BYTES
 from multilayer.errors import InputError
-from multilayer.explore.explorer import Explorer
+from multilayer.explore.questions import Questions
 from multilayer.json_text import json_text
 from multilayer.log import LOGGER
 
 ADDRESS = "127.0.0.1"
-_PAGE = {
-    "": ("explore.html", "text/html; charset=utf-8"),
-    "explore.css": ("explore.css", "text/css; charset=utf-8"),
-    "explore.js": ("explore.js", "text/javascript; charset=utf-8"),
-}
+_CSS, _SCRIPT = "text/css; charset=utf-8", "text/javascript; charset=utf-8"
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'"
@@ -49,12 +45,16 @@ _HEADERS = {
 _IDLE = 60.0  # s after which a connection that asks nothing is closed
 
 
+def _part(name: str) -> bytes:
+    return resources.files(__package__).joinpath(f"page/{name}").read_bytes()
+
+
 class Server(ThreadingHTTPServer):
     """The server of one page.
 
     Parameters
     ----------
-    explorer : Explorer
+    explorer : Questions
         Who answers.
     port : int
         0 for any that is free.
@@ -68,12 +68,12 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name != "nt"  # of a port just left; Windows would give one that is in use
 
-    def __init__(self, explorer: Explorer, port: int = 0) -> None:
+    def __init__(self, explorer: Questions, port: int = 0) -> None:
         self.explorer, self.token = explorer, secrets.token_urlsafe(24)
-        self.files = {
-            path: (resources.files(__package__).joinpath(f"page/{name}").read_bytes(), kind)
-            for path, (name, kind) in _PAGE.items()
-        }
+        name = explorer.page
+        parts = {"explore.css": _CSS, "page.js": _SCRIPT, f"{name}.js": _SCRIPT}
+        self.files = {part: (_part(part), kind) for part, kind in parts.items()}
+        self.files[""] = (_part(f"{name}.html"), "text/html; charset=utf-8")
         try:
             super().__init__((ADDRESS, port), _Handler)
         except OSError as error:

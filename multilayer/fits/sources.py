@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from multilayer.experiments.two_plate.burst import BurstData
 
 _OF_STACKS = ("stack-fit", "diagnose")
+_OF_CAMPAIGNS = ("campaign", "fit", "calibration", "rig")
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,11 @@ class Source:
     def of_stacks(self) -> bool:
         """Whether it is about stacks, and not about a campaign."""
         return self.kind in _OF_STACKS
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether it is a campaign, or stacks with their measurements: not a stack or a simulation."""
+        return self.kind in (*_OF_STACKS, *_OF_CAMPAIGNS)
 
     def settings(self, options: Mapping[str, str | None] | None = None) -> FitSettings:
         """Return the settings of a fit of a campaign.

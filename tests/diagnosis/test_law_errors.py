@@ -76,7 +76,7 @@ def crosstalk_as_a_power(exponent, share=0.2):
     hypothesis, z = hypothesis_with(("crosstalk", [0.0, 0.0]))
     read = []
     for data, difference in zip(hypothesis.data, hypothesis.differences(z), strict=True):
-        motion = np.exp(data.log_ratio + difference)  # of the model
+        motion = np.exp(data.target + difference)  # of the model
         law = share * (1j * data.frequency / 500.0) ** exponent
         read.append(replace(data, ratio=motion + law))
     return hypothesis.with_data(read), z

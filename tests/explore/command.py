@@ -1,14 +1,30 @@
-"""The command as a process of its own, which can be ended as a terminal ends it."""
+"""The command as a process of its own, which can be ended as a terminal ends it, and its server in this one."""
 
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
+
+from multilayer.explore.server import Server
 
 # a process in the background may have been told to ignore Ctrl-C
 SCRIPT = (
     "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
     "from multilayer.cli import main; sys.argv[0] = 'multilayer'; main()"
 )
+
+
+@contextmanager
+def serving(explorer):
+    """Give the address of a page that this process answers until the block ends."""
+    with Server(explorer) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
+        thread.start()
+        try:
+            yield server.url
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 @contextmanager

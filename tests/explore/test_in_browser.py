@@ -1,18 +1,15 @@
 """The page in headless Chromium as a person uses it: pointer, keyboard, two widths, two windows, another editor."""
 
 import signal
-import threading
-from contextlib import contextmanager
 
 import pytest
 
 from multilayer.config.yaml12 import dump_yaml, parse_yaml
 from multilayer.explore.explorer import Explorer
-from multilayer.explore.server import Server
 from multilayer.simulation.file import load_simulation
 from multilayer.simulation.measured import read_measured
-from tests.explore.command import exploring
-from tests.explore.webdriver import browsing
+from tests.explore.command import exploring, serving
+from tests.explore.webdriver import beyond
 
 STACK = """\
 kind: simulation
@@ -29,24 +26,9 @@ CURVE = "return document.querySelector('.chart .curve.now').getAttribute('d')"
 SETTLED = "return !document.body.classList.contains('stale') && document.querySelector('.chart .curve.now') !== null"
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """Give one browser for all tests; each page has an origin of its own."""
-    with browsing(tmp_path_factory.mktemp("browser")) as one:
-        yield one
-
-
-@contextmanager
 def served(file, measured=()):
     """Give the address of a page until the block ends."""
-    with Server(Explorer(file, measured)) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
-        thread.start()
-        try:
-            yield server.url
-        finally:
-            server.shutdown()
-            thread.join()
+    return serving(Explorer(file, measured))
 
 
 @pytest.fixture
@@ -66,15 +48,6 @@ def page(browser, file, tmp_path):
         yield browser
         browser.size(1280, 900)
         assert [text for text in browser.complaints() if "beforeunload" not in text] == []
-
-
-def beyond(page):
-    """Return what reaches beyond the right edge, beside what scrolls within a part of the page."""
-    return page.run(
-        "return [...document.querySelectorAll('body *')].filter(one => !one.closest('svg, #charts, optgroup')"
-        " && one.getBoundingClientRect().right > document.documentElement.clientWidth + 1)"
-        ".map(one => one.tagName + ' ' + one.id + ' ' + one.textContent.slice(0, 30))"
-    )
 
 
 @pytest.mark.parametrize("width", [1280, 400])

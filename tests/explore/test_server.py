@@ -8,6 +8,7 @@ import shutil
 import signal
 import socket
 import threading
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -58,7 +59,8 @@ def test_the_page_and_its_parts(path, kind, server):
 
 
 def test_the_page_needs_nothing_from_elsewhere(server):
-    texts = [ask(server, "GET", path)[2].decode() for path in ("", "explore.js", "explore.css")]
+    texts = [ask(server, "GET", path)[2].decode() for path in server.files]
+    texts.append((resources.files("multilayer.explore") / "page/model.js").read_text())
     addresses = {address for text in texts for address in re.findall(r"https?://[^\s\"')]+", text)}
     assert addresses == {"http://www.w3.org/2000/svg"}  # a name, no address
     assert not any(

@@ -169,3 +169,12 @@ def browsing(folder, *, dark=False):
         driver.terminate()
         driver.wait(10)
         driver.stdout.close()
+
+
+def beyond(page):
+    """Return what reaches beyond the right edge, beside what scrolls within a part of the page."""
+    return page.run(
+        "return [...document.querySelectorAll('body *')].filter(one => !one.closest('svg, #charts, optgroup')"
+        " && one.getBoundingClientRect().right > document.documentElement.clientWidth + 1)"
+        ".map(one => one.tagName + ' ' + one.id + ' ' + one.textContent.slice(0, 30))"
+    )

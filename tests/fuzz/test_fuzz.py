@@ -10,7 +10,7 @@ from validation.fuzz.commands import command_target
 from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
-from validation.fuzz.requests import RequestTarget
+from validation.fuzz.requests import EXAMPLES, MEASURED, ModelRequestTarget, RequestTarget
 from validation.fuzz.sizes import DATA, NAMES, SizeTarget
 from validation.fuzz.tables import TableTarget
 from validation.fuzz.watch import PASSED, REFUSED, Tally, tried, watched
@@ -55,6 +55,13 @@ def test_spoiled_questions_to_the_page_of_explore(tmp_path):
     files = [file for file in write_corpus(tmp_path / "yaml") if file.parent.name == "walls"]
     simulations = [file for file in files if kind_of(file).name == "simulation"]
     found = tally(RequestTarget(simulations, SEED), range(150))
+    assert found.failures == {}
+    assert min(found.counts[PASSED], found.counts[REFUSED]) > 15
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_spoiled_questions_to_the_page_of_a_model(name):
+    found = tally(ModelRequestTarget(EXAMPLES / name, SEED), range(150))
     assert found.failures == {}
     assert min(found.counts[PASSED], found.counts[REFUSED]) > 15
 

@@ -25,7 +25,7 @@ from validation.fuzz.commands import command_target
 from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
-from validation.fuzz.requests import RequestTarget
+from validation.fuzz.requests import EXAMPLES, MEASURED, ModelRequestTarget, RequestTarget
 from validation.fuzz.sizes import NAMES, SizeTarget
 from validation.fuzz.tables import TableTarget
 from validation.fuzz.watch import HEAD, Outcome, Tally, watched
@@ -60,7 +60,9 @@ def targets(
         yield "tables", "tables through materials --from", TableTarget(write_tables(folder / "tables"), seed)
     if "requests" in kinds:
         files = [file for file in write_corpus(folder / "requests") if kind_of(file).name in ("stack", "simulation")]
-        yield "requests", "questions to the page of explore", RequestTarget(files, seed)
+        yield "requests", "questions to the page of a stack", RequestTarget(files, seed)
+        for name in MEASURED:
+            yield "requests", f"questions to the page of `{name}`", ModelRequestTarget(EXAMPLES / name, seed)
     if "files" in kinds:
         for number, name in enumerate(FORMATS):
             place = folder / f"flips{number}"

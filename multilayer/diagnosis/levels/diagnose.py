@@ -8,15 +8,14 @@ from functools import partial
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits, rough_fit
+from multilayer.diagnosis.fitting import fit_effects, polish_fits, rough_fit
 from multilayer.diagnosis.levels.designs import rank_level_designs
 from multilayer.diagnosis.place_fits import fit_places, may_explain
-from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.residual_curves import residual_curves
+from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.diagnose import fitted_nominal, unknown_entries
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.experiments.levels.problem import LevelProblem
@@ -74,7 +73,7 @@ def diagnose_levels(
         "warnings": hypothesis.warnings(nominal.minimum.z),
         "inputs": _inputs(file, name, hypothesis) | assessment.misfit_entries(),
     }
-    return Diagnosis(name, record, _curves(nominal, assessment.best_fit), assessment.similarity, {})
+    return Diagnosis(name, record, residual_curves(nominal, assessment.best_fit), assessment.similarity, {})
 
 
 def _inputs(file: DiagnosisFile, name: str, hypothesis: LevelProblem) -> dict[str, Any]:
@@ -91,21 +90,3 @@ def _inputs(file: DiagnosisFile, name: str, hypothesis: LevelProblem) -> dict[st
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on levels",
     }
-
-
-def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
-    hypothesis = nominal.hypothesis_as(LevelProblem)
-    label = "transmission loss / dB" if hypothesis.is_loss else "absorption"
-    none = np.empty(0)
-    pairs = zip(
-        hypothesis.data,
-        hypothesis.differences(nominal.minimum.z),
-        best.hypothesis.differences(best.minimum.z),
-        strict=True,
-    )
-    return tuple(
-        Curves(
-            data.name, data.frequency, data.burst, -before, none, -after, none, data.spread[0], none, (label, "")
-        )
-        for data, before, after in pairs
-    )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -16,7 +16,8 @@ from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits
 from multilayer.diagnosis.place_fits import fit_places
-from multilayer.diagnosis.result import Curves, Diagnosis
+from multilayer.diagnosis.residual_curves import residual_curves
+from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.designs import rank_tube_designs
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.errors import InputError
@@ -76,7 +77,7 @@ def diagnose_tube(
         "warnings": _warnings(nominal),
         "inputs": _inputs(file, name, nominal) | assessment.misfit_entries(),
     }
-    return Diagnosis(name, record, _curves(nominal, assessment.best_fit), assessment.similarity, {})
+    return Diagnosis(name, record, residual_curves(nominal, assessment.best_fit), assessment.similarity, {})
 
 
 def fitted_nominal(file: DiagnosisFile) -> Fitted:
@@ -195,21 +196,3 @@ def model_error_text(data: Observation, *, is_stated: bool) -> str:
     """Return the size of the model's error, in words."""
     size = 0.0 if data.error is None else data.error.relative
     return f"{size:.2g}, as stated" if is_stated else f"{size:.2g} of R (none is said)"
-
-
-def _curves(nominal: Fitted, best: Fitted) -> tuple[Curves, ...]:
-    hypothesis = nominal.hypothesis_as(StackProblem)
-    pairs = zip(
-        hypothesis.data,
-        hypothesis.differences(nominal.minimum.z),
-        best.hypothesis.differences(best.minimum.z),
-        strict=True,
-    )
-    curves: Sequence[Curves] = [
-        Curves(
-            data.name, data.frequency, data.burst, -before.real, -before.imag, -after.real, -after.imag,
-            data.spread[0], data.spread[1], ("Re R", "Im R"),
-        )
-        for data, before, after in pairs
-    ]  # fmt: skip
-    return tuple(curves)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.experiments.effects import BaseEffect, Values
-from multilayer.experiments.hypothesis import values_of
+from multilayer.experiments.hypothesis import Part, values_of
 from multilayer.experiments.levels.effects import LevelEffect, LevelSetting, acts_through_stack
 from multilayer.experiments.levels.response import LevelResponse, level_of
 from multilayer.experiments.levels.sound_field import mean_power
@@ -163,6 +163,11 @@ class LevelProblem(StackProblem):
     def quantities(self) -> tuple[str, ...]:
         """Name of the quantity: a level, or absorption."""
         return ("level",) if self.is_loss else ("absorption",)
+
+    @property
+    def shown_as(self) -> tuple[Part, ...]:
+        """A level in dB, or absorption."""
+        return (Part("transmission loss", "dB") if self.is_loss else Part("absorption"),)
 
     @property
     def is_loss(self) -> bool:

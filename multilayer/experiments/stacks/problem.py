@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from multilayer.arrays import RealArray
 from multilayer.errors import MultilayerError
 from multilayer.experiments.effects import BaseEffect, Values
-from multilayer.experiments.hypothesis import Hypothesis, values_of
+from multilayer.experiments.hypothesis import Hypothesis, Part, values_of
 from multilayer.experiments.stacks.effects import Tube, TubeEffect, TubeSetting
 from multilayer.experiments.stacks.file import StackFitFile
 from multilayer.experiments.stacks.observations import Observation
@@ -274,6 +274,16 @@ class StackProblem(UnknownFields, Hypothesis):
     def quantities(self) -> tuple[str, ...]:
         """Names of the parts of R."""
         return ("real", "imag")
+
+    @property
+    def shown_as(self) -> tuple[Part, ...]:
+        """Real and imaginary part of R."""
+        return Part("Re R"), Part("Im R")
+
+    @property
+    def spreads(self) -> list[list[RealArray]]:
+        """Standard deviations of every part of every measurement, of noise and model error."""
+        return [data.spread for data in self.data]
 
     @property
     def blocks(self) -> int:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
 from multilayer.experiments.effects import BaseEffect, Values
-from multilayer.experiments.hypothesis import Hypothesis, parameters_of, values_of
+from multilayer.experiments.hypothesis import Hypothesis, Part, parameters_of, values_of
 from multilayer.experiments.places import DrawnLaw, LawAtPlace
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
@@ -34,6 +34,7 @@ from multilayer.media.laws.parameters import LawSpace
 Acting: TypeAlias = Effect | LawAtPlace
 MODEL_ERROR = 0.002  # relative standard deviation, of solvers and of the plates' idealisation
 _DENSITY_STEP = 0.01
+_DB, _DEGREES = 20 / np.log(10), 180 / np.pi  # of a neper, of a radian
 _TINY = 1e-200  # added to motions: the logarithm of one that underflows stays finite
 _STEP = 1e-3  # of ln E
 _THINNED = 3  # one in so many bins of a burst is used in a first search
@@ -176,7 +177,7 @@ class RigExperiment(Experiment):
         parts = self.nuisances.of_rig(points.named, self.data).parts
         kept, place = distinct_rows(z[:, :first], z[:, z.shape[1] - last :], *parts)
         logarithms = self._log_shown(points, kept)
-        difference = (logarithms - self.data.log_ratio)[place] + self.nuisances.of_channels(points.named, self.data)
+        difference = (logarithms - self.data.target)[place] + self.nuisances.of_channels(points.named, self.data)
         if self.end_effect is not None and self.data.ends:
             difference = difference + self.end_effect.at(self.data.name, z)
         return _wrapped(difference)
@@ -384,6 +385,16 @@ class CampaignProblem(Hypothesis):
     def quantities(self) -> tuple[str, str]:
         """Quantities in the real and in the imaginary part of ln(ratio)."""
         return ("level", "phase")
+
+    @property
+    def shown_as(self) -> tuple[Part, ...]:
+        """Level and phase of the ratio."""
+        return Part("level", "dB", _DB), Part("phase", "degrees", _DEGREES)
+
+    @property
+    def spreads(self) -> list[list[RealArray]]:
+        """Standard deviations of both parts of ln(ratio), of noise and model error."""
+        return [[np.sqrt(np.diag(data.covariance(self.model_error)))] * 2 for data in self.data]
 
     @property
     def blocks(self) -> int:

@@ -112,7 +112,7 @@ class Setting:
     def _ratio_at(self, burst: int) -> complex:
         """Return the measured ratio at the centre of a burst, between its bins."""
         bins = self.data.burst == burst
-        level, phase = self.data.log_ratio[bins].real, np.unwrap(self.data.log_ratio[bins].imag)
+        level, phase = self.data.target[bins].real, np.unwrap(self.data.target[bins].imag)
         at = self.data.centres[burst], self.frequency[bins]
         return complex(np.exp(np.interp(*at, level) + 1j * np.interp(*at, phase)))
 

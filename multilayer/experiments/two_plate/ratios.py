@@ -78,8 +78,8 @@ class ConfigurationData:
         return shown
 
     @cached_property
-    def log_ratio(self) -> ComplexArray:
-        """Logarithm of `ratio`."""
+    def target(self) -> ComplexArray:
+        """Logarithm of `ratio`: what is compared."""
         return np.asarray(np.log(self.ratio))
 
     def covariance(self, model_error: float) -> RealArray:

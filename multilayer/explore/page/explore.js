@@ -2,8 +2,6 @@
 // frozen curves; the server computes, validates and saves. Texts become text nodes and attributes, never markup.
 "use strict";
 
-const $ = id => document.getElementById(id);
-const SVG = "http://www.w3.org/2000/svg";
 // steps of a slider: 1.2 % each over two decades, so that no two of them are the same to three digits
 const STEPS = 400, MOST_PAST = 300, MOST_FROZEN = 4, MOST_POINTS = 400, SETTLED = 180, WATCHED = 2000;
 const WISHED = 60, LEAST_POINTS = 40; // ms that curves may take while a slider moves; fewer frequencies gain nothing
@@ -13,33 +11,12 @@ const state = {
   data: null, digest: "", saved: "", file: "", past: [], future: [], edit: "", frozen: [], hidden: ["reflection", "transmission"],
   open: 0, // the layer looked at
 };
-let start = null, described = null, result = null, problems = [], cost = 0.1, ended = false, changedTo = "", said = [];
+let start = null, described = null, result = null, problems = [], cost = 0.1, changedTo = "", said = [];
 const updaters = new Map(); // by place: functions that show a field's description again
 
 // -- small things ---------------------------------------------------------------------------------------------------
 
-function make(name, attributes = {}, ...children) {
-  return filled(document.createElement(name), attributes, children);
-}
-function draw(name, attributes = {}, ...children) {
-  return filled(document.createElementNS(SVG, name), attributes, children);
-}
-function filled(element, attributes, children) {
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (value !== undefined && value !== null && value !== false) element.setAttribute(key, value === true ? "" : value);
-  }
-  element.append(...children.filter(child => child !== null && child !== undefined));
-  return element;
-}
-const copied = value => JSON.parse(JSON.stringify(value));
 const placeId = path => "at-" + path.join("-");
-function short(value, digits = 3) {
-  if (value === null || !Number.isFinite(value)) return "–";
-  const text = Number(value.toPrecision(digits));
-  return Math.abs(text) >= 1e5 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential().replace("e+", "e") : String(text);
-}
-const hertz = value => value >= 1000 ? `${short(value / 1000)} kHz` : `${short(value)} Hz`;
 function getAt(data, path) {
   return path.reduce((inner, key) => (inner === undefined || inner === null ? undefined : inner[key]), data);
 }
@@ -51,21 +28,6 @@ function setAt(data, path, value, wholes = []) {
   }
   if (data[key] === undefined || data[key] === null || typeof data[key] !== "object") data[key] = wholes[0] ? copied(wholes[0]) : {};
   setAt(data[key], rest, value, wholes.slice(1));
-}
-
-async function ask(question, body = {}) {
-  let answer;
-  try {
-    const response = await fetch(question, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body)});
-    if (!response.ok) throw new Error(`${response.status}`);
-    answer = await response.json();
-  } catch {
-    ended = true;
-    showBanners();
-    return null;
-  }
-  if (ended) { ended = false; showBanners(); }
-  return answer;
 }
 
 // -- the design and its history -------------------------------------------------------------------------------------
@@ -680,13 +642,6 @@ function series(name) {
   for (const one of start.measured) if (one.curves[name]) all.unshift({class: "m", label: one.name, dots: true, frequency: one.frequency, parts: one.curves[name].parts});
   return all;
 }
-function ticks(low, high, wished) {
-  const rough = (high - low) / wished, power = 10 ** Math.floor(Math.log10(rough));
-  const size = [1, 2, 5, 10].map(one => one * power).find(one => one >= rough);
-  const first = Math.ceil(low / size - 1e-9), found = [];
-  for (let k = first; k * size <= high + 1e-9 * size; k++) found.push(Number((k * size).toPrecision(12)));
-  return {size, found};
-}
 function limits(name, all) {
   const values = all.flatMap(one => one.parts.flatMap(part => part.values)).filter(one => one !== null).sort((a, b) => a - b);
   if (!values.length) return [0, 1];
@@ -699,7 +654,6 @@ function limits(name, all) {
   const {size} = ticks(low, high, 5);
   return [Math.floor(low / size) * size, Math.ceil(high / size) * size];
 }
-const OCTAVES = [16, 31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000];
 let cursor = null; // Hz
 function showCharts() {
   if (!result) return;
@@ -718,50 +672,20 @@ function showCharts() {
   names.forEach((name, i) => { const box_ = box.children[i].lastChild; box_.replaceChildren(chart(name, box_.clientWidth)); });
   showReading();
 }
-function axes(width) {
-  const all = result.frequency, low = all[0], high = all[all.length - 1];
-  const height = innerWidth < 640 ? 175 : 230, left = 40, right = width - 12, top = 10, bottom = height - 22, isLog = high >= 4 * low;
-  const x = f => (high === low ? (left + right) / 2 : left + (right - left) * (isLog ? Math.log(f / low) / Math.log(high / low) : (f - low) / (high - low)));
-  return {low, high, height, left, right, top, bottom, isLog, x};
-}
+const ends = () => [result.frequency[0], result.frequency[result.frequency.length - 1]];
 function chart(name, wide) {
-  const width = Math.max(240, wide), at = axes(width), all = series(name), [low, high] = limits(name, all);
-  const y = value => at.bottom - (at.bottom - at.top) * (value - low) / (high - low);
-  const svg = draw("svg", {viewBox: `0 0 ${width} ${at.height}`, role: "img", "aria-label": `${result.curves[name].title} over frequency, ${hertz(at.low)} to ${hertz(at.high)}`});
-  const clip = `inside-${name}`;
-  svg.append(draw("defs", {}, draw("clipPath", {id: clip}, draw("rect", {x: at.left, y: at.top - 1, width: at.right - at.left, height: at.bottom - at.top + 2}))));
-  for (const tick of ticks(low, high, 5).found) svg.append(
-    draw("path", {d: `M${at.left} ${y(tick)} H${at.right}`, class: "grid"}),
-    draw("text", {x: at.left - 6, y: y(tick) + 4, "text-anchor": "end"}, short(tick, 4).replace("-", "−")));
-  const marks = at.isLog ? OCTAVES.filter(one => one >= at.low && one <= at.high) : ticks(at.low, at.high, 6).found;
-  let lastAt = -100;
-  for (const tick of marks) {
-    svg.append(draw("path", {d: `M${at.x(tick)} ${at.top} V${at.bottom}`, class: "grid"}));
-    if (at.x(tick) - lastAt < 34) continue;
-    lastAt = at.x(tick);
-    svg.append(draw("text", {x: lastAt, y: at.bottom + 15, "text-anchor": "middle"}, tick >= 1000 ? `${short(tick / 1000)}k` : short(tick)));
-  }
-  svg.append(draw("text", {x: at.right, y: at.bottom + 15, "text-anchor": "end"}, at.right - lastAt > 40 ? "Hz" : ""));
-  const inside = draw("g", {"clip-path": `url(#${clip})`});
-  for (const one of all) one.parts.forEach((part, k) => {
-    const points = one.frequency.map((f, i) => [f, part.values[i]]).filter(([f, v]) => v !== null && f >= at.low * 0.999 && f <= at.high * 1.001);
-    if (one.dots) inside.append(...points.map(([f, v]) => draw(k ? "rect" : "circle", k ? {x: at.x(f) - 2.2, y: y(v) - 2.2, width: 4.4, height: 4.4, class: `point ${one.class}`} : {cx: at.x(f), cy: y(v), r: 2.6, class: `point ${one.class}`})));
-    else inside.append(draw("path", {d: points.map(([f, v], i) => `${i ? "L" : "M"}${at.x(f).toFixed(1)} ${Math.max(-2e3, Math.min(3e3, y(v))).toFixed(1)}`).join(""), class: `curve ${one.class}${k ? " im" : ""}`}));
-  });
-  svg.append(inside, draw("path", {d: `M${at.left} ${at.top} V${at.bottom} H${at.right}`, class: "axis"}), draw("path", {class: "cursor"}));
-  svg.addEventListener("pointermove", event => {
-    const box = svg.getBoundingClientRect(), px = (event.clientX - box.left) * width / box.width;
-    const share = Math.min(1, Math.max(0, (px - at.left) / (at.right - at.left)));
+  const width = Math.max(240, wide), at = axes(width, ...ends()), all = series(name);
+  const {svg, inside, y} = frame(name, result.curves[name].title, width, at, limits(name, all), share => {
     cursor = at.isLog ? at.low * (at.high / at.low) ** share : at.low + share * (at.high - at.low);
     $("read-at").value = STEPS * share;
     showReading();
   });
+  for (const one of all) one.parts.forEach((part, k) => {
+    const points = one.frequency.map((f, i) => [f, part.values[i]]).filter(([f, v]) => v !== null && f >= at.low * 0.999 && f <= at.high * 1.001);
+    if (one.dots) inside.append(...points.map(([f, v]) => draw(k ? "rect" : "circle", k ? {x: at.x(f) - 2.2, y: y(v) - 2.2, width: 4.4, height: 4.4, class: `point ${one.class}`} : {cx: at.x(f), cy: y(v), r: 2.6, class: `point ${one.class}`})));
+    else inside.append(draw("path", {d: line(points, at, y), class: `curve ${one.class}${k ? " im" : ""}`}));
+  });
   return svg;
-}
-function nearest(frequency, f) {
-  let best = 0;
-  frequency.forEach((one, i) => { if (Math.abs(Math.log(one / f)) < Math.abs(Math.log(frequency[best] / f))) best = i; });
-  return best;
 }
 function showReading() {
   if (!result) return;
@@ -773,7 +697,7 @@ function showReading() {
   for (const box of $("charts").children) {
     const name = box.dataset.name, svg = box.querySelector("svg");
     if (!svg || !result.curves[name]) continue;
-    const at = axes(svg.viewBox.baseVal.width);
+    const at = axes(svg.viewBox.baseVal.width, ...ends());
     svg.querySelector(".cursor").setAttribute("d", `M${at.x(f)} ${at.top} V${at.bottom}`);
     const values = series(name).reverse().map(one => {
       const j = nearest(one.frequency, f);
