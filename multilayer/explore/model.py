@@ -6,7 +6,7 @@ holds 99.7 % of what is thought of beforehand, whatever the unknown. The page re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
