@@ -106,7 +106,11 @@ class Commands(TyperGroup):
         try:
             with _harmless_mistakes():
                 return super().invoke(ctx)
-        except KeyboardInterrupt as stop:
+        except (KeyboardInterrupt, ImportError) as error:
+            # an extension module whose import Ctrl-C interrupts tells that it could not be initialised
+            stop = error if isinstance(error, KeyboardInterrupt) else error.__cause__ or error.__context__
+            if not isinstance(stop, KeyboardInterrupt):
+                raise
             from multilayer.writing.workspace import written
 
             by = str(stop) or "Ctrl-C"

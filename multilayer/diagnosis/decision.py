@@ -103,18 +103,21 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     group = _group(comparison, best)
     if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, RIGHT_GUARDED)
-    if _is_doubted(comparison, best):
+    if _is_doubted(comparison, best, group):
         text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
         return Decision("unknown", best, group, text, RIGHT_DOUBTED)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 
-def _is_doubted(comparison: ModelComparison, best: tuple[str, ...]) -> bool:
+def _is_doubted(comparison: ModelComparison, best: tuple[str, ...], group: Sequence[tuple[str, ...]]) -> bool:
     """Tell whether a free law, which by itself is better than no effect at all, is nearly as probable as a cause.
 
     A law of few parameters that is right leaves a free one far behind, as that pays for each of its nodes. One that
-    merely resembles the true law loses in misfit what it saves on parameters.
+    merely resembles the true law loses in misfit what it saves on parameters. Of tubes and levels, whose few data leave
+    the nodes cheap, the free law must be the more probable one.
     """
+    if not comparison.nominal.hypothesis.held_out_decides:
+        return comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]
     lead = comparison.score(best) - comparison.score(UNKNOWN)
     return lead < LEAST_LEAD and comparison.score(UNKNOWN) - comparison.score(()) > LEAST_SCORE
 

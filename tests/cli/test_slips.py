@@ -105,6 +105,19 @@ def test_a_failure_of_a_pool_is_traced_to_the_plugin(tmp_path):
     assert (status, "please report it" in text) == (70, True)
 
 
+def test_ctrl_c_during_the_import_of_an_extension_module_is_no_bug(monkeypatch):
+    def imports(*_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as stop:
+            raise ImportError("initialization failed") from stop  # as pybind11 tells it
+
+    monkeypatch.setattr("multilayer.fits.sources.open_source", imports)
+    monkeypatch.setattr("os._exit", sys.exit)
+    done = run("explore", EXAMPLES / "foam_tube", "--no-browser")
+    assert (done.status, done.err) == (130, "stopped by Ctrl-C: nothing was written\n")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="processes get no Ctrl-C there")
 @pytest.mark.parametrize("seconds", [2.0, 5.0])
 def test_ctrl_c_is_one_line(tmp_path, seconds):
