@@ -8,8 +8,8 @@ from __future__ import annotations
 CERTAIN_P = 1e-6  # a misfit less probable than this is a gap, even where no hypothesis is ahead of the nominal model
 LEAST_SCORE = 3.0  # nats, priors included, by which a cause must be ahead of the nominal model
 # nats by which a known cause of a rig's campaign must be ahead of a free law that itself is ahead of the nominal model:
-# odds of 20 to 1 by TEMPERATURE (seeds 1006 to 1008, several configurations, clear gaps: 79 of 82 right names are ahead by as much, and 7
-# of 16 wrong ones)
+# odds of 20 to 1 by TEMPERATURE (seeds 1006 to 1008, several configurations, clear gaps: 79 of 82 right names are ahead
+# by as much, and 7 of 16 wrong ones)
 LEAST_LEAD = 18.0
 LEAST_SIZE = 0.0012  # relative rms change of the data below which an effect is no gap: solvers differ by as much
 # nats that a second term of a simple form must add, and a second effect to one that fits by itself: odds of 400 to 1 by
