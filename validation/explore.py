@@ -1,7 +1,8 @@
 """How long curves take to follow a slider of `multilayer explore`: in the server's answers, and in Chromium.
 
 ``python -m validation.explore > docs/validation/explore.md``. The browser and its driver are Debian's packages chromium
-and chromium-driver; without them, only the answers are timed.
+and chromium-driver; without them, only the answers are timed. ``python -m validation.explore --pictures docs/images``
+draws the pages that the manual shows.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+from argparse import ArgumentParser
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,9 +22,12 @@ import numpy as np
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.explore.explorer import Explorer
+from multilayer.explore.model import ModelExplorer
 from multilayer.explore.server import Server
+from multilayer.fits.sources import open_source
 from tests.explore.webdriver import CHROMIUM, DRIVER, browsing
 
+EXAMPLES = Path("examples")
 FOAM = {"material": "AA2009/T11.6/foam", "thickness": "40 mm"}
 BOARD = {"material": "Bauakustik/T4.2.4-1/gypsum_board", "thickness": "12.5 mm"}
 AIR = {"type": "fluid", "thickness": "30 mm"}
@@ -64,9 +69,9 @@ DRAWN = "return Number(document.body.dataset.latency)"
 
 
 @contextmanager
-def served(file: Path):
-    """Give a server of a file."""
-    with Server(Explorer(file)) as server:
+def served(explorer):
+    """Give a server of a page."""
+    with Server(explorer) as server:
         threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
         yield server
         server.shutdown()
@@ -118,15 +123,36 @@ def rows(browser, *, busy) -> list[str]:
             for title, incidence in INCIDENCES.items():
                 data = {"version": 1, "layers": layers, "termination": termination, "incidence": incidence}
                 file.write_text(dump_yaml(data), encoding="utf-8")
-                with served(file) as server:
+                with served(Explorer(file)) as server:
                     answers, processor = answered(server, json.loads(json.dumps(data)))
                     curves = drawn(browser, server.url) if browser else []
                     found.append(row(name, title, processor, [] if busy else answers, curves))
     return found
 
 
+def pictures(folder: Path) -> None:
+    """Draw the pages of a stack and of a campaign with the effect that it lacks, fitted."""
+    with tempfile.TemporaryDirectory() as profile, browsing(Path(profile)) as browser:
+        with served(Explorer(EXAMPLES / "double_wall.yaml")) as server:
+            browser.open(server.url, height=800)
+            browser.picture(folder / "explore_stack.png")
+        with served(ModelExplorer(open_source(EXAMPLES / "foam_b"))) as server:
+            browser.open(server.url, height=800)
+            browser.click("#effect-finite_size")
+            browser.wait("return document.querySelector('#at-finite_size-poisson_error').value !== ''", seconds=120)
+            browser.click("#fit")
+            browser.wait("return document.querySelector('#status').textContent.startsWith('Fitted')", seconds=120)
+            browser.picture(folder / "explore_model.png")
+
+
 def main() -> None:
-    """Print the page."""
+    """Print the page, or draw pictures."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="draw the pages that the manual shows")
+    folder = parser.parse_args().pictures
+    if folder is not None:
+        pictures(folder)
+        return
     load, cores = os.getloadavg()[0], os.cpu_count() or 1
     busy = load > cores / 2
     state = f" The machine has {cores} cores, and nothing else ran."

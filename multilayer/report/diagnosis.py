@@ -100,6 +100,8 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
         ]
     else:
         lines = [f"multilayer effects   # what is known to act; a plugin may add what acts here: {_PLUGIN}"]
+    if record["verdict"] != "no_gap":
+        lines.append(f"multilayer explore {campaign}   # data and model, effects turned by hand")
     return (Section("What to type next", remarks=tuple(lines)),)
 
 
