@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import pint
 
 DIMENSIONLESS = ""
+DB_PER_NEPER = 20 / math.log(10)
+"""Of levels; of a power it is half as much per unit of its logarithm."""
 
 
 @cache

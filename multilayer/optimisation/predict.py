@@ -29,10 +29,10 @@ from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
 from multilayer.simulation.tolerances import allowed
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
+from multilayer.units import DB_PER_NEPER
 
 _EVERY = 4  # of the frequencies of a band: 5 in a third octave
 _ANGLES, _AZIMUTHS = 16, 8
-_NEPER = 10 / np.log(10)  # dB of a power
 _SIZE_STEP = 1e-3  # of central differences, in coordinates from 0 to 1: sizes are linear in each field
 TINY = 1e-20  # of complex steps
 _AT_ONCE = 30_000  # frequencies times directions times designs of a few layers: some 10 MB for each layer
@@ -150,8 +150,8 @@ class Predictor:
             if self.window is not None:
                 radiation, cosine = self._radiation(self.window, around), np.cos(np.deg2rad(around.angle))[:, None]
                 absorbed = finite_absorption_slope(wave.reflection, found.reflection, radiation, cosine)
-            if power is not None:
-                through = -power / _NEPER * found.transmission_loss
+            if power is not None and found.transmission_loss is not None:
+                through = -2 * power / DB_PER_NEPER * found.transmission_loss
                 power = power + 1j * moved * through
             return self._averaged(absorption + 1j * moved * absorbed, power, around)
 

@@ -28,10 +28,10 @@ from multilayer.response.linearised import Variations, linearised, real_fields
 from multilayer.response.plane_wave import PlaneWave, front_impedance, joined, plane_wave_of
 from multilayer.response.quadrature import KRONROD, NODES, nodes
 from multilayer.stack import Stack
+from multilayer.units import DB_PER_NEPER
 
 _SOLUTIONS = 2  # as many arrays are held at once as of so many solutions
 _RAYS = POINTS // (_SOLUTIONS * len(NODES))
-_NEPER = 20 / np.log(10)  # dB
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,7 +164,7 @@ def _of_plane_wave(
     loss = None
     if through is not None:
         assert response.transmission is not None
-        loss = -_NEPER * np.real(through / response.transmission)
+        loss = -DB_PER_NEPER * np.real(through / response.transmission)
     return PlaneWaveDerivatives(
         paths, differences, response, change, through,
         surface_impedance=2 * front / (1 - reflection) ** 2 * change,
@@ -300,7 +300,7 @@ def diffuse_field_derivatives(
     return DiffuseFieldDerivatives(
         paths, tuple(path for path in paths if path in unknown), response, alpha,
         transmission_coefficient=None if through is None else tau,
-        transmission_loss=None if through is None else -_NEPER / 2 * tau / through,
+        transmission_loss=None if through is None else -DB_PER_NEPER / 2 * tau / through,
     )  # fmt: skip
 
 

@@ -17,9 +17,9 @@ from multilayer.response.chunks import frequency_axis, has_arrays, in_chunks
 from multilayer.response.fields import face_states, normal_pressure, normal_velocity
 from multilayer.response.system import behind_gas
 from multilayer.stack import Stack
+from multilayer.units import DB_PER_NEPER
 
 Lined = Literal["one side", "both sides"]
-_DECIBEL = 20 / np.log(10)  # of 1 Np
 
 # where Newton's method starts: products of k3 and the height, and wavenumbers along the duct over that of free air
 _ACROSS = (np.arange(9)[:, None] * np.pi / 2 - 1j * np.array([0.0, 0.6, 1.5])).ravel()
@@ -104,7 +104,7 @@ def duct_mode(
     h = height if lined == "one side" else height / 2
     parts = in_chunks(lambda piece: _wavenumbers(stack, piece, h, mach), stack, f, len(_ACROSS) + len(_ALONG))
     k = np.concatenate(parts)
-    return DuctMode(f, k, -_DECIBEL * k.imag, 2 * np.pi * f / k.real)
+    return DuctMode(f, k, -DB_PER_NEPER * k.imag, 2 * np.pi * f / k.real)
 
 
 def unfit_lining(stack: Stack) -> str:

@@ -84,10 +84,28 @@ def impedance_tube(found):
     assert np.abs(found["uncorrected"] - found["truth"]).max() > 0.03
 
 
+def what_matters(found):
+    """A thin plate is known by its mass and its bending stiffness: h stands with the density once, with E cubed."""
+    change = dict(zip(found["found"].fields, found["change"], strict=True))
+    for plate in ("front", "back"):
+        parts = [change[f"layers.{plate}.{field}"] for field in ("thickness", "density", "young_modulus")]
+        assert parts[0] == pytest.approx(parts[1] + 3 * parts[2], abs=1e-9)
+    assert found["disagreement"] < 1e-3 * np.abs(found["change"][found["order"][0]]).max()
+
+
+def best_absorber(found):
+    """The design keeps the limits, and is better than what was written."""
+    best, written = found["result"].best, found["result"].written
+    assert best.is_kept
+    assert sum(best.values.values()) <= 0.05 * (1 + 1e-6)
+    assert best.goals[0] >= written.goals[0] + 0.15
+
+
 CHECKS = {
     check.__name__: check
     for check in (
         foam_angles, double_wall, biot_or_fluid, fit_foam, joint_law, virtual_rig, diagnosis, impedance_tube,
+        what_matters, best_absorber,
     )
 }  # fmt: skip
 

@@ -30,11 +30,11 @@ from multilayer.inference.problem import Experiment, Points
 from multilayer.inference.whitening import Whitening
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
+from multilayer.units import DB_PER_NEPER
 
 Acting: TypeAlias = Effect | LawAtPlace
 MODEL_ERROR = 0.002  # relative standard deviation, of solvers and of the plates' idealisation
 _DENSITY_STEP = 0.01
-_DB, _DEGREES = 20 / np.log(10), 180 / np.pi  # of a neper, of a radian
 _TINY = 1e-200  # added to motions: the logarithm of one that underflows stays finite
 _STEP = 1e-3  # of ln E
 _THINNED = 3  # one in so many bins of a burst is used in a first search
@@ -389,7 +389,7 @@ class CampaignProblem(Hypothesis):
     @property
     def shown_as(self) -> tuple[Part, ...]:
         """Level and phase of the ratio."""
-        return Part("level", "dB", _DB), Part("phase", "degrees", _DEGREES)
+        return Part("level", "dB", DB_PER_NEPER), Part("phase", "degrees", 180 / np.pi)
 
     @property
     def spreads(self) -> list[list[RealArray]]:

@@ -28,11 +28,11 @@ from multilayer.signals.calibration import Calibration
 from multilayer.signals.envelope import envelope
 from multilayer.signals.recording import Recording
 from multilayer.signals.spectra import noise_level
+from multilayer.units import DB_PER_NEPER
 
 if TYPE_CHECKING:
     from multilayer.fits.sources import FitJob
 
-_DB_PER_NEPER = 20 / np.log(10)
 _SIGMAS = 2.0  # a uniform ellipse of this radius has the standard deviations of the normal law it is cut from
 _WEAK = 0.03
 _MOVES_ALIKE, _UNBOUNDED = 0.1, 0.35  # top over base - 1; std of E1 over E1, beyond which it has no upper end
@@ -238,7 +238,7 @@ class _Finish:
     def _tolerances(self) -> RealArray:
         """Return what the tolerances of eq. (10) do to the residual, shape (2 n_bins, 2)."""
         f, _, top = self.problem.data.local
-        level = self.criteria.level_db / _DB_PER_NEPER * top
+        level = self.criteria.level_db / DB_PER_NEPER * top
         delay: ComplexArray = -2j * np.pi * f * self.criteria.time_of_flight * top
         return np.stack([self.problem.as_real(level), self.problem.as_real(delay)], axis=-1)
 

@@ -22,6 +22,7 @@ from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
 from multilayer.inference.pulls import Pull, largest_pulls, nuisance_p_value
 from multilayer.media.laws import ModulusLaw
+from multilayer.units import DB_PER_NEPER
 
 _SIGNIFICANT = 0.01
 _DECIDED = 0.9  # of the probability
@@ -114,7 +115,7 @@ class JointFit(FitResult):
             data.name: (
                 data.frequency,
                 difference.imag / (2 * np.pi * data.frequency),
-                -20 / np.log(10) * difference.real,
+                -DB_PER_NEPER * difference.real,
             )
             for data, difference in zip(self.problem.data, logs, strict=True)
         }
