@@ -125,10 +125,7 @@ class ModelExplorer(Questions):
         the name of an unknown and the text that its value is to be; ``beside`` other coordinates and effects, of which
         the curves are wanted, too; ``at`` is the index of the configuration.
         """
-        hypothesis, z = self._asked(request)
-        if (typed := request.get("typed")) is not None:
-            z = _with_typed(hypothesis, z, typed)
-        return self._shown(hypothesis, z, request)
+        return self._shown(*self._asked(request), request)
 
     def fit(self, request: Mapping[str, Any]) -> Answer:
         """Return what `evaluate` does at the nearest minimum of all unknowns but those whose names are ``held``."""
@@ -156,7 +153,8 @@ class ModelExplorer(Questions):
         z = _numbers(request.get("z"), len(self.hypothesis.nominal_parameters), "z")
         for effect in effects:
             z += _numbers(chosen[effect.name], len(effect.parameters), effect.name)
-        return self.hypothesis.with_effects(*effects), np.array(z)
+        hypothesis, typed = self.hypothesis.with_effects(*effects), request.get("typed")
+        return hypothesis, np.array(z) if typed is None else _with_typed(hypothesis, np.array(z), typed)
 
     def _add_finite_elements(self) -> None:
         """Give the campaign the finite elements that some effects need, once: they take as long as many fits."""

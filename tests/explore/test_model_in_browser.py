@@ -68,7 +68,7 @@ def test_an_effect_is_added_turned_held_and_fitted(page):
     page.click("#effect-facing")
     page.wait(MOVED, before)
     page.type("#at-facing-surface_density", "50 g/m^2")
-    page.wait("return document.querySelector('#at-facing-surface_density').value === '50'")
+    page.wait("return result.values['facing.surface_density']?.text === '50'")
     page.click("#at-facing-surface_density-held")
     page.click("#fit")
     page.wait(FITTED)
@@ -129,7 +129,7 @@ def test_a_reload_goes_on_where_it_was(page):
     page.click("#effect-facing")
     page.wait("return document.querySelector('#at-facing-surface_density') !== null")
     page.type("#at-facing-surface_density", "70")
-    page.wait("return document.querySelector('#at-facing-surface_density').value === '70'")
+    page.wait("return result.values['facing.surface_density']?.text === '70'")  # the box says so before the curves
     now = page.run(CURVE)
     page.run("document.body.dataset.ready = ''")
     page.devtools("Page.reload", {})
