@@ -108,8 +108,10 @@ class Commands(TyperGroup):
                 return super().invoke(ctx)
         except (KeyboardInterrupt, ImportError) as error:
             # an extension module whose import Ctrl-C interrupts tells that it could not be initialised
-            stop = error if isinstance(error, KeyboardInterrupt) else error.__cause__ or error.__context__
-            if not isinstance(stop, KeyboardInterrupt):
+            stop: BaseException | None = error
+            while stop is not None and not isinstance(stop, KeyboardInterrupt):
+                stop = stop.__cause__ or stop.__context__
+            if stop is None:
                 raise
             from multilayer.writing.workspace import written
 

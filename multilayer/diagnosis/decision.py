@@ -104,6 +104,9 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, RIGHT_GUARDED)
     if _is_doubted(comparison, best, group):
+        if comparison.score(best) < comparison.score(UNKNOWN) or not comparison.nominal.hypothesis.held_out_decides:
+            text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
+            return Decision("unknown", best, group, text)
         text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
         return Decision("unknown", best, group, text, RIGHT_DOUBTED)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")

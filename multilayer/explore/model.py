@@ -30,13 +30,14 @@ from multilayer.fits.sources import Source
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
 from multilayer.inference.pulls import nuisance_p_value
-from multilayer.number_text import readable_unit, significant
+from multilayer.number_text import readable_unit
 from multilayer.units import parse_quantity
 
-_FARTHEST = 50.0  # standard deviations: a gap may drag off what is stated by as much
+_FARTHEST = 1e4  # standard deviations: a gap drags what is stated off by hundreds
 _FIT = (80, 1e-6)  # evaluations, and relative change of the cost at which a fit has converged
 _LN = "ln "  # ahead of the name of an unknown that is a logarithm
 _MOST_DIGITS = 6
+_NEAR = 1e-3  # relative, by which a value that was typed may be missed
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,10 @@ class ModelExplorer(Questions):
         free = np.array([parameter.name not in held for parameter in hypothesis.parameters], dtype=bool)
         if np.any(free):
             z = z.copy()
-            z[free] = minimise_scaled(_Partly(hypothesis, z.copy(), free), z[free], *_FIT).z
+            try:
+                z[free] = minimise_scaled(_Partly(hypothesis, z.copy(), free), z[free], *_FIT).z
+            except (ValueError, np.linalg.LinAlgError):  # of scipy: residuals or slopes that are not finite
+                raise InputError("the model has no response near here; turn back what is far out, then fit") from None
         return self._shown(hypothesis, z, request)
 
     def _asked(self, request: Mapping[str, Any]) -> tuple[Hypothesis, RealArray]:
@@ -270,7 +274,7 @@ def _in_words(value: float, unit: str) -> dict[str, Any]:
     symbol, factor = readable_unit(value, unit)
     if symbol.startswith("×"):  # no unit of its own: a power of ten stands in the number
         symbol, factor = symbol.partition(" ")[2], 1.0
-    return {"text": significant(value / factor, 4), "unit": symbol, "factor": factor}
+    return {"text": f"{value / factor:.4g}", "unit": symbol, "factor": factor}
 
 
 def _with_typed(hypothesis: Hypothesis, z: RealArray, typed: Any) -> RealArray:
@@ -289,10 +293,11 @@ def _with_typed(hypothesis: Hypothesis, z: RealArray, typed: Any) -> RealArray:
     parameter = hypothesis.parameters[index]
     now, unit = _quantities(hypothesis, z)[index]
     value = _parsed(text, unit, _in_words(now, unit)["factor"], _title(name))
-    if parameter.name.startswith(_LN) or parameter.prior.is_logarithmic:
+    is_logarithm = parameter.name.startswith(_LN)
+    if is_logarithm or parameter.prior.is_logarithmic:
         if not value > 0:
             raise InputError(f"{_title(name)}: {for_log(text)} is not above 0")
-        value = float(np.log(value)) if parameter.name.startswith(_LN) else value
+        value = float(np.log(value)) if is_logarithm else value
     own = _own(hypothesis, z)
     own[index] = float(parameter.prior.coordinate(value))
     if isinstance(hypothesis, StackProblem) and hypothesis.earlier is not None:
@@ -301,6 +306,11 @@ def _with_typed(hypothesis: Hypothesis, z: RealArray, typed: Any) -> RealArray:
         own[:count] = np.linalg.solve(root, own[:count] - hypothesis.earlier.mean)
     moved = z.copy()
     moved[index] = np.clip(own[index], -_FARTHEST, _FARTHEST)
+    reached, wanted = (_quantities(hypothesis, moved)[index][0], np.exp(value) if is_logarithm else value)
+    if abs(reached - wanted) > _NEAR * max(abs(reached), abs(wanted)):
+        words = _in_words(reached, unit)
+        told = f"{words['text']} {words['unit']}".rstrip()
+        raise InputError(f"{_title(name)}: {for_log(text)} is beyond what its prior holds, {told} at most or at least")
     return moved
 
 
@@ -320,7 +330,8 @@ def _parsed(text: str, unit: str, factor: float, title: str) -> float:
 
 def _title(name: str) -> str:
     """Return the name of an unknown for people: ``layers.foam.flow_resistivity`` as ``foam: flow resistivity``."""
-    return for_log(name.removeprefix(_LN).removeprefix("layers.").replace(".", ": ", 1).replace("_", " "))
+    path, bracket, rest = name.removeprefix(_LN).removeprefix("layers.").partition("[")
+    return for_log((path.replace(".", ": ", 1) + bracket + rest).replace("_", " "))
 
 
 def _described(effect: BaseEffect) -> dict[str, Any]:

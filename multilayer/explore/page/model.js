@@ -5,7 +5,7 @@
 const REACH = 3, FARTHEST = 50, MOST_PAST = 300, STEPS = 400;
 const KEPT = "multilayer " + location.pathname;
 const state = {z: null, effects: {}, held: [], at: 0, gap: false, beside: null, past: [], future: [], edit: ""};
-let start = null, result = null, problems = [], said = [], busy = "", begun = 0, cursor = null;
+let start = null, result = null, problems = [], said = [], busy = "", begun = 0, cursor = null, fitted = false;
 const rows = new Map(); // by the name of an unknown: functions that show its value again
 
 const design = () => ({z: state.z, effects: state.effects});
@@ -14,11 +14,11 @@ function names(effects = state.effects) { // of all unknowns, in the order of th
   const chosen = Object.keys(effects).flatMap(name => start.effects.find(one => one.name === name).unknowns);
   return [...start.unknowns, ...chosen].map(one => one.name);
 }
-function coordinate(name) {
+function coordinate(name, from = state) {
   const i = start.unknowns.findIndex(one => one.name === name);
-  if (i >= 0) return state.z[i];
+  if (i >= 0) return from.z[i];
   const effect = start.effects.find(one => one.unknowns.some(inner => inner.name === name));
-  return state.effects[effect.name]?.[effect.unknowns.findIndex(one => one.name === name)];
+  return from.effects[effect.name]?.[effect.unknowns.findIndex(one => one.name === name)];
 }
 function withCoordinate(name, value) {
   const next = copied(design()), i = start.unknowns.findIndex(one => one.name === name);
@@ -56,8 +56,8 @@ function step(from, to, what) {
 const undo = () => step(state.past, state.future, "undone");
 const redo = () => step(state.future, state.past, "done again");
 function showHistory() {
-  $("undo").disabled = !state.past.length;
-  $("redo").disabled = !state.future.length;
+  $("undo").disabled = Boolean(busy) || !state.past.length;
+  $("redo").disabled = Boolean(busy) || !state.future.length;
   try {
     sessionStorage.setItem(KEPT, JSON.stringify({...state, past: state.past.slice(-50)}));
   } catch { /* a full or forbidden storage: a reload then begins with the nominal model */ }
@@ -66,24 +66,27 @@ function showHistory() {
 // -- asking: one question at a time, the latest state next ----------------------------------------------------------
 
 let asking = false, again = null;
+const typed = []; // values that were typed, each asked before anything else
 function evaluate(more = {}) {
   again = {question: "evaluate", ...again, ...more};
   return asking || (asking = answerAll().finally(() => { asking = false; }));
 }
 async function answerAll() {
-  while (again) {
-    const {question, ...more} = again, from = begun, beside = state.beside || {z: start.z, effects: {}};
-    again = null;
+  while (again || typed.length) {
+    const value = typed.shift(), {question, ...more} = value ? {question: "evaluate", typed: value} : again;
+    const from = begun, beside = state.beside || {z: start.z, effects: {}};
+    if (!value) again = null;
     begun = 0;
     const sent = JSON.stringify(design());
     const answer = await ask(question, {...design(), at: state.at, beside, ...more});
     if (!answer) return;
     problems = answer.problems;
+    fitted = false;
     if (!problems.length) {
       result = answer;
-      const moved = {z: answer.z, effects: answer.effects};
-      if (question === "fit" || more.typed) { if (sent === JSON.stringify(design())) change(moved); }
-    }
+      if (value && coordinate(value.name) !== undefined) change(withCoordinate(value.name, coordinate(value.name, answer)));
+      if (question === "fit" && sent === JSON.stringify(design())) { change({z: answer.z, effects: answer.effects}); fitted = true; }
+    } else if (value && again) { typed.length = 0; again = null; } // what came after would hide why it was refused
     said = answer.warnings || [];
     document.body.classList.toggle("stale", problems.length > 0);
     show();
@@ -98,16 +101,19 @@ function waiting(text) { // for what takes longer than a slider may
   busy = text;
   document.body.classList.toggle("busy", Boolean(text));
   for (const id of ["fit", "nominal", "undo", "redo"]) $(id).disabled = Boolean(text);
-  if (text) say(text); else showHistory();
+  if (text) say(text); else { showHistory(); $("fit").disabled = $("nominal").disabled = false; }
 }
 async function fit() {
   if (busy) return;
   const before = result?.misfit;
   waiting("fitting");
   state.edit = "";
-  await evaluate({question: "fit", held: state.held});
-  waiting("");
-  if (!problems.length) say(`fitted; misfit ${short(before)} before, ${short(result.misfit)} now`);
+  try {
+    await evaluate({question: "fit", held: state.held});
+  } finally {
+    waiting("");
+  }
+  if (fitted) say(`fitted; misfit ${short(before)} before, ${short(result.misfit)} now`);
 }
 function nominal() {
   if (!change({z: copied(start.z), effects: {}})) return;
@@ -125,8 +131,8 @@ function freeze() {
 // -- unknowns -------------------------------------------------------------------------------------------------------
 
 function row(one) {
-  const id = "at-" + one.name.replace(/[^\w]+/g, "-");
-  let reach = REACH;
+  const id = "at-" + one.name.replace(/[^\p{L}\p{N}_]+/gu, "-");
+  let reach = REACH, dirty = false; // a text that was not asked yet stays
   const slider = make("input", {type: "range", min: -STEPS, max: STEPS, step: 1, id: id + "-slider", "aria-label": one.title});
   const box = make("input", {type: "text", id, spellcheck: "false", autocomplete: "off"});
   const unit = make("span", {class: "unit"}), told = make("span", {class: "meaning"});
@@ -137,10 +143,10 @@ function row(one) {
     slider.value = Math.round(STEPS * z / reach);
   }
   function update(value, z) {
-    if (document.activeElement !== box) box.value = value.text;
+    if (!dirty) box.value = value.text;
     unit.textContent = value.unit;
     slider.setAttribute("aria-valuetext", `${value.text} ${value.unit}`);
-    if (document.activeElement !== slider) place(z);
+    place(z);
     told.textContent = one.stated ? `${short(z, 2)} stated standard deviations off` : Math.abs(z) > REACH ? "beyond what is usual" : "";
   }
   slider.addEventListener("input", () => {
@@ -150,7 +156,8 @@ function row(one) {
   });
   slider.addEventListener("blur", () => { if (state.edit === id) state.edit = ""; });
   slider.addEventListener("pointerup", () => { state.edit = ""; });
-  box.addEventListener("change", () => { state.edit = ""; if (!busy) evaluate({typed: {name: one.name, text: box.value.trim()}}); });
+  box.addEventListener("input", () => { dirty = true; });
+  box.addEventListener("change", () => { dirty = false; state.edit = ""; typed.push({name: one.name, text: box.value.trim()}); evaluate(); });
   box.addEventListener("keydown", event => { if (event.key === "Enter") { event.stopPropagation(); box.blur(); box.focus(); } });
   held.addEventListener("change", () => {
     state.held = state.held.filter(name => name !== one.name);
