@@ -104,11 +104,7 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, RIGHT_GUARDED)
     if _is_doubted(comparison, best, group):
-        if comparison.score(best) < comparison.score(UNKNOWN) or not comparison.nominal.hypothesis.held_out_decides:
-            text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
-            return Decision("unknown", best, group, text)
-        text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
-        return Decision("unknown", best, group, text, RIGHT_DOUBTED)
+        return _doubted(comparison, best, group)
     return Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 
@@ -123,6 +119,14 @@ def _is_doubted(comparison: ModelComparison, best: tuple[str, ...], group: Seque
         return comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]
     lead = comparison.score(best) - comparison.score(UNKNOWN)
     return lead < LEAST_LEAD and comparison.score(UNKNOWN) - comparison.score(()) > LEAST_SCORE
+
+
+def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]) -> Decision:
+    if comparison.score(best) < comparison.score(UNKNOWN) or not comparison.nominal.hypothesis.held_out_decides:
+        text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
+        return Decision("unknown", best, group, text)
+    text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+    return Decision("unknown", best, group, text, RIGHT_DOUBTED)
 
 
 def _free(comparison: ModelComparison) -> str:
