@@ -73,6 +73,12 @@ def readable_unit(value: float, unit: str) -> tuple[str, float]:
     return f"{_PREFIXES[power]}{symbol}{_pretty(rest)}", base * 10.0**power
 
 
+def plain_unit(value: float, unit: str) -> tuple[str, float]:
+    """Return what `readable_unit` does for a number that stands beside its unit: without a power of ten before that."""
+    symbol, factor = readable_unit(value, unit)
+    return (symbol.partition(" ")[2], 1.0) if symbol.startswith("×") else (symbol, factor)
+
+
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
     """Return a value in a readable unit."""
     shown, factor = readable_unit(value, unit)

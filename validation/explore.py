@@ -12,10 +12,8 @@ import json
 import os
 import sys
 import tempfile
-import threading
 import time
 from argparse import ArgumentParser
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +21,8 @@ import numpy as np
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.explore.explorer import Explorer
 from multilayer.explore.model import ModelExplorer
-from multilayer.explore.server import Server
 from multilayer.fits.sources import open_source
+from tests.explore.command import serving
 from tests.explore.webdriver import CHROMIUM, DRIVER, browsing
 
 EXAMPLES = Path("examples")
@@ -66,15 +64,6 @@ _TEXT = """\
 Medians of {moves} moves, with the 95 % percentile in brackets.{state}
 """
 DRAWN = "return Number(document.body.dataset.latency)"
-
-
-@contextmanager
-def served(explorer):
-    """Give a server of a page."""
-    with Server(explorer) as server:
-        threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
-        yield server
-        server.shutdown()
 
 
 def answered(server, data) -> tuple[list[float], list[float]]:
@@ -123,7 +112,7 @@ def rows(browser, *, busy) -> list[str]:
             for title, incidence in INCIDENCES.items():
                 data = {"version": 1, "layers": layers, "termination": termination, "incidence": incidence}
                 file.write_text(dump_yaml(data), encoding="utf-8")
-                with served(Explorer(file)) as server:
+                with serving(Explorer(file)) as server:
                     answers, processor = answered(server, json.loads(json.dumps(data)))
                     curves = drawn(browser, server.url) if browser else []
                     found.append(row(name, title, processor, [] if busy else answers, curves))
@@ -133,10 +122,10 @@ def rows(browser, *, busy) -> list[str]:
 def pictures(folder: Path) -> None:
     """Draw the pages of a stack and of a campaign with the effect that it lacks, fitted."""
     with tempfile.TemporaryDirectory() as profile, browsing(Path(profile)) as browser:
-        with served(Explorer(EXAMPLES / "double_wall.yaml")) as server:
+        with serving(Explorer(EXAMPLES / "double_wall.yaml")) as server:
             browser.open(server.url, height=800)
             browser.picture(folder / "explore_stack.png")
-        with served(ModelExplorer(open_source(EXAMPLES / "foam_b"))) as server:
+        with serving(ModelExplorer(open_source(EXAMPLES / "foam_b"))) as server:
             browser.open(server.url, height=800)
             browser.click("#effect-finite_size")
             browser.wait("return document.querySelector('#at-finite_size-poisson_error').value !== ''", seconds=120)

@@ -103,30 +103,28 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     group = _group(comparison, best)
     if reason := _objection(comparison, best, shrinkages):
         return Decision("unknown", best, group, reason, RIGHT_GUARDED)
-    if _is_doubted(comparison, best, group):
-        return _doubted(comparison, best, group)
-    return Decision("effect", best, group, f"{in_words(best)} explains the gap")
+    doubted = _doubted(comparison, best, group)
+    return doubted or Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 
-def _is_doubted(comparison: ModelComparison, best: tuple[str, ...], group: Sequence[tuple[str, ...]]) -> bool:
-    """Tell whether a free law, which by itself is better than no effect at all, is nearly as probable as a cause.
+def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]) -> Decision | None:
+    """Return the verdict where a free law, better than no effect at all, is nearly as probable as a cause; or None.
 
     A law of few parameters that is right leaves a free one far behind, as that pays for each of its nodes. One that
     merely resembles the true law loses in misfit what it saves on parameters. Of tubes and levels, whose few data leave
     the nodes cheap, the free law must be the more probable one.
     """
-    if not comparison.nominal.hypothesis.held_out_decides:
-        return comparison.probability_with(group) < comparison.probabilities()[UNKNOWN]
-    lead = comparison.score(best) - comparison.score(UNKNOWN)
-    return lead < LEAST_LEAD and comparison.score(UNKNOWN) - comparison.score(()) > LEAST_SCORE
-
-
-def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]) -> Decision:
-    if comparison.score(best) < comparison.score(UNKNOWN) or not comparison.nominal.hypothesis.held_out_decides:
-        text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
-        return Decision("unknown", best, group, text)
-    text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
-    return Decision("unknown", best, group, text, RIGHT_DOUBTED)
+    if comparison.nominal.hypothesis.held_out_decides:
+        lead = comparison.score(best) - comparison.score(UNKNOWN)
+        if lead >= LEAST_LEAD or comparison.score(UNKNOWN) - comparison.score(()) <= LEAST_SCORE:
+            return None
+        if lead >= 0:
+            text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+            return Decision("unknown", best, group, text, RIGHT_DOUBTED)
+    elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
+        return None
+    text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
+    return Decision("unknown", best, group, text)
 
 
 def _free(comparison: ModelComparison) -> str:

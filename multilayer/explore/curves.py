@@ -79,7 +79,7 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, 
     result = run(replace(planned, tasks=tasks))
     case = result.cases[0]
     return {
-        "frequency": _rounded(result.frequency),
+        "frequency": rounded(result.frequency),
         "bands": result.bands,
         "curves": curves(case.quantities),
         "ratings": dict(case.ratings),
@@ -114,11 +114,11 @@ def curves(quantities: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         if name in quantities:
             values = quantities[name]
             parts = (("re", values.real), ("im", values.imag)) if quantity.is_complex else (("", values),)
-            listed = [{"label": label, "values": _rounded(part)} for label, part in parts]
+            listed = [{"label": label, "values": rounded(part)} for label, part in parts]
             shown[name] = {"title": quantity.title, "unit": quantity.unit, "parts": listed}
     return shown
 
 
-def _rounded(values: NDArray[Any]) -> list[float | None]:
+def rounded(values: NDArray[Any]) -> list[float | None]:
     """Return numbers with as many digits as a drawing needs; None where one is not finite."""
     return [float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None for value in values.tolist()]

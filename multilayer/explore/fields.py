@@ -22,7 +22,7 @@ from multilayer.layers.field_sets import FieldSets
 from multilayer.layers.meanings import MEANINGS
 from multilayer.materials.expand import expand_materials
 from multilayer.media.laws import LAWS
-from multilayer.number_text import readable_unit
+from multilayer.number_text import plain_unit
 from multilayer.registry import Registry, RegistryError
 from multilayer.stack import Ambient, FluidHalfSpace
 from multilayer.units import field_bounds, field_unit, parse_quantity
@@ -246,10 +246,7 @@ def _unit(value: float, unit: str) -> tuple[str, float, float]:
         return "°C", 1.0, _ZERO_OF_CELSIUS
     if unit == "degree":
         return "°", 1.0, 0.0
-    symbol, factor = readable_unit(value, unit)
-    if symbol.startswith("×"):  # no unit of its own: a power of ten stands in the number
-        return symbol.partition(" ")[2], 1.0, 0.0
-    return symbol, factor, 0.0
+    return *plain_unit(value, unit), 0.0
 
 
 def _range(name: str, value: float, bounds: Mapping[str, float]) -> tuple[float, float, str]:

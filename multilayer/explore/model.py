@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import BoolArray, RealArray
+from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
 from multilayer.diagnosis.effects.base import BaseEffect
@@ -25,18 +25,17 @@ from multilayer.errors import InputError
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
 from multilayer.fits.sources import Source
-from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.problem import Held, Minimum
 from multilayer.inference.pulls import nuisance_p_value
-from multilayer.number_text import readable_unit
+from multilayer.number_text import plain_unit
 from multilayer.units import parse_quantity
 
 _FARTHEST = 1e4  # standard deviations: a gap drags what is stated off by hundreds
 _FIT = (80, 1e-6)  # evaluations, and relative change of the cost at which a fit has converged
 _LN = "ln "  # ahead of the name of an unknown that is a logarithm
-_MOST_DIGITS = 6
 _NEAR = 1e-3  # relative, by which a value that was typed may be missed
 
 
@@ -136,9 +135,9 @@ class ModelExplorer(Questions):
             raise InputError("unknowns are held by a list of their names")
         free = np.array([parameter.name not in held for parameter in hypothesis.parameters], dtype=bool)
         if np.any(free):
-            z = z.copy()
+            problem = Held(hypothesis, z, free)
             try:
-                z[free] = minimise_scaled(_Partly(hypothesis, z.copy(), free), z[free], *_FIT).z
+                z = problem.all_coordinates(minimise_scaled(problem, z[free], *_FIT).z)
             except (ValueError, np.linalg.LinAlgError):  # of scipy: residuals or slopes that are not finite
                 raise InputError("the model has no response near here; turn back what is far out, then fit") from None
         return self._shown(hypothesis, z, request)
@@ -183,7 +182,7 @@ class ModelExplorer(Questions):
             compared, at_z = self._asked(beside)
             other = compared.differences(at_z)[index]
         n, misfit = sum(map(len, white)), float(sum(values @ values for values in white))
-        count, first = len(hypothesis.nominal_parameters), len(hypothesis.nominal_parameters)
+        count = first = len(hypothesis.nominal_parameters)
         effects = {}
         for effect in hypothesis.effects:
             effects[effect.name] = z[first : first + len(effect.parameters)].tolist()
@@ -199,35 +198,6 @@ class ModelExplorer(Questions):
             "curves": _curves(hypothesis, index, differences[index], other),
             "problems": [],
         }
-
-
-@dataclass(frozen=True)
-class _Partly(Problem):
-    """A problem of which some unknowns are held where they are."""
-
-    problem: Problem
-    z: RealArray
-    free: BoolArray
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The free ones."""
-        return tuple(one for one, is_free in zip(self.problem.parameters, self.free, strict=True) if is_free)
-
-    def residual(self, z: RealArray) -> RealArray:
-        """Return the problem's residual."""
-        return self.problem.residual(self._all(z))
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the problem's residual and its derivative by the free unknowns."""
-        residual, slopes = self.problem.linearised(self._all(z))
-        return residual, slopes[:, self.free]
-
-    def _all(self, z: RealArray) -> RealArray:
-        every = np.empty((*z.shape[:-1], self.z.size))
-        every[...] = self.z
-        every[..., self.free] = z
-        return np.asarray(every)
 
 
 def _numbers(part: Any, count: int, what: str) -> list[float]:
@@ -271,9 +241,7 @@ def _values(hypothesis: Hypothesis, z: RealArray) -> dict[str, dict[str, Any]]:
 
 
 def _in_words(value: float, unit: str) -> dict[str, Any]:
-    symbol, factor = readable_unit(value, unit)
-    if symbol.startswith("×"):  # no unit of its own: a power of ten stands in the number
-        symbol, factor = symbol.partition(" ")[2], 1.0
+    symbol, factor = plain_unit(value, unit)
     return {"text": f"{value / factor:.4g}", "unit": symbol, "factor": factor}
 
 
@@ -358,18 +326,14 @@ def _curves(hypothesis: Hypothesis, index: int, here: Any, other: Any | None) ->
     for i, (part, spread) in enumerate(zip(hypothesis.shown_as, spreads, strict=True)):
 
         def shown(values: Any, number: int = i, factor: float = part.factor) -> list[float | None]:
-            return _rounded(factor * (values.imag if number else values.real))
+            return rounded(factor * (values.imag if number else values.real))
 
         parts.append(
             {
                 "measured": shown(data.target),
                 "model": shown(data.target + here),
                 "beside": None if other is None else shown(data.target + other),
-                "spread": _rounded(part.factor * spread),
+                "spread": rounded(part.factor * spread),
             }
         )
-    return {"frequency": _rounded(data.frequency), "burst": data.burst.tolist(), "parts": parts}
-
-
-def _rounded(values: RealArray) -> list[float | None]:
-    return [float(f"{value:.{_MOST_DIGITS}g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+    return {"frequency": rounded(data.frequency), "burst": data.burst.tolist(), "parts": parts}

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import BoolArray, RealArray
 from multilayer.inference.derivative import forward
 from multilayer.inference.priors import Parameter, Priors
 
@@ -239,3 +239,40 @@ class Scaled(Problem):
         """Return residual and derivative, divided by the scale."""
         residual, jacobian = self.problem.linearised(z)
         return residual / self.scale, jacobian / self.scale
+
+
+@dataclass(frozen=True)
+class Held(Problem):
+    """A problem of which some unknowns are held where they are.
+
+    Attributes
+    ----------
+    problem : Problem
+    z : array, shape (n,)
+        Coordinates of all unknowns; those of the free ones are not looked at.
+    free : array of bool, shape (n,)
+    """
+
+    problem: Problem
+    z: RealArray
+    free: BoolArray
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The free parameters."""
+        return tuple(one for one, is_free in zip(self.problem.parameters, self.free, strict=True) if is_free)
+
+    def residual(self, z: RealArray) -> RealArray:
+        """Return the problem's residuals at coordinates of the free unknowns."""
+        return self.problem.residual(self.all_coordinates(z))
+
+    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
+        """Return the problem's residual, and its derivative by the free unknowns."""
+        residual, slopes = self.problem.linearised(self.all_coordinates(z))
+        return residual, slopes[:, self.free]
+
+    def all_coordinates(self, z: RealArray) -> RealArray:
+        """Return coordinates of all unknowns, shape (..., n), of those of the free ones."""
+        every = np.broadcast_to(self.z, (*z.shape[:-1], self.z.size)).copy()
+        every[..., self.free] = z
+        return np.asarray(every)

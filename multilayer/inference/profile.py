@@ -18,8 +18,7 @@ from multilayer.chi2 import exceeded
 from multilayer.errors import InputError
 from multilayer.inference.least_squares import minimise
 from multilayer.inference.posterior import Posterior, covariance_root, index_of
-from multilayer.inference.priors import Parameter
-from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.problem import Held, Minimum, Problem
 
 _HIGHEST = 12.0  # rise of the cost where a walk ends: 3.5 standard deviations
 _RISE = 0.5  # of the root of the cost, from point to point
@@ -100,27 +99,6 @@ class Profile(Posterior):
         return super().to_dict() | {"profile": plain | {"open_ends": list(self.open_ends)}}
 
 
-@dataclass(frozen=True)
-class _FixedCoordinate(Problem):
-    """A problem of all coordinates but one, which is fixed."""
-
-    problem: Problem
-    index: int
-    value: float
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        every = self.problem.parameters
-        return (*every[: self.index], *every[self.index + 1 :])
-
-    def residual(self, z: RealArray) -> RealArray:
-        return self.problem.residual(np.insert(z, self.index, self.value, axis=-1))
-
-    def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
-        values, slopes = self.problem.linearised(np.insert(z, self.index, self.value))
-        return values, np.delete(slopes, self.index, axis=1)
-
-
 def profile_likelihood(
     problem: Problem, minimum: Minimum, parameter: int | str, *, draws: int = _DRAWS, seed: int = 0
 ) -> Profile:
@@ -177,9 +155,11 @@ def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tup
     # how the others move per unit of this coordinate: first by Laplace's covariance, then as in the last step
     slope = np.delete(covariance[:, index], index) / covariance[index, index]
     step, root, points = _RISE * spread, 0.0, []
+    free = np.arange(minimum.z.size) != index
     for _ in range(_MOST):
         there = at + side * step
-        moved = _least(_FixedCoordinate(problem, index, there), others.z + side * step * slope)
+        held = Held(problem, np.insert(others.z, index, there), free)
+        moved = _least(held, others.z + side * step * slope)
         slope = (moved.z - others.z) / (there - at)
         at, others = there, moved
         points.append((at, others))
@@ -192,7 +172,7 @@ def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tup
     return points
 
 
-def _least(problem: _FixedCoordinate, start: RealArray) -> Minimum:
+def _least(problem: Held, start: RealArray) -> Minimum:
     """Return the minimum of the other parameters, if there are any."""
     if start.size:
         return minimise(problem, start)

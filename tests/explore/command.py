@@ -16,12 +16,12 @@ SCRIPT = (
 
 @contextmanager
 def serving(explorer):
-    """Give the address of a page that this process answers until the block ends."""
+    """Give the server of a page, in this process, until the block ends."""
     with Server(explorer) as server:
         thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
         thread.start()
         try:
-            yield server.url
+            yield server
         finally:
             server.shutdown()
             thread.join()

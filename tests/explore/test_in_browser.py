@@ -1,6 +1,7 @@
 """The page in headless Chromium as a person uses it: pointer, keyboard, two widths, two windows, another editor."""
 
 import signal
+from contextlib import contextmanager
 
 import pytest
 
@@ -26,9 +27,11 @@ CURVE = "return document.querySelector('.chart .curve.now').getAttribute('d')"
 SETTLED = "return !document.body.classList.contains('stale') && document.querySelector('.chart .curve.now') !== null"
 
 
+@contextmanager
 def served(file, measured=()):
     """Give the address of a page until the block ends."""
-    return serving(Explorer(file, measured))
+    with serving(Explorer(file, measured)) as server:
+        yield server.url
 
 
 @pytest.fixture

@@ -25,8 +25,8 @@ def explorer():
 @pytest.fixture
 def page(browser, explorer):
     """Give the browser at its page; nothing may complain meanwhile."""
-    with serving(explorer) as url:
-        browser.open(url)
+    with serving(explorer) as server:
+        browser.open(server.url)
         yield browser
         browser.size(1280, 900)
         assert browser.complaints() == []

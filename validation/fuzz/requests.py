@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -56,11 +57,7 @@ class RequestTarget:
 
     def __call__(self, index: int) -> Outcome:
         explorer, name, text = self.text(index)
-        answers: list[dict[str, Any]] = []
-        outcome = tried(lambda: _ask(explorer, name, text, answers))
-        if outcome.failed:
-            return Outcome(outcome.kind, f"{name}: {outcome.text}")
-        return Outcome(REFUSED if not answers or answers[0].get("problems") else PASSED, str(answers)[:500])
+        return _outcome(name, lambda answers: _ask(explorer, name, text, answers))
 
 
 class ModelRequestTarget:
@@ -94,11 +91,16 @@ class ModelRequestTarget:
 
     def __call__(self, index: int) -> Outcome:
         name, text = self.text(index)
-        answers: list[dict[str, Any]] = []
-        outcome = tried(lambda: _ask_model(self.explorer, name, text, answers))
-        if outcome.failed:
-            return Outcome(outcome.kind, f"{name}: {outcome.text}")
-        return Outcome(REFUSED if not answers or answers[0].get("problems") else PASSED, str(answers)[:500])
+        return _outcome(name, lambda answers: _ask_model(self.explorer, name, text, answers))
+
+
+def _outcome(name: str, ask: Callable[[list[dict[str, Any]]], str]) -> Outcome:
+    """Return what becomes of a question, which puts its answer into a list."""
+    answers: list[dict[str, Any]] = []
+    outcome = tried(lambda: ask(answers))
+    if outcome.failed:
+        return Outcome(outcome.kind, f"{name}: {outcome.text}")
+    return Outcome(REFUSED if not answers or answers[0].get("problems") else PASSED, str(answers)[:500])
 
 
 def _ask_model(explorer: ModelExplorer, name: str, text: str, answers: list[dict[str, Any]]) -> str:

@@ -3,7 +3,7 @@
 "use strict";
 
 // steps of a slider: 1.2 % each over two decades, so that no two of them are the same to three digits
-const STEPS = 400, MOST_PAST = 300, MOST_FROZEN = 4, MOST_POINTS = 400, SETTLED = 180, WATCHED = 2000;
+const STEPS = 400, MOST_FROZEN = 4, MOST_POINTS = 400, SETTLED = 180, WATCHED = 2000;
 const WISHED = 60, LEAST_POINTS = 40; // ms that curves may take while a slider moves; fewer frequencies gain nothing
 const KEPT = "multilayer " + location.pathname;
 
@@ -36,12 +36,7 @@ function setAt(data, path, value, wholes = []) {
 function change(data, edit = "") {
   const text = JSON.stringify(data);
   if (text === JSON.stringify(state.data)) return false;
-  if (!edit || edit !== state.edit) {
-    state.past.push(JSON.stringify(state.data));
-    state.past.splice(0, state.past.length - MOST_PAST);
-  }
-  state.edit = edit;
-  state.future = [];
+  remember(state, JSON.stringify(state.data), edit);
   said = [];
   state.data = data;
   showHistory();
@@ -71,7 +66,6 @@ function keep() { // so that a reload of the window loses nothing; of this windo
     sessionStorage.setItem(KEPT, JSON.stringify({...state, past: state.past.slice(-50)}));
   } catch { /* a full or forbidden storage: a reload then begins again with the file */ }
 }
-function say(text) { $("status").textContent = `${text[0].toUpperCase()}${text.slice(1)}.`; }
 
 async function edit(what, message) {
   const answer = await ask("edit", {data: state.data, edit: what});
@@ -651,8 +645,7 @@ function limits(name, all) {
   let low = values[Math.floor(trim * (values.length - 1))], high = values[Math.ceil((1 - trim) * (values.length - 1))];
   low = Math.min(low, 0);
   high = Math.max(high, name.includes("loss") ? 10 : low + 1);
-  const {size} = ticks(low, high, 5);
-  return [Math.floor(low / size) * size, Math.ceil(high / size) * size];
+  return toTicks(low, high);
 }
 let cursor = null; // Hz
 function showCharts() {
@@ -676,7 +669,7 @@ const ends = () => [result.frequency[0], result.frequency[result.frequency.lengt
 function chart(name, wide) {
   const width = Math.max(240, wide), at = axes(width, ...ends()), all = series(name);
   const {svg, inside, y} = frame(name, result.curves[name].title, width, at, limits(name, all), share => {
-    cursor = at.isLog ? at.low * (at.high / at.low) ** share : at.low + share * (at.high - at.low);
+    cursor = at.frequency(share);
     $("read-at").value = STEPS * share;
     showReading();
   });
@@ -815,10 +808,7 @@ function listen() {
     }
   });
   window.addEventListener("beforeunload", event => { if (isUnsaved() && !ended) event.preventDefault(); });
-  let width = 0;
-  new ResizeObserver(() => { if (innerWidth !== width) { width = innerWidth; showResult(); } }).observe(document.body);
-  const header = document.querySelector("header");
-  new ResizeObserver(() => document.body.style.setProperty("--top", `${header.offsetHeight}px`)).observe(header);
+  onResize(showResult);
 }
 async function begin() {
   start = await ask("start");

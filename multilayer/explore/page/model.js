@@ -2,16 +2,15 @@
 // normal ones of their priors, and its history; the server computes and fits. Texts become text nodes, never markup.
 "use strict";
 
-const REACH = 3, FARTHEST = 50, MOST_PAST = 300, STEPS = 400;
+const REACH = 3, STEPS = 400;
 const KEPT = "multilayer " + location.pathname;
 const state = {z: null, effects: {}, held: [], at: 0, gap: false, beside: null, past: [], future: [], edit: ""};
 let start = null, result = null, problems = [], said = [], busy = "", begun = 0, cursor = null, fitted = false;
 const rows = new Map(); // by the name of an unknown: functions that show its value again
 
 const design = () => ({z: state.z, effects: state.effects});
-const known = () => new Map([...start.unknowns, ...start.effects.flatMap(one => one.unknowns)].map(one => [one.name, one]));
-function names(effects = state.effects) { // of all unknowns, in the order of their coordinates
-  const chosen = Object.keys(effects).flatMap(name => start.effects.find(one => one.name === name).unknowns);
+function names() { // of all unknowns, in the order of their coordinates
+  const chosen = Object.keys(state.effects).flatMap(name => start.effects.find(one => one.name === name).unknowns);
   return [...start.unknowns, ...chosen].map(one => one.name);
 }
 function coordinate(name, from = state) {
@@ -27,19 +26,13 @@ function withCoordinate(name, value) {
   next.effects[effect.name][effect.unknowns.findIndex(one => one.name === name)] = value;
   return next;
 }
-function say(text) { $("status").textContent = `${text[0].toUpperCase()}${text.slice(1)}.`; }
 
 // -- history --------------------------------------------------------------------------------------------------------
 
 function change(next, edit = "") {
   const text = JSON.stringify(next);
   if (text === JSON.stringify(design())) return false;
-  if (!edit || edit !== state.edit) {
-    state.past.push(JSON.stringify(design()));
-    state.past.splice(0, state.past.length - MOST_PAST);
-  }
-  state.edit = edit;
-  state.future = [];
+  remember(state, JSON.stringify(design()), edit);
   Object.assign(state, next);
   showHistory();
   return true;
@@ -100,8 +93,9 @@ async function answerAll() {
 function waiting(text) { // for what takes longer than a slider may
   busy = text;
   document.body.classList.toggle("busy", Boolean(text));
-  for (const id of ["fit", "nominal", "undo", "redo"]) $(id).disabled = Boolean(text);
-  if (text) say(text); else { showHistory(); $("fit").disabled = $("nominal").disabled = false; }
+  for (const id of ["fit", "nominal"]) $(id).disabled = Boolean(text);
+  showHistory();
+  if (text) say(text);
 }
 async function fit() {
   if (busy) return;
@@ -139,7 +133,7 @@ function row(one) {
   const held = make("input", {type: "checkbox", id: id + "-held", "aria-label": `hold ${one.title}`, title: "hold it when the rest is fitted"});
   held.checked = state.held.includes(one.name);
   function place(z) {
-    if (Math.abs(z) > reach) reach = Math.min(FARTHEST, 1.5 * Math.abs(z));
+    if (Math.abs(z) > reach) reach = 1.5 * Math.abs(z);
     slider.value = Math.round(STEPS * z / reach);
   }
   function update(value, z) {
@@ -248,8 +242,7 @@ function limits(all) {
   if (!values.length) return [0, 1];
   let low = Math.min(...values), high = Math.max(...values);
   if (!(high > low)) { low -= 1; high += 1; }
-  const {size} = ticks(low, high, 5);
-  return [Math.floor(low / size) * size, Math.ceil(high / size) * size];
+  return toTicks(low, high);
 }
 function runs(frequency, burst, values, turn) { // a curve is drawn burst by burst where they lie apart, and not across a turn
   const found = [];
@@ -281,7 +274,7 @@ function chart(k, title, wide) {
   const width = Math.max(240, wide), at = axes(width, ...ends()), {frequency, burst} = result.curves, shown = lines(k);
   const spread = result.curves.parts[k].spread, bars = state.gap ? spread.flatMap(s => [s, -s]) : null;
   const {svg, inside, y} = frame(`part-${k}`, title, width, at, limits([...Object.values(shown), bars]), share => {
-    cursor = at.isLog ? at.low * (at.high / at.low) ** share : at.low + share * (at.high - at.low);
+    cursor = at.frequency(share);
     $("read-at").value = STEPS * share;
     showReading();
   });
@@ -301,7 +294,7 @@ function chart(k, title, wide) {
 }
 function showReading() {
   const all = result.curves.frequency, [low, high] = ends(), share = $("read-at").value / STEPS;
-  if (cursor === null || cursor < low || cursor > high) cursor = high >= 4 * low ? low * (high / low) ** share : low + share * (high - low);
+  if (cursor === null || cursor < low || cursor > high) cursor = axes(0, low, high).frequency(share);
   const i = nearest(all, cursor), f = all[i];
   $("read-frequency").textContent = hertz(f);
   $("read-at").setAttribute("aria-valuetext", hertz(f));
@@ -333,10 +326,7 @@ function listen() {
     else if (key === "f") freeze();
     else if (key === "enter") fit();
   });
-  let width = 0;
-  new ResizeObserver(() => { if (innerWidth !== width) { width = innerWidth; if (result) showCharts(); } }).observe(document.body);
-  const header = document.querySelector("header");
-  new ResizeObserver(() => document.body.style.setProperty("--top", `${header.offsetHeight}px`)).observe(header);
+  onResize(() => { if (result) showCharts(); });
 }
 async function begin() {
   start = await ask("start");

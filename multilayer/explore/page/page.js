@@ -5,6 +5,7 @@
 const $ = id => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 
+const MOST_PAST = 300;
 let ended = false; // the command; nothing is computed any more
 
 // -- small things ---------------------------------------------------------------------------------------------------
@@ -30,6 +31,21 @@ function short(value, digits = 3) {
   return Math.abs(text) >= 1e5 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential().replace("e+", "e") : String(text);
 }
 const hertz = value => value >= 1000 ? `${short(value / 1000)} kHz` : `${short(value)} Hz`;
+function say(text) { $("status").textContent = `${text[0].toUpperCase()}${text.slice(1)}.`; }
+function remember(state, before, edit) { // one step of the history for each edit
+  if (!edit || edit !== state.edit) {
+    state.past.push(before);
+    state.past.splice(0, state.past.length - MOST_PAST);
+  }
+  state.edit = edit;
+  state.future = [];
+}
+function onResize(redraw) {
+  let width = 0;
+  new ResizeObserver(() => { if (innerWidth !== width) { width = innerWidth; redraw(); } }).observe(document.body);
+  const header = document.querySelector("header");
+  new ResizeObserver(() => document.body.style.setProperty("--top", `${header.offsetHeight}px`)).observe(header);
+}
 async function ask(question, body = {}) {
   let answer;
   try {
@@ -54,11 +70,16 @@ function ticks(low, high, wished) {
   for (let k = first; k * size <= high + 1e-9 * size; k++) found.push(Number((k * size).toPrecision(12)));
   return {size, found};
 }
+function toTicks(low, high) { // ends of an axis that begins and ends with a tick
+  const {size} = ticks(low, high, 5);
+  return [Math.floor(low / size) * size, Math.ceil(high / size) * size];
+}
 const OCTAVES = [16, 31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000];
 function axes(width, low, high) { // of a chart over frequency, Hz
   const height = innerWidth < 640 ? 175 : 230, left = 40, right = width - 12, top = 10, bottom = height - 22, isLog = high >= 4 * low;
   const x = f => (high === low ? (left + right) / 2 : left + (right - left) * (isLog ? Math.log(f / low) / Math.log(high / low) : (f - low) / (high - low)));
-  return {low, high, height, left, right, top, bottom, isLog, x};
+  const frequency = share => (isLog ? low * (high / low) ** share : low + share * (high - low));
+  return {low, high, height, left, right, top, bottom, isLog, x, frequency};
 }
 // A chart without curves: `inside` is where these go, `y` their scale; `read` is told the share of the width pointed at.
 function frame(name, title, width, at, [low, high], read) {
