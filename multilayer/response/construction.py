@@ -13,7 +13,8 @@ from multilayer.bounds import LAYERS
 from multilayer.models import refuse
 from multilayer.response.beside import Beside, Flanking, Patch, Shares, Sound, stack_shares
 from multilayer.response.finite_size import Window
-from multilayer.response.links import Links, linked_transmission, wrong_links
+from multilayer.response.linked_transmission import linked_transmission
+from multilayer.response.links import Links, wrong_links
 from multilayer.stack import Stack
 from multilayer.units import Area
 

@@ -64,6 +64,12 @@ def behind_gas(stack: Stack, wave: Wave) -> System:
     return build_system(stack, wave, HalfSpace(wave.ambient.impedance))
 
 
+def between_gas(stack: Stack, wave: Wave) -> System:
+    """Return the system of `stack` behind a half-space of its ambient gas, from which the wave arrives."""
+    gas = wave.ambient
+    return build_system(stack, wave, HalfSpace(wave_impedance(wave, gas.density, gas.sound_speed)))
+
+
 def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:
     """Return the solution of `system`, that of `stack` in the field `wave`.
 

@@ -9,7 +9,9 @@ from multilayer.errors import InputError, ValidityWarning
 from multilayer.response import Window, diffuse_field, plane_wave
 from multilayer.response.beside import Sound, stack_shares
 from multilayer.response.construction import Construction, paths, wall_shares
-from multilayer.response.links import LineLinks, PointLinks, line_mobility, linked_transmission
+from multilayer.response.linked_transmission import linked_transmission
+from multilayer.response.links import LineLinks, PointLinks
+from multilayer.response.single_links import line_mobility
 from multilayer.stack import Stack
 
 FREQUENCY = np.array([500.0, 1000.0, 1600.0])

@@ -1,0 +1,117 @@
+"""Lines at equal distances: a wall solved otherwise, and what follows from symmetry, mass and distance."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from multilayer.errors import InputError
+from multilayer.response import Window, diffuse_field
+from multilayer.response import linked_transmission as linked
+from multilayer.response.construction import Construction
+from multilayer.response.linked_transmission import linked_transmission
+from multilayer.response.links import LineLinks
+from multilayer.stack import Stack
+from validation import walls
+
+FREQUENCY = np.array([160.0, 500.0, 1250.0])
+BOARD = {"type": "elastic_plate", "loss_factor": 0.05, **walls.BOARD}
+WOOL = {"type": "equivalent_fluid", "model": "miki", "thickness": 0.07, "flow_resistivity": 8e3}
+FOAM = {
+    "type": "poroelastic", "name": "foam", "thickness": 0.03, "porosity": 0.97, "flow_resistivity": 1e4,
+    "tortuosity": 1.5, "viscous_length": 1e-4, "thermal_length": 2e-4, "frame_density": 30.0,
+    "young_modulus": 1e5, "loss_factor": 0.2, "poisson_ratio": 0.3,
+}  # fmt: skip
+AIR = {"type": "fluid", "thickness": 0.1}
+WALL = [{"name": "front", **BOARD}, WOOL, {"name": "back", **BOARD}]
+LINES = LineLinks(between=("front", "back"), spacing=0.6, periodic=True)
+
+pytestmark = pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")  # Miki's range
+
+
+def transmission(layers, lines=(LINES,), frequency=FREQUENCY, **field):
+    return linked_transmission(Stack(layers=layers, termination="ambient"), lines, frequency, **field)
+
+
+def decibels(one, other):
+    return 10 * np.log10(one / other)
+
+
+@pytest.mark.parametrize(
+    "studs", [walls.Studs(0.6, 0.0, 0.05), walls.Studs(0.4, 1e-6, 0.1), walls.Studs(1.2, 0.0, 0.2)]
+)
+def test_a_wall_that_is_solved_as_a_whole(studs, monkeypatch):
+    """`validation.walls.periodic` shares nothing with it but the formulae of the wool."""
+    monkeypatch.setattr(walls, "_THETAS", 96)
+    monkeypatch.setattr(walls, "_AZIMUTHS", 96)
+    layers = [{**layer, "loss_factor": studs.loss_factor} if layer is not WOOL else layer for layer in WALL]
+    line = LineLinks(between=("front", "back"), spacing=studs.spacing, compliance=studs.compliance, periodic=True)
+    assert np.abs(decibels(transmission(layers, [line]), walls.periodic(FREQUENCY, studs))).max() < 0.1
+
+
+@pytest.mark.parametrize("window", [None, Window(4.0, 2.5)])
+def test_soft_lines_carry_nothing(window):
+    soft = LineLinks(between=("front", "back"), spacing=0.6, compliance=1e3, periodic=True)
+    alone = diffuse_field(Stack(layers=WALL, termination="ambient"), FREQUENCY, window=window)
+    assert_allclose(transmission(WALL, [soft], window=window), alone.transmission_coefficient, rtol=3e-3)
+
+
+def test_lines_far_apart_do_not_know_of_each_other():
+    """But for the air and the cavity, which single links leave out where they move a leaf."""
+    damped = [{**layer, "loss_factor": 0.5} if layer is not WOOL else layer for layer in WALL]
+    far = {"between": ("front", "back"), "spacing": 4.0}
+    whole = transmission(damped, [LineLinks(**far, periodic=True)])
+    single = transmission(damped, [LineLinks(**far)])
+    assert np.abs(decibels(whole, single)).max() < 0.3
+
+
+def test_both_sides_of_a_wall_are_alike_in_a_diffuse_field(monkeypatch):
+    """By reciprocity: as much goes from all directions to all directions either way."""
+    monkeypatch.setattr(linked, "_MOST", 64)  # near grazing few angles are not enough
+    monkeypatch.setattr(linked, "_ENOUGH", 0.01)
+    layers = [FOAM, {"name": "front", **BOARD}, WOOL, {"name": "back", **BOARD, "thickness": 0.02}]
+    one, other = (transmission(order, max_angle=90.0) for order in (layers, layers[::-1]))
+    assert np.abs(decibels(one, other)).max() < 0.15
+
+
+def test_the_room_may_begin_anywhere():
+    """A layer of its air in front of a wall, and one behind it, change nothing."""
+    assert_allclose(transmission([AIR, *WALL, AIR]), transmission(WALL), rtol=1e-6)
+
+
+def test_a_light_leaf_between_passes_the_force_on():
+    skin = {"type": "elastic_plate", "name": "skin", "thickness": 1e-5, "density": 1e-3, "young_modulus": 1e5}
+    half = {**WOOL, "thickness": 0.035}
+    layers = [WALL[0], half, {**skin, "poisson_ratio": 0.0}, half, WALL[2]]
+    low = FREQUENCY[:2]
+    both = [
+        LineLinks(between=pair, spacing=0.6, compliance=2e-7, periodic=True)
+        for pair in (("front", "skin"), ("skin", "back"))
+    ]
+    one = LineLinks(between=("front", "back"), spacing=0.6, compliance=4e-7, periodic=True)
+    assert np.abs(decibels(transmission(layers, both, low), transmission(WALL, [one], low))).max() < 0.05
+
+
+def test_plane_waves_average_to_the_diffuse_field():
+    """Within what either rule leaves."""
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    s = np.sin(np.deg2rad(78)) ** 2 * (nodes + 1) / 2
+    waves = [transmission(WALL, angle=float(np.rad2deg(np.arcsin(np.sqrt(value))))) for value in s]
+    assert np.abs(decibels(weights / 2 @ np.array(waves), transmission(WALL))).max() < 0.2
+
+
+@pytest.mark.parametrize(
+    ("links", "text"),
+    [
+        ([{"periodic": True}, {"periodic": True, "spacing": 0.4}], "of one spacing"),
+        ([{"periodic": True}, {"spacing": 0.4}], "must all be such lines"),
+        ([{"periodic": "perhaps"}], "periodic"),
+        ([{"periodic": True, "kind": "point"}], "periodic"),
+        ([{"periodic": True, "between": ["front", "slab"]}], "periodic lines hold thin plates"),
+    ],
+)
+def test_refused(links, text):
+    slab = {"type": "elastic_solid", "name": "slab", "thickness": 0.1, "density": 2300, "young_modulus": 3e10}
+    layers = [*WALL[:2], WALL[2], WOOL, {**slab, "poisson_ratio": 0.2}]
+    fields = {"kind": "line", "between": ["front", "back"], "spacing": 0.6}
+    with pytest.raises(InputError, match=text):
+        Construction(layers=layers, termination="ambient", links=[{**fields, **these} for these in links])
