@@ -23,7 +23,7 @@ from multilayer.response.construction import Construction, paths
 GAS = dry_air()
 DEPTH, RESISTIVITY, MAX_ANGLE = 0.07, 8e3, 78.0
 BOARD = {"thickness": 0.0125, "density": 720.0, "young_modulus": 2.5e9, "poisson_ratio": 0.3}
-_THETAS, _AZIMUTHS = 64, 64
+_THETAS, _AZIMUTHS = 128, 64
 _FROM = 100.0  # Hz; below lies the resonance of the cavity
 
 HEADING = f"""# Walls with studs and slits
@@ -38,11 +38,11 @@ Two gypsum boards of {1e3 * BOARD["thickness"]:g} mm ({BOARD["thickness"] * BOAR
 line links at every spacing; diffuse field up to {MAX_ANGLE:g} degrees, third octaves from {_FROM:g} Hz to 4 kHz. The
 reference is the same endless wall solved as a whole, by space harmonics of these two plates, cavity, air and lines. It
 shares nothing with `response` but the formulae of the wool. "periodic" are links with `periodic: true`, "single" those
-without it. "Sharp, Davy" is airborne sound and, beside it, their closed form of the studs (T. E. Vigran, Building
-Acoustics (2008), eq. 8.27), which holds below the critical frequency, {{critical:.0f}} Hz. Differences are losses less
-the reference, in dB; spacings are in m, compliances in m2/N, "to 2 kHz" is a rms.
+without it. "Davy" is airborne sound and, beside it, the closed form of Sharp and Davy (T. E. Vigran, Building Acoustics
+(2008), eq. 8.27), which holds below the critical frequency, {{critical:.0f}} Hz. Differences are losses less the
+reference, in dB; spacings are in m, compliances in m2/N, "to 2 kHz" is a rms.
 
-| spacing | compliance | loss factor | periodic: largest | single: rms | mean | largest | to 2 kHz | Sharp, Davy: rms | mean |
+| spacing | compliance | loss factor | periodic: largest | single: rms | mean | largest | to 2 kHz | Davy: rms | mean |
 |---|---|---|---|---|---|---|---|---|---|"""
 ENDING = """
 Of studs that give way, as those of steel, the force follows from the free leaves: it is small, and what it adds to the

@@ -22,7 +22,7 @@ def explore(
         typer.Argument(
             metavar="FILE",
             help="A stack or simulation file; or a campaign (folder, campaign.yaml, fit file), or stacks with their "
-            "measurements as diagnose reads them.",
+            "measurements as diagnose reads them; or what diagnose wrote (folder, diagnosis.json).",
         ),
     ],
     measured: Measured = None,
@@ -32,7 +32,8 @@ def explore(
     """Open a page on which a stack, or a model beside its measurements, is changed by sliders while curves follow.
 
     Of a campaign, and of stacks with their measurements, the page shows data and model: unknowns are turned by hand,
-    effects that the model lacks are added, and what is not held is fitted.
+    effects that the model lacks are added, and what is not held is fitted. Of a diagnosis it begins with the effects
+    that were named, the nominal model beside.
 
     The page is served to this machine only, at an address with a token, until Ctrl-C; it needs no network. It writes
     nothing but the stack and simulation files that are saved there. Exit status: 0 ended, 2 the input cannot be used.
@@ -40,6 +41,8 @@ def explore(
     Example: multilayer explore examples/foam_absorption.yaml
 
     Example: multilayer explore examples/foam_tube
+
+    Example: multilayer explore results/diagnosis
     """
     from multilayer.cli.loudness import LOUDNESS
     from multilayer.explore.server import Server
@@ -59,9 +62,11 @@ def explore(
 
 def _explorer(file: Path, measured: list[Path]) -> Questions:
     """Return what answers the page of a file: a stack's, or that of a model beside its measurements."""
+    from multilayer.explore.diagnosed import is_diagnosis, open_diagnosis
     from multilayer.fits.sources import open_source
 
-    source = open_source(file)
+    diagnosis = open_diagnosis(file) if is_diagnosis(file) else None
+    source = diagnosis.source if diagnosis else open_source(file)
     if not source.is_measured:
         from multilayer.explore.explorer import Explorer
         from multilayer.simulation.measured import read_measured
@@ -73,9 +78,11 @@ def _explorer(file: Path, measured: list[Path]) -> Questions:
 
     if measured:
         raise InputError(f"--measured: {file} has measurements of its own; leave the option out")
+    for name in diagnosis.changed if diagnosis else []:
+        typer.echo(f"remark: {name} has changed since this diagnosis was made", err=True)
     typer.echo("fitting the nominal model", err=True)
     with placed_in(file):
-        return ModelExplorer(source)
+        return ModelExplorer(source, diagnosis.effects if diagnosis else None)
 
 
 def _open(url: str) -> None:

@@ -28,6 +28,7 @@ from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
 from multilayer.fits.sources import Source
+from multilayer.inference.collinearity import PREFIX
 from multilayer.inference.problem import Held, Minimum
 from multilayer.inference.pulls import nuisance_p_value
 from multilayer.number_text import plain_unit
@@ -35,7 +36,6 @@ from multilayer.units import parse_quantity
 
 _FARTHEST = 1e4  # standard deviations: a gap drags what is stated off by hundreds
 _FIT = (80, 1e-6)  # evaluations, and relative change of the cost at which a fit has converged
-_LN = "ln "  # ahead of the name of an unknown that is a logarithm
 _NEAR = 1e-3  # relative, by which a value that was typed may be missed
 
 
@@ -85,6 +85,8 @@ class ModelExplorer(Questions):
     ----------
     source : Source
         A campaign, or stacks with their measurements.
+    named : mapping, optional
+        By the names of effects with which the page begins, values of their parameters; all unknowns are fitted to them.
 
     Raises
     ------
@@ -94,14 +96,15 @@ class ModelExplorer(Questions):
 
     page = "model"
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, named: Mapping[str, Mapping[str, float]] | None = None) -> None:
         super().__init__(source.path)
         self.model = nominal_model(source)
         self.hypothesis: Hypothesis = self.model.fitted.hypothesis
         self.answers = {"start": self.start, "evaluate": self.evaluate, "fit": self.fit}
+        self.first = self._with_named(named) if named else None
 
     def start(self, request: Mapping[str, Any]) -> Answer:
-        """Return what there is to be turned, and the coordinates of the nominal model."""
+        """Return what there is to be turned, the nominal model's coordinates, and those to begin with if others."""
         del request
         hypothesis = self.hypothesis
         return {
@@ -110,6 +113,7 @@ class ModelExplorer(Questions):
             "apart": isinstance(hypothesis, CampaignProblem),
             "parts": [{"title": part.title, "unit": part.unit} for part in hypothesis.shown_as],
             "z": self.model.fitted.minimum.z.tolist(),
+            "first": self.first,
             "unknowns": [
                 {"name": one.name, "title": _title(one.name), "stated": one.nuisance}
                 for one in hypothesis.nominal_parameters
@@ -117,6 +121,20 @@ class ModelExplorer(Questions):
             "effects": [_described(effect) for effect in self.model.effects.values()],
             "problems": [],
         }
+
+    def _with_named(self, named: Mapping[str, Mapping[str, float]]) -> Answer:
+        """Return coordinates with some effects, all of them fitted."""
+        unknown = [name for name in named if name not in self.model.effects]
+        if unknown:
+            raise InputError(f"the effect '{for_log(unknown[0])}' is not known here; is a plugin missing?")
+        effects = {}
+        for name, values in named.items():
+            parameters = self.model.effects[name].parameters
+            if {one.name for one in parameters} != set(values):
+                raise InputError(f"the effect '{for_log(name)}' has other parameters now; run diagnose again")
+            effects[name] = [float(one.prior.coordinate(values[one.name])) for one in parameters]
+        answer = self.fit({"z": self.model.fitted.minimum.z.tolist(), "effects": effects})
+        return {"z": answer["z"], "effects": answer["effects"]}
 
     def evaluate(self, request: Mapping[str, Any]) -> Answer:
         """Return the curves of one configuration, and how well all of them fit.
@@ -222,16 +240,18 @@ def _quantities(hypothesis: Hypothesis, z: RealArray) -> list[tuple[float, str]]
     found = []
     for parameter, own in zip(hypothesis.parameters, _own(hypothesis, z), strict=True):
         value = float(parameter.prior.value(own))
-        is_logarithm = parameter.name.startswith(_LN)
-        unit = units.get(parameter.name.removeprefix(_LN), "") if is_logarithm else parameter.unit
+        is_logarithm = parameter.name.startswith(PREFIX)
+        unit = units.get(parameter.name.removeprefix(PREFIX), "") if is_logarithm else parameter.unit
         found.append((float(np.exp(value)) if is_logarithm else value, unit))
     return found
 
 
 def _law_units(hypothesis: Hypothesis) -> dict[str, str]:
-    if not isinstance(hypothesis, CampaignProblem):
-        return {}
-    return dict(zip(hypothesis.space.names, hypothesis.space.units, strict=True))
+    """Return the units of laws' parameters, by their names."""
+    if isinstance(hypothesis, CampaignProblem):
+        return dict(zip(hypothesis.space.names, hypothesis.space.units, strict=True))
+    unknowns = hypothesis.unknowns if isinstance(hypothesis, StackProblem) else ()
+    return {name: unit for each in unknowns for name, unit in zip(each.names, each.units, strict=True)}
 
 
 def _values(hypothesis: Hypothesis, z: RealArray) -> dict[str, dict[str, Any]]:
@@ -261,7 +281,7 @@ def _with_typed(hypothesis: Hypothesis, z: RealArray, typed: Any) -> RealArray:
     parameter = hypothesis.parameters[index]
     now, unit = _quantities(hypothesis, z)[index]
     value = _parsed(text, unit, _in_words(now, unit)["factor"], _title(name))
-    is_logarithm = parameter.name.startswith(_LN)
+    is_logarithm = parameter.name.startswith(PREFIX)
     if is_logarithm or parameter.prior.is_logarithmic:
         if not value > 0:
             raise InputError(f"{_title(name)}: {for_log(text)} is not above 0")
@@ -298,7 +318,7 @@ def _parsed(text: str, unit: str, factor: float, title: str) -> float:
 
 def _title(name: str) -> str:
     """Return the name of an unknown for people: ``layers.foam.flow_resistivity`` as ``foam: flow resistivity``."""
-    path, bracket, rest = name.removeprefix(_LN).removeprefix("layers.").partition("[")
+    path, bracket, rest = name.removeprefix(PREFIX).removeprefix("layers.").partition("[")
     return for_log((path.replace(".", ": ", 1) + bracket + rest).replace("_", " "))
 
 

@@ -31,7 +31,7 @@ from multilayer.response.system import between_gas, solve_or_explain, wave_imped
 from multilayer.stack import Stack
 
 _FARTHEST = 1.5  # wavenumber of the last harmonic over that of the shortest bending waves
-_MORE = 2  # harmonics beyond it
+_MORE = 1  # harmonics beyond it
 _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; its pressure answers
 
 
@@ -50,7 +50,8 @@ class PeriodicLinks:
     Notes
     -----
     Lines hold the leaves' normal motions together and nothing else: their mass and their resistance to rotation are
-    left out. Of wavenumbers beyond 1.5 times that of the shortest bending waves the leaves are taken as plates alone.
+    left out. Beyond all waves that radiate, and 1.5 times the wavenumber of the shortest bending waves, the leaves are
+    taken as plates alone.
     """
 
     def __init__(self, stack: Stack, links: Sequence[LineLinks], frequency: RealArray) -> None:
@@ -67,7 +68,9 @@ class PeriodicLinks:
         self._mass = np.array([np.broadcast_to(mass, omega.shape) for mass, _ in plates])
         self._stiffness = np.array([np.broadcast_to(stiffness, omega.shape) for _, stiffness in plates])
         shortest = float(np.max((self._mass * omega**2 / np.abs(self._stiffness)) ** 0.25))
-        self._most = int(np.ceil(_FARTHEST * shortest * self._spacing / (2 * np.pi))) + _MORE
+        grazing = float(np.max(omega)) / stack.ambient.gas.sound_speed  # of the wave, and of what radiates
+        reach = max(_FARTHEST * shortest, grazing) + grazing
+        self._most = int(np.ceil(reach * self._spacing / (2 * np.pi))) + _MORE
 
     def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray]:
         """Return the power that goes on as it came and that into other directions, of a plane wave of power 1.

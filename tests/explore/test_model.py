@@ -11,8 +11,10 @@ from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.explore.model import ModelExplorer
 from multilayer.fits.sources import open_source
 from multilayer.inference.problem import GaussianPrior
+from multilayer.response import plane_wave
 from tests.cli.command import run
 from tests.cli.test_diagnose_levels import write
+from tests.fits import stack_fits
 
 EXAMPLES = Path("examples")
 
@@ -126,6 +128,18 @@ def test_a_value_may_be_typed(name, text, value, tube):
     assert float(shown["text"]) * shown["factor"] == pytest.approx(value, rel=1e-3)
 
 
+def test_what_is_shown_may_be_typed_with_its_unit(explorer):
+    start = explorer.answer("start", {})
+    for effect in [None, *(one for one in start["effects"] if not one["slow"])]:
+        asked = {"z": start["z"], "effects": {effect["name"]: effect["z"]} if effect else {}}
+        shown = explorer.answer("evaluate", asked)["values"]
+        for name in {one["name"] for one in (effect or start)["unknowns"]} & set(shown):
+            text = f"{shown[name]['text']} {shown[name]['unit']}"
+            answer = explorer.answer("evaluate", asked | {"typed": {"name": name, "text": text}})
+            assert answer["problems"] == [], text
+            assert answer["values"][name] == shown[name]
+
+
 def test_what_an_earlier_measurement_tells_is_no_obstacle_to_typing(tube):
     minimum = tube.model.fitted.minimum
     explorer = ModelExplorer.__new__(ModelExplorer)
@@ -142,6 +156,19 @@ def test_what_an_earlier_measurement_tells_is_no_obstacle_to_typing(tube):
 def test_a_law_is_shown_by_itself_and_not_by_its_logarithm(rig):
     z, name = rig.answer("start", {})["z"], "ln relaxed_modulus"
     shown = rig.answer("evaluate", {"z": z, "typed": {"name": name, "text": "70 kPa"}})["values"][name]
+    assert shown == {"text": "70", "unit": "kPa", "factor": 1e3}
+
+
+def test_a_law_of_a_stack_has_its_units(tmp_path):
+    truth = stack_fits.stack(stack_fits.FOAM)
+    reflection = plane_wave(truth, stack_fits.F).reflection
+    tables = {"tube.csv": stack_fits.parts("frequency_hz,real,imag", stack_fits.F, reflection)}
+    columns = {"real": "real", "imag": "imag"}
+    measurement = {"kind": "reflection", "file": "tube.csv", "columns": columns, "noise": {"absolute": 0.01}}
+    unknowns = {"E": {"paths": "layers.foam.young_modulus", "law": "fractional_zener"}}
+    explorer = ModelExplorer(open_source(stack_fits.write(tmp_path, truth, tables, [measurement], unknowns)))
+    z, name = explorer.answer("start", {})["z"], "ln E.relaxed_modulus"
+    shown = explorer.answer("evaluate", {"z": z, "typed": {"name": name, "text": "70 kPa"}})["values"][name]
     assert shown == {"text": "70", "unit": "kPa", "factor": 1e3}
 
 

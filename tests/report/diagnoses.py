@@ -23,7 +23,7 @@ SIZES = {
     "flanking": ("stiffness", 84.0, "N/m"),
     "high_pass": ("cut_off", 1.3, "Hz"),
     "preload": ("stiffening", 8.4e-5, "1/Pa"),
-    "saturating_air": ("flow_resistivity", 5.3e3, "N s/m4"),
+    "saturating_air": ("flow_resistivity", 5.3e3, "N*s/m^4"),
     "sensor_mass": ("mass", 1.1e-4, "kg"),
     "sensor_mount": ("frequency", 4.1e12, "Hz"),
     "skin": ("thickness", 3.3e-4, "m"),
@@ -105,7 +105,7 @@ CAUSES = [
     cause(("unknown",), 22.5, 0.012),
     cause(
         ("saturating_air",), 84.2, 0.0,
-        {"saturating_air.flow_resistivity": parameter(1.2e4, 1.1e4, 1.31e4, "N s/m4")}, shrinkage=0.41, gap_after=18.8,
+        {"saturating_air.flow_resistivity": parameter(1.2e4, 1.1e4, 1.31e4, "N*s/m^4")}, shrinkage=0.41, gap_after=18.8,
     ),
     cause(("temperature_drift",), 333.0, 0.0, {"temperature_drift.total": parameter(0.02, 0.01, 0.03)}, shrinkage=-0.1),
     cause((), 790.8, 0.0, gap_after=31.2, shrinkage=0.0),

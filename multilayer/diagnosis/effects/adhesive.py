@@ -16,7 +16,7 @@ class Adhesive(Effect):
     moves_resonances = True
     parameters = (
         positive("compliance", 3e-10, 2.0, "m/Pa"), between("loss_factor", 0.0, 1.0),
-        positive("surface_density", 0.15, 0.7, "kg/m2", bounds=(1e-9, 0.6)),
+        positive("surface_density", 0.15, 0.7, "kg/m^2", bounds=(1e-9, 0.6)),
     )  # fmt: skip
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

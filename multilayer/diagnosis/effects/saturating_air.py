@@ -20,7 +20,7 @@ class SaturatingAir(Effect):
     absent_in = VACUUM
     moves_resonances = True
     law_error = 0.1  # `media.pumped_disc` beside finite elements
-    parameters = (positive("flow_resistivity", 3e4, 1.5, "N s/m4"),)
+    parameters = (positive("flow_resistivity", 3e4, 1.5, "N*s/m^4"),)
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Return the chain with the flow resistivity of the sample's pores."""

@@ -334,7 +334,7 @@ async function begin() {
   if (!start.z) { problems = start.problems; showBanners(); return; }
   $("file").textContent = start.file;
   document.title = `${start.file}: multilayer explore`;
-  state.z = copied(start.z);
+  Object.assign(state, copied(start.first || {z: start.z, effects: {}})); // a diagnosis begins with what it named
   try {
     const kept = JSON.parse(sessionStorage.getItem(KEPT));
     if (kept?.z?.length === start.z.length) Object.assign(state, kept);

@@ -1,0 +1,101 @@
+"""Results of a diagnosis as a page begins with them: what was diagnosed, and the effects that were named."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from multilayer.bounds import FILE_BYTES
+from multilayer.errors import InputError
+from multilayer.files import is_file
+from multilayer.fits.sources import Source, open_source
+from multilayer.writing.manifest import MANIFEST, changed_inputs, read_manifest
+
+RECORD = "diagnosis.json"
+_COMMAND = "diagnose"
+_KINDS = ("diagnose", "stack-fit", "fit", "campaign")  # of inputs, those that name others first
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """A diagnosis that was written.
+
+    Attributes
+    ----------
+    source : Source
+        What was diagnosed.
+    effects : mapping
+        By the names of the effects that were named, the values of their parameters; empty without a name.
+    changed : list of str
+        Inputs that are no longer what they were.
+    """
+
+    source: Source
+    effects: Mapping[str, Mapping[str, float]]
+    changed: list[str]
+
+
+def is_diagnosis(path: Path) -> bool:
+    """Tell whether a path is that of a diagnosis' results: its record, or the folder that holds it."""
+    if path.is_dir():
+        manifest = read_manifest(path)
+        return manifest is not None and _COMMAND in manifest["results"]
+    return path.name == RECORD
+
+
+def open_diagnosis(path: Path) -> Diagnosed:
+    """Read the results of a diagnosis, and open what was diagnosed.
+
+    Parameters
+    ----------
+    path : Path
+        Of ``diagnosis.json``, or of its folder.
+
+    Raises
+    ------
+    InputError
+        When the record or its manifest cannot be read, or what was diagnosed is not where it was.
+    """
+    folder = path if path.is_dir() else path.parent
+    manifest = read_manifest(folder)
+    if manifest is None or _COMMAND not in manifest["results"]:
+        text = f"there is no {MANIFEST} of a diagnosis beside {RECORD}, which tells what was diagnosed"
+        raise InputError(f"{folder}: {text}; name the folder that diagnose wrote")
+    inputs = manifest["results"][_COMMAND]["inputs"]
+    described = [Path(name) for name in inputs if name.endswith((".yaml", ".yml"))]
+    missing = [file for file in described if not is_file(file)]
+    if missing:
+        text = f"what was diagnosed is not there: {missing[0]}"
+        raise InputError(f"{folder}: {text}; go to the folder in which diagnose was run, or run it again")
+    sources = [source for source in map(open_source, described) if source.kind in _KINDS]
+    if not sources:
+        raise InputError(f"{folder / MANIFEST}: none of the inputs is a campaign or a fit file; run diagnose again")
+    source = min(sources, key=lambda one: _KINDS.index(one.kind))
+    return Diagnosed(source, _named(folder / RECORD), changed_inputs({"results": {_COMMAND: {"inputs": inputs}}}))
+
+
+def _named(file: Path) -> dict[str, dict[str, float]]:
+    """Return the values of the effects that a record names."""
+    try:
+        if file.stat().st_size > FILE_BYTES.most:
+            raise InputError(f"{file}: this is too large for the record of a diagnosis; run diagnose again")
+        record = json.loads(file.read_text(encoding="utf-8"))
+        if record["verdict"] != "effect":
+            return {}
+        cause = next(one for one in record["causes"] if one["parameters"])
+        return _by_effect(cause["effects"], cause["parameters"])
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, StopIteration, RecursionError):
+        raise InputError(f"{file}: this is no record of a diagnosis; run diagnose again") from None
+
+
+def _by_effect(names: list[str], parameters: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    values: dict[str, dict[str, float]] = {name: {} for name in names}
+    for name, entry in parameters.items():
+        effect, _, parameter = name.partition(".")
+        values[effect][parameter] = float(entry["value"])
+    return values
