@@ -65,7 +65,9 @@ class Ambient(Model):
                 gas = self.gas
             except (ArithmeticError, ValueError):  # of formulae far outside of their range
                 gas = None
-        if gas is None or not all(0 < value < math.inf for value in vars(gas).values()):
+        if gas is None or not all(
+            0 < value < math.inf for name, value in vars(gas).items() if name != "relative_humidity"
+        ):
             text = "no air has these properties: density, sound speed and viscosity must follow above 0; correct "
             text += "temperature, pressure or relative_humidity, or give the properties themselves"
             refuse(self, [((), text, None)])

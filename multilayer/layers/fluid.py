@@ -15,19 +15,23 @@ from multilayer.matrix.slab import Slab
 from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
+from multilayer.media.humid_air import air_absorption
 from multilayer.units import Density, Length, Speed
 
 
 class Fluid(Layer):
     """A fluid at rest; the ambient gas where density and sound speed are left out.
 
-    Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s). No viscosity, no heat conduction.
+    Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s), `losses`: ``none``, or ``air``, what free air
+    absorbs at the ambient gas' temperature, pressure and humidity (ISO 9613-1; 50 % where the stack states no
+    humidity). No friction at walls: of narrow spaces see `viscothermal_fluid`.
     """
 
     type: Literal["fluid"] = "fluid"
     thickness: Length
     density: Density | None = None
     sound_speed: Speed | None = None
+    losses: Literal["none", "air"] = "none"
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
 
@@ -45,9 +49,13 @@ class Fluid(Layer):
         return fluid_equations(wave, *self._medium(wave))
 
     def _medium(self, wave: Wave) -> tuple[Numeric, Numeric]:
-        """Return density and bulk modulus."""
-        density = wave.ambient.density if self.density is None else self.density
-        speed = wave.ambient.sound_speed if self.sound_speed is None else self.sound_speed
+        """Return density and bulk modulus; relaxation is of compression, so that losses are in the latter."""
+        gas = wave.ambient
+        density = gas.density if self.density is None else self.density
+        speed: Numeric = gas.sound_speed if self.sound_speed is None else self.sound_speed
+        if self.losses == "air":
+            absorbed = air_absorption(wave.frequency, gas.temperature, gas.pressure, gas.relative_humidity)
+            speed = speed / (1 - 1j * absorbed * speed / wave.omega)  # of the wavenumber w/c - i alpha
         return density, density * speed**2
 
 

@@ -27,6 +27,10 @@ class Gas:
         Ratio of the specific heats.
     pressure : float
         Static pressure, Pa.
+    temperature : float
+        K.
+    relative_humidity : float
+        Of saturation; it counts for the absorption of free air alone, see `media.humid_air.air_absorption`.
     """
 
     density: float
@@ -35,6 +39,8 @@ class Gas:
     prandtl: float
     heat_capacity_ratio: float
     pressure: float
+    temperature: float = 293.15
+    relative_humidity: float = 0.5
 
     @property
     def impedance(self) -> float:
@@ -67,4 +73,5 @@ def dry_air(temperature: float = 293.15, pressure: float = 101325.0) -> Gas:
         prandtl=0.71,
         heat_capacity_ratio=ratio,
         pressure=pressure,
+        temperature=temperature,
     )

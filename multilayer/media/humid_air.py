@@ -56,6 +56,8 @@ def humid_air(temperature: float = 293.15, pressure: float = 101325.0, relative_
         prandtl=viscosity * _specific_heat(t, x_v) / conductivity,
         heat_capacity_ratio=_polynomial(_HEAT_RATIO, t, pressure, x_v),
         pressure=pressure,
+        temperature=temperature,
+        relative_humidity=relative_humidity,
     )
 
 

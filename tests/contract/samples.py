@@ -62,6 +62,7 @@ LAYER_SAMPLES: dict[str, list[Sample]] = {
     "fluid": [
         ("ambient gap", {"thickness": 0.1}, True),
         ("film of water", {"thickness": 1e-5, "density": 1000.0, "sound_speed": 1480.0}, True),
+        ("air of a deep cavity", {"thickness": 1.0, "losses": "air"}, False),
         ("hydrogen", {"thickness": 2.0, "density": 0.08, "sound_speed": 1300.0}, True),
     ],
     "elastic_solid": [

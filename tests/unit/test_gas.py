@@ -8,7 +8,8 @@ from pydantic import ValidationError
 from multilayer.errors import ValidityWarning
 from multilayer.media.gas import dry_air
 from multilayer.media.humid_air import air_absorption, humid_air
-from multilayer.stack import Ambient
+from multilayer.response import plane_wave
+from multilayer.stack import Ambient, Stack
 
 ZERO = 273.15
 
@@ -132,3 +133,16 @@ def test_absorption_of_air_broadcasts():
     found = air_absorption(np.array([[500.0], [4000.0]]), np.array([283.0, 293.0, 303.0]))
     assert found.shape == (2, 3)
     assert found[1, 2] == pytest.approx(float(air_absorption(4000.0, 303.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize(("humidity", "expected"), [(0.7, (2.8, 22.9)), (None, None)])
+def test_a_path_through_absorbing_air(humidity, expected):
+    """A kilometre between half-spaces of its air takes what the table says; 50 % of humidity where none is stated."""
+    ambient = {} if humidity is None else {"relative_humidity": humidity}
+    layer = {"type": "fluid", "thickness": 1000.0, "losses": "air"}
+    frequency = 1000.0 * 10 ** (0.3 * np.array([-1, 2]))
+    stack = Stack(ambient=ambient, layers=[layer], termination="ambient")
+    loss = plane_wave(stack, frequency).transmission_loss
+    if expected is None:
+        expected = 8685.889638 * air_absorption(frequency)
+    np.testing.assert_allclose(loss, expected, rtol=5e-3, atol=0.051)
