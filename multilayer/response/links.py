@@ -122,6 +122,7 @@ def periodic(links: Sequence[LineLinks | PointLinks]) -> list[LineLinks]:
 
 def wrong_links(stack: Stack, links: Sequence[LineLinks | PointLinks]) -> Iterator[Mistake]:
     """Give path, text and value of what is wrong with the links of a stack."""
+    lines = periodic(links)
     held: dict[tuple[str, float], dict[Leaf, set[Leaf]]] = {}  # by lines, which leaves hang together
     for i, these in enumerate(links):
         try:
@@ -135,12 +136,9 @@ def wrong_links(stack: Stack, links: Sequence[LineLinks | PointLinks]) -> Iterat
             text = "these leaves are held together already by links of this kind and spacing, that is on the same lines"
             yield ("links", i, "between"), f"{text}; leave these out, or give them another spacing", these.between
         together.update(dict.fromkeys(one | other, one | other))
-        if these in periodic(links) and not all(
-            isinstance(stack.layers[leaf.first], ElasticPlate) for leaf in (front, back)
-        ):
+        if these in lines and not all(isinstance(stack.layers[leaf.first], ElasticPlate) for leaf in (front, back)):
             text = "periodic lines hold thin plates; write elastic_plate, or leave 'periodic' out"
             yield ("links", i, "between"), text, these.between
-    lines = periodic(links)
     if lines and (len(lines) < len(links) or len({these.spacing for these in lines}) > 1):
         text = "links of a wall with periodic lines must all be such lines, of one spacing: they act upon each other"
         yield ("links",), f"{text}; give all of them 'periodic: true' and the same 'spacing', or none", None

@@ -20,6 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
+from multilayer.errors import InputError
 from multilayer.matrix.couplings import Contact
 from multilayer.matrix.faces import mirrored
 from multilayer.matrix.families import FLUID
@@ -32,6 +33,8 @@ from multilayer.stack import Stack
 
 _FARTHEST = 1.5  # wavenumber of the last harmonic over that of the shortest bending waves
 _MORE = 1  # harmonics beyond it
+_TOO_MANY = 500  # harmonics of either sign
+_BESIDE = 1e-9  # of grazing, where a harmonic neither radiates nor decays
 _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; its pressure answers
 
 
@@ -46,6 +49,11 @@ class PeriodicLinks:
         Of one spacing.
     frequency : array, shape (n_frequency,)
         Hz.
+
+    Raises
+    ------
+    InputError
+        When lines are so far apart, in wavelengths, that there are more than 500 harmonics of either sign.
 
     Notes
     -----
@@ -71,6 +79,9 @@ class PeriodicLinks:
         grazing = float(np.max(omega)) / stack.ambient.gas.sound_speed  # of the wave, and of what radiates
         reach = max(_FARTHEST * shortest, grazing) + grazing
         self._most = int(np.ceil(reach * self._spacing / (2 * np.pi))) + _MORE
+        if self._most > _TOO_MANY:
+            text = f"periodic lines {self._spacing:g} m apart take too many harmonics at {frequency.max():g} Hz"
+            raise InputError(f"{text}; leave 'periodic' out: single ones are as good where lines are so far apart")
 
     def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray]:
         """Return the power that goes on as it came and that into other directions, of a plane wave of power 1.
@@ -90,7 +101,9 @@ class PeriodicLinks:
         scattered = np.zeros((n, n, *shape), dtype=complex)  # power into other directions, of the lines' forces
         for order in range(-self._most, self._most + 1):
             q = across + 2 * np.pi * order / self._spacing
-            harmonic = Wave(wave.frequency, np.hypot(q, along), gas)
+            kappa, grazing = np.hypot(q, along), wave.omega / gas.sound_speed
+            is_grazing = np.abs(kappa - grazing) < _BESIDE * grazing
+            harmonic = Wave(wave.frequency, np.where(is_grazing, (1 + _BESIDE) * grazing, kappa), gas)
             answer, passed = self._answers(harmonic)
             mobility = mobility + (answer - _on_diagonal(self._of_plates(which, harmonic.kx.real))) / self._spacing
             sent = -np.tensordot(self._apart, passed, 1) / self._spacing  # pressure behind, of unit forces

@@ -56,6 +56,31 @@ def test_a_wall_that_is_solved_as_a_whole(studs, monkeypatch):
     assert np.abs(decibels(transmission(layers, [line], frequency), walls.periodic(frequency, studs))).max() < 0.1
 
 
+def test_extremes(monkeypatch):
+    """1 Hz and 20 kHz, beside a solution as a whole; a harmonic that grazes exactly; angles of 0 and 89.9 degrees."""
+    monkeypatch.setattr(walls, "_THETAS", 96)
+    studs, frequency = walls.Studs(0.6, 0.0, 0.05), np.array([1.0, 20_000.0])
+    assert decibels(transmission(WALL, frequency=frequency), walls.periodic(frequency, studs)) == pytest.approx(
+        0, abs=0.3
+    )
+    air = {"sound_speed": 340.0}
+    grazes = linked_transmission(
+        Stack(ambient=air, layers=WALL, termination="ambient"),
+        [LineLinks(between=("front", "back"), spacing=0.34, periodic=True)],
+        1000.0 * np.array([1 - 1e-8, 1]),
+        0.0,
+    )
+    assert grazes[1] == pytest.approx(grazes[0], rel=0.1)
+    for angle in (0.0, 89.9):
+        assert np.all((tau := transmission(WALL, angle=angle)) > 0)
+        assert np.all(tau < 1)
+
+
+def test_lines_far_apart_are_refused_where_they_take_too_many_harmonics():
+    with pytest.raises(InputError, match="leave 'periodic' out"):
+        transmission(WALL, [LineLinks(between=("front", "back"), spacing=50.0, periodic=True)], np.array([2e4]))
+
+
 @pytest.mark.parametrize("window", [None, Window(4.0, 2.5)])
 def test_soft_lines_carry_nothing(window):
     soft = LineLinks(between=("front", "back"), spacing=0.6, compliance=1e3, periodic=True)
