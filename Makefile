@@ -19,7 +19,7 @@ fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
 test: .venv/dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal --durations=40 --durations-min=5
 
 core: .venv/alone
 	.venv-core/bin/python -I tests/core_smoke.py

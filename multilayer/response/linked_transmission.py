@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from multilayer.arrays import IndexArray, RealArray
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import POINTS, in_chunks
-from multilayer.response.diffuse_field import Weighting, WeightingName, weighting_function
+from multilayer.response.diffuse_field import Weighting, WeightingName, diffuse_field, weighting_function
 from multilayer.response.finite_size import Window, finite_transmission, radiation_at
 from multilayer.response.links import LineLinks, PointLinks, periodic
 from multilayer.response.periodic_links import PeriodicLinks
@@ -27,8 +28,8 @@ _ENOUGH = 0.02  # change of the transmission by twice as many, as a share
 class _Linked(Protocol):
     """What goes through a wall with links."""
 
-    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray]:
-        """Return the power that goes on as it came and that into other directions; see `SingleLinks.through`."""
+    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray, RealArray]:
+        """Return the power that goes on as it came, that into other directions, and the first without links."""
         ...
 
 
@@ -78,15 +79,24 @@ def linked_transmission(
         k = 2 * np.pi * piece / gas.sound_speed
         radiation = None if window is None else radiation_at(window, k, float(np.max(k)) * upper, 3 * len(NODES))
 
-        def tau(which: IndexArray, s: RealArray, azimuth: RealArray | float = 0.0) -> RealArray:
+        def tau(
+            which: IndexArray, s: RealArray, azimuth: RealArray | float = 0.0, *, beyond: bool = False
+        ) -> RealArray:
+            """Return the transmission of plane waves, or how far it is beyond that without links."""
             wave, cosine = Wave(piece[which], k[which] * np.sqrt(s), gas, azimuth), np.sqrt(1 - s)
-            onward, other = linked.through(which, wave)
+            onward, other, alone = linked.through(which, wave)
             if radiation is not None:
-                onward = finite_transmission(onward, radiation(which, wave.kx.real), cosine)
-            return np.asarray(onward + other)
+                onward, alone = (
+                    finite_transmission(power, radiation(which, wave.kx.real), cosine) for power in (onward, alone)
+                )
+            return np.asarray(onward + other - alone if beyond else onward + other)
 
+        if lines and angle is not None:
+            return _over_directions(tau, np.zeros(len(piece)), upper, None)
         if lines:
-            return _over_directions(tau, len(piece), upper, relative if angle is None else None)
+            alone = diffuse_field(stack, piece, max_angle, weighting=weighting, window=window).transmission_coefficient
+            assert alone is not None  # by validation
+            return _over_directions(partial(tau, beyond=True), alone, upper, relative)
         if angle is not None:
             return tau(np.arange(len(piece)), np.full(len(piece), upper**2))
 
@@ -107,9 +117,12 @@ def _degrees(s: RealArray) -> RealArray:
 
 
 def _over_directions(
-    tau: Callable[[IndexArray, RealArray, RealArray], RealArray], n: int, upper: float, relative: Weighting | None
+    tau: Callable[[IndexArray, RealArray, RealArray], RealArray],
+    alone: RealArray,
+    upper: float,
+    relative: Weighting | None,
 ) -> RealArray:
-    """Return the mean over azimuths, and over a diffuse field's angles, of `n` frequencies.
+    """Return the mean over azimuths, and over a diffuse field's angles.
 
     Gauss's rule over sin^2 of the angle, and the trapezoidal rule over a quarter of a turn, about both of whose ends
     the transmission is even; numbers of both are doubled until that changes little.
@@ -118,13 +131,14 @@ def _over_directions(
     ----------
     tau : callable
         Takes indices of frequencies, squared sines of angles, and azimuths in degrees.
-    n : int
+    alone : array, shape (n_frequency,)
+        What is added to the mean: peaks of the stack without links are narrow in the angle, and known better.
     upper : float
         Sine of the largest angle, or of the only one.
     relative : callable, optional
         Weighting of the angles of a diffuse field.
     """
-    total, going, number = np.zeros(n), np.arange(n), _FIRST
+    total, going, number = np.zeros(len(alone)), np.arange(len(alone)), _FIRST
     while True:
         if relative is None:
             s, weight = np.array([upper**2]), np.ones(1)
@@ -140,8 +154,8 @@ def _over_directions(
         step = max(1, POINTS // weights.size)
         for some in (going[i : i + step] for i in range(0, len(going), step)):
             values = tau(some[:, None, None], s[:, None], azimuth)
-            total[some] = np.sum(weights * values, axis=(1, 2))
-        going = going[np.abs(total[going] - before) > _ENOUGH * total[going]]
+            total[some] = alone[some] + np.sum(weights * values, axis=(1, 2))
+        going = going[np.abs(total[going] - before) > _ENOUGH * np.abs(total[going])]
         number *= 2
         if not len(going) or number > _MOST:
             return total

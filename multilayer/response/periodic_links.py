@@ -83,8 +83,10 @@ class PeriodicLinks:
             text = f"periodic lines {self._spacing:g} m apart take too many harmonics at {frequency.max():g} Hz"
             raise InputError(f"{text}; leave 'periodic' out: single ones are as good where lines are so far apart")
 
-    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray]:
-        """Return the power that goes on as it came and that into other directions, of a plane wave of power 1.
+    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray, RealArray]:
+        """Return the power that goes on as it came, that into other directions, and the first without links.
+
+        Of a plane wave of power 1.
 
         Parameters
         ----------
@@ -119,7 +121,7 @@ class PeriodicLinks:
         forces = np.moveaxis(np.linalg.solve(hindering, hindered[..., None])[..., 0], -1, 0)
         specular = np.abs(onward + np.sum(specular_sent * forces, axis=0)) ** 2
         other = np.einsum("i...,ij...,j...->...", forces.conj(), scattered, forces).real / incident
-        return np.asarray(specular), np.asarray(other)
+        return np.asarray(specular), np.asarray(other), np.abs(onward) ** 2
 
     def _of_plates(self, which: IndexArray, k: RealArray) -> ComplexArray:
         """Return velocity over pressure of the leaves as plates in empty space, shape (n_leaves, *k.shape)."""

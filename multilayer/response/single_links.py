@@ -58,8 +58,10 @@ class SingleLinks:
         self._stack, self._frequency = stack, frequency
         self._bridges = _bridges(stack, links, frequency)
 
-    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray]:
-        """Return the power that goes on as it came and that into other directions, of a plane wave of power 1.
+    def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray, RealArray]:
+        """Return the power that goes on as it came, that into other directions, and the first without links.
+
+        Of a plane wave of power 1.
 
         Parameters
         ----------
@@ -82,7 +84,7 @@ class SingleLinks:
             radiated = np.sum(bridge.radiated[:, which] * np.abs(pulled) ** 2, axis=0) / cosine
             pressure = pressure + specular
             other += np.maximum(radiated - np.abs(specular) ** 2, 0.0)
-        return np.asarray(np.abs(pressure) ** 2), other
+        return np.asarray(np.abs(pressure) ** 2), other, np.abs(solution.transmitted) ** 2
 
 
 def line_mobility(mass: RealArray, stiffness: ComplexArray, omega: RealArray) -> ComplexArray:
