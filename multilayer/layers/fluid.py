@@ -22,7 +22,7 @@ from multilayer.units import Density, Length, Speed
 class Fluid(Layer):
     """A fluid at rest; the ambient gas where density and sound speed are left out.
 
-    Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s), `losses`: ``none``, or ``air``, what free air
+    Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s), `losses`: those of ``air`` are what free air
     absorbs at the ambient gas' temperature, pressure and humidity (ISO 9613-1; 50 % where the stack states no
     humidity). No friction at walls: of narrow spaces see `viscothermal_fluid`.
     """
@@ -31,7 +31,7 @@ class Fluid(Layer):
     thickness: Length
     density: Density | None = None
     sound_speed: Speed | None = None
-    losses: Literal["none", "air"] = "none"
+    losses: Literal["air"] | None = None
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
 

@@ -38,7 +38,7 @@ MEANINGS: dict[str, str] = {
     "flow_resistivity_inplane": "along the layer",
     "tortuosity_inplane": "along the layer",
     "viscous_length_inplane": "along the layer",
-    "losses": "none, or those of free air at the ambient temperature and humidity",
+    "losses": "those of free air at the ambient temperature and humidity; none when left out",
     "sound_speed": "of the fluid; that of the ambient gas when left out",
     "tension": "force over length, the same in all directions",
     "azimuth": "of the layer's axis 1 from the wave's reference direction",
