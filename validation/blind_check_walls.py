@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +27,7 @@ from multilayer.diagnosis.effects.levels import LevelEffect, LevelSetting, Sound
 from multilayer.diagnosis.levels.diagnose import diagnose_levels
 from multilayer.diagnosis.levels.uncertainty import insulation_spread
 from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
+from multilayer.executors import as_done, local_pool
 from multilayer.experiments.levels.response import LevelResponse
 from multilayer.experiments.levels.sound_field import Ridges
 from multilayer.response import diffuse_field
@@ -363,17 +363,12 @@ def main() -> None:
     asked = parser.parse_args()
     results: list[Result] = []
     begun = monotonic()
-    with ProcessPoolExecutor(asked.jobs) as pool:
-        waiting = {pool.submit(one, seed) for seed in range(asked.seed, asked.seed + asked.campaigns)}
-        for done in as_completed(waiting):
-            if done.cancelled():
-                continue
-            result, seconds = done.result()
+    with local_pool(asked.jobs, ["multilayer.diagnosis.levels.diagnose"]) as pool:
+        for _, (result, seconds) in as_done(one, range(asked.seed, asked.seed + asked.campaigns), pool):
             results.append(result)
             print(*result, f"{seconds:.1f} s", file=sys.stderr, flush=True)  # noqa: T201
             if monotonic() - begun > 60 * asked.minutes:
-                for each in waiting:
-                    each.cancel()
+                break
     print(page(sorted(results, key=lambda result: result[0]), asked.seed))  # noqa: T201
 
 

@@ -197,8 +197,7 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
         When it found neither an effect nor a law.
     """
     if record["verdict"] == "effect":
-        first = next(cause for cause in record["causes"] if cause["effects"] == record["group"][0])
-        return RigLaw(campaign=campaign, effects=_saved_effects(first))
+        return RigLaw(campaign=campaign, effects=named_effects(record))
     if record["verdict"] == "no_gap" or not record["law"]:
         raise InputError(
             "--save-law: the diagnosis shows no law to save: there is no gap, or no place that explains it"
@@ -209,6 +208,11 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
             raise InputError(f"--save-law: {text}")
         return RigLaw(campaign=campaign, effects=_saved_effects(both), laws=(_saved(both["law"]),))
     return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))
+
+
+def named_effects(record: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
+    """Return the effects that the verdict of a diagnosis names, with their sizes."""
+    return _saved_effects(next(cause for cause in record["causes"] if cause["effects"] == record["group"][0]))
 
 
 def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:

@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from multilayer.bounds import FILE_BYTES
+from multilayer.diagnosis.saved_law import named_effects
 from multilayer.errors import InputError
 from multilayer.files import is_file
 from multilayer.fits.sources import Source, open_source
@@ -85,17 +85,10 @@ def _named(file: Path) -> dict[str, dict[str, float]]:
         record = json.loads(file.read_text(encoding="utf-8"))
         if record["verdict"] != "effect":
             return {}
-        cause = next(one for one in record["causes"] if one["parameters"])
-        return _by_effect(cause["effects"], cause["parameters"])
+        return {
+            one.effect: {name: found.value for name, found in one.parameters.items()} for one in named_effects(record)
+        }
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError, StopIteration, RecursionError):
         raise InputError(f"{file}: this is no record of a diagnosis; run diagnose again") from None
-
-
-def _by_effect(names: list[str], parameters: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    values: dict[str, dict[str, float]] = {name: {} for name in names}
-    for name, entry in parameters.items():
-        effect, _, parameter = name.partition(".")
-        values[effect][parameter] = float(entry["value"])
-    return values

@@ -22,6 +22,7 @@ from multilayer.response.diffuse_field import (
     Rays,
     Weighting,
     WeightingName,
+    angle_of,
 )
 from multilayer.response.finite_size import Window, finite_absorption_slope, finite_transmission
 from multilayer.response.linearised import Variations, linearised, real_fields
@@ -325,7 +326,7 @@ def _add_slopes(directions: Directions, variations: Variations, rays: Rays, slop
         radiation = directions.radiation(np.broadcast_to(rays.which[:, None], s.shape), kx)
         absorbed = finite_absorption_slope(reflected, found.slopes[:, 0], radiation, cosine)
         through = finite_transmission(through, radiation, cosine)
-    weight = rays.weight[:, None] * KRONROD * directions.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
+    weight = rays.weight[:, None] * KRONROD * directions.weighting(angle_of(s))
     for total, slope in zip(slopes, (absorbed, through), strict=True):
         np.add.at(total.T, rays.which, np.sum(weight * slope, axis=-1).T)
     return found.by_differences

@@ -207,6 +207,11 @@ def _gaussian(angle: RealArray) -> RealArray:
 _WEIGHTINGS: dict[str, Weighting] = {"uniform": np.ones_like, "gaussian": _gaussian}
 
 
+def angle_of(s: RealArray) -> RealArray:
+    """Return angles of incidence, degrees, by the squares of their sines, over which fields are integrated."""
+    return np.asarray(np.rad2deg(np.arcsin(np.sqrt(s))))
+
+
 def weighting_function(wanted: Weighting | str) -> Weighting:
     """Return the relative intensity by angle, in degrees, that a name or a function stands for."""
     if callable(wanted):
@@ -322,7 +327,7 @@ class Directions:
 
         def integrand(pairs: IndexArray, s: RealArray) -> RealArray:
             alpha, tau = self._response(which[pairs], s, azimuth[pairs])
-            weight = self.weighting(np.rad2deg(np.arcsin(np.sqrt(s))))
+            weight = self.weighting(angle_of(s))
             exact = np.zeros_like(s)
             return np.array([weight, weight * alpha, weight * tau, exact, exact])
 

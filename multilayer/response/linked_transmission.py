@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import IndexArray, RealArray
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import POINTS, in_chunks
-from multilayer.response.diffuse_field import Weighting, WeightingName, diffuse_field, weighting_function
+from multilayer.response.diffuse_field import Weighting, WeightingName, angle_of, diffuse_field, weighting_function
 from multilayer.response.finite_size import Window, finite_transmission, radiation_at
 from multilayer.response.links import LineLinks, PointLinks, periodic
 from multilayer.response.periodic_links import PeriodicLinks
@@ -101,7 +101,7 @@ def linked_transmission(
             return tau(np.arange(len(piece)), np.full(len(piece), upper**2))
 
         def integrand(which: IndexArray, s: RealArray) -> RealArray:
-            weight, nothing = relative(_degrees(s)), np.zeros_like(s)
+            weight, nothing = relative(angle_of(s)), np.zeros_like(s)
             return np.array([weight, nothing, weight * tau(which, s), nothing, nothing])
 
         rows, _ = integrate(integrand, len(piece), upper**2, _EXACT, _PANELS)
@@ -109,11 +109,6 @@ def linked_transmission(
 
     n_angles = _FIRST * (_FIRST + 1) if lines else 2 * len(NODES)
     return np.concatenate(in_chunks(compute, stack, np.asarray(frequency, dtype=float), n_angles))
-
-
-def _degrees(s: RealArray) -> RealArray:
-    """Return angles of incidence by the squares of their sines."""
-    return np.asarray(np.rad2deg(np.arcsin(np.sqrt(s))))
 
 
 def _over_directions(
@@ -145,7 +140,7 @@ def _over_directions(
         else:
             nodes, weight = np.polynomial.legendre.leggauss(number)
             s = upper**2 * (nodes + 1) / 2
-            weight = weight * relative(_degrees(s))
+            weight = weight * relative(angle_of(s))
         azimuth = np.linspace(0.0, 90.0, number + 1)
         share = np.ones(number + 1)
         share[[0, -1]] = 0.5

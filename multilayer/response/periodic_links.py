@@ -86,14 +86,7 @@ class PeriodicLinks:
     def through(self, which: IndexArray, wave: Wave) -> tuple[RealArray, RealArray, RealArray]:
         """Return the power that goes on as it came, that into other directions, and the first without links.
 
-        Of a plane wave of power 1.
-
-        Parameters
-        ----------
-        which : array of int
-            Frequencies, by their indices.
-        wave : Wave
-            Of these frequencies, below grazing; its azimuth is that from the normal of the lines.
+        As `SingleLinks.through`; the azimuth of the wave is that from the normal of the lines.
         """
         gas, turn = wave.ambient, np.deg2rad(wave.azimuth)
         across, along = wave.kx.real * np.cos(turn), wave.kx.real * np.sin(turn)

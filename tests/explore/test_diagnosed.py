@@ -46,6 +46,14 @@ def test_it_begins_with_what_was_named(folder, name):
     assert shown["misfit"] < 1
 
 
+def test_it_begins_with_the_verdict_not_with_what_stands_first(folder, results):
+    """A pair with more evidence may stand before the single effect that is enough."""
+    record = json.loads((results / "diagnosis.json").read_text())
+    pair = {**record["causes"][0], "effects": ["leak", *record["group"][0]]}
+    (results / "diagnosis.json").write_text(json.dumps(record | {"causes": [pair, *record["causes"]]}))
+    assert list(open_diagnosis(results).effects) == record["group"][0]
+
+
 def test_without_a_named_effect_it_begins_with_the_nominal_model(folder, results):
     record = json.loads((results / "diagnosis.json").read_text())
     (results / "diagnosis.json").write_text(json.dumps(record | {"verdict": "unknown"}))
