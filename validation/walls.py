@@ -68,6 +68,7 @@ class Studs:
     spacing: float
     compliance: float
     loss_factor: float
+    fasteners: float | None = None  # along a stud; None where the boards are held all along
 
 
 CASES = [
@@ -90,7 +91,7 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
 
     Each stud pulls with F exp(-i kx n b): pressure F/b in every harmonic q = kx + 2 pi n/b of both plates, whose
     motions follow from two equations, with the air outside and the wool between; F from the difference of both motions
-    at a stud, i w C F.
+    at a stud, i w C F. With fasteners, in every harmonic along the studs, too.
     """
     mass, stiffness = plate(studs)
     omega = 2 * np.pi * frequency[:, None, None]
@@ -103,10 +104,15 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
     density, bulk = miki(omega, GAS, flow_resistivity=RESISTIVITY)
     bending = float(np.max((mass * omega**2 / abs(stiffness)) ** 0.25))
     most = int(np.ceil(4 * bending * studs.spacing / (2 * np.pi))) + 3
+    orders = [(n, 0) for n in range(-most, most + 1)]
+    if studs.fasteners is not None:
+        reach = [int(np.ceil(8 * bending * step / (2 * np.pi))) + 3 for step in (studs.spacing, studs.fasteners)]
+        orders = [(n, m) for n in range(-reach[0], reach[0] + 1) for m in range(-reach[1], reach[1] + 1)]
 
-    def harmonic(n: int) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    def harmonic(n: int, m: int) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Return diagonal and other entry of the symmetric matrix, its determinant, and the air's impedance."""
-        q = (kx + 2 * np.pi * n / studs.spacing) ** 2 + ky**2
+        r = ky + (0.0 if studs.fasteners is None else 2 * np.pi * m / studs.fasteners)
+        q = (kx + 2 * np.pi * n / studs.spacing) ** 2 + r**2
         air = omega * GAS.density / _downwards(k0**2 - q)
         inside = _downwards(omega**2 * density / bulk - q)
         decay = np.exp(-1j * inside * DEPTH)
@@ -115,17 +121,17 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
         other = -2 * wave * decay / (1 - decay**2)
         return own, other, own**2 - other**2, air
 
-    own, other, determinant, _ = harmonic(0)
+    own, other, determinant, _ = harmonic(0, 0)
     hindering = 1j * omega * studs.compliance + 0 * kx
-    for n in range(-most, most + 1):
-        one, two, det, _ = harmonic(n)
+    for n, m in orders:
+        one, two, det, _ = harmonic(n, m)
         hindering = hindering + 2 * (one + two) / det / studs.spacing
     force = 2 * (own + other) / determinant / hindering
     power = np.zeros(kx.shape)
-    for n in range(-most, most + 1):
-        one, two, det, air = harmonic(n)
+    for n, m in orders:
+        one, two, det, air = harmonic(n, m)
         motion = (one + two) / det * force / studs.spacing
-        if n == 0:
+        if n == m == 0:
             motion = motion - 2 * other / determinant
         power += np.abs(motion) ** 2 * air.real
     tau = power.mean(axis=-1) * GAS.impedance / np.sqrt(1 - square)
@@ -142,7 +148,7 @@ def ours(frequency: RealArray, studs: Studs, *, alike: bool = False) -> tuple[Re
     board = {"type": "elastic_plate", "loss_factor": studs.loss_factor, **BOARD}
     wool = {"type": "equivalent_fluid", "model": "miki", "thickness": DEPTH, "flow_resistivity": RESISTIVITY}
     links = {"kind": "line", "between": ("front", "back"), "spacing": studs.spacing, "compliance": studs.compliance}
-    links |= {"periodic": alike}
+    links |= {"periodic": alike, "fasteners": studs.fasteners if alike else None}
     layers = [{"name": "front", **board}, wool, {"name": "back", **board}]
     wall = Construction(layers=layers, termination="ambient", links=[links])
     with warnings.catch_warnings():

@@ -38,12 +38,14 @@ class LineLinks(_Links):
 
     Fields: `between` (a layer of each leaf), `spacing` of the lines (m), `compliance` (m2/N, of a piece of unit length:
     how far its two flanges give way under unit force per length; 0 of wood), `periodic` (whether all bays are alike and
-    waves that run on to the next lines come back from there; else they count as lost).
+    waves that run on to the next lines come back from there; else they count as lost), `fasteners` (m, of periodic
+    lines: from screw to screw along a line, on which the leaves are held at the screws alone; else all along).
     """
 
     kind: Literal["line"] = "line"
     compliance: Annotated[float, Field(ge=0), Unit("m^2/N")] = 0.0
     periodic: bool = False
+    fasteners: Length | None = None
 
 
 class PointLinks(_Links):
@@ -136,12 +138,19 @@ def wrong_links(stack: Stack, links: Sequence[LineLinks | PointLinks]) -> Iterat
             text = "these leaves are held together already by links of this kind and spacing, that is on the same lines"
             yield ("links", i, "between"), f"{text}; leave these out, or give them another spacing", these.between
         together.update(dict.fromkeys(one | other, one | other))
+        if isinstance(these, LineLinks) and these.fasteners is not None and not these.periodic:
+            text = "fasteners are computed of periodic lines alone; write 'periodic: true', or leave them out"
+            yield ("links", i, "fasteners"), text, these.fasteners
         if these in lines and not all(isinstance(stack.layers[leaf.first], ElasticPlate) for leaf in (front, back)):
             text = "periodic lines hold thin plates; write elastic_plate, or leave 'periodic' out"
             yield ("links", i, "between"), text, these.between
-    if lines and (len(lines) < len(links) or len({these.spacing for these in lines}) > 1):
+    if lines and (len(lines) < len(links) or len({(these.spacing, these.fasteners) for these in lines}) > 1):
         text = "links of a wall with periodic lines must all be such lines, of one spacing: they act upon each other"
-        yield ("links",), f"{text}; give all of them 'periodic: true' and the same 'spacing', or none", None
+        yield (
+            ("links",),
+            f"{text}; give all of them 'periodic: true', the same 'spacing' and 'fasteners', or none",
+            None,
+        )
     if links and stack.termination != "ambient":
         text = "links are computed of walls between two rooms; write 'termination: ambient'"
         yield ("links",), text, stack.termination

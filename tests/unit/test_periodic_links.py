@@ -9,7 +9,7 @@ from multilayer.response import Window, diffuse_field
 from multilayer.response import linked_transmission as linked
 from multilayer.response.construction import Construction
 from multilayer.response.linked_transmission import linked_transmission
-from multilayer.response.links import LineLinks
+from multilayer.response.links import LineLinks, PointLinks
 from multilayer.stack import Stack
 from validation import walls
 
@@ -56,6 +56,32 @@ def test_a_wall_that_is_solved_as_a_whole(studs, monkeypatch):
     assert np.abs(decibels(transmission(layers, [line], frequency), walls.periodic(frequency, studs))).max() < 0.1
 
 
+@pytest.mark.parametrize(("compliance", "fasteners"), [(0.0, 0.3), (1e-6, 0.5)])
+def test_a_wall_with_fasteners_that_is_solved_as_a_whole(compliance, fasteners, monkeypatch):
+    """A plain sum over both kinds of harmonics, of so many that 0.5 % of the plates' mobility are left out."""
+    enough_angles(monkeypatch)
+    monkeypatch.setattr(walls, "_THETAS", 48)
+    monkeypatch.setattr(walls, "_AZIMUTHS", 48)
+    studs = walls.Studs(0.4, compliance, 0.05, fasteners)
+    frequency = np.array([100.0, 315.0, 800.0])
+    line = LineLinks(between=("front", "back"), spacing=0.4, compliance=compliance, periodic=True, fasteners=fasteners)
+    assert np.abs(decibels(transmission(WALL, [line], frequency), walls.periodic(frequency, studs))).max() < 0.1
+
+
+def test_fasteners_close_to_each_other_hold_all_along():
+    close = LineLinks(between=("front", "back"), spacing=0.6, periodic=True, fasteners=0.01)
+    assert np.abs(decibels(transmission(WALL, [close]), transmission(WALL))).max() < 0.05
+
+
+def test_fasteners_far_from_each_other_are_points():
+    """Each holds as much of its line as lies between two of them: C/s."""
+    damped = [{**layer, "loss_factor": 0.5} if layer is not WOOL else layer for layer in WALL]
+    frequency, leaves = FREQUENCY[:2], {"between": ("front", "back"), "spacing": 2.0}
+    whole = transmission(damped, [LineLinks(**leaves, compliance=1e-6, periodic=True, fasteners=2.0)], frequency)
+    points = transmission(damped, [PointLinks(**leaves, compliance=5e-7)], frequency)
+    assert np.abs(decibels(whole, points)).max() < 0.2
+
+
 def test_extremes(monkeypatch):
     """1 Hz and 20 kHz, beside a solution as a whole; a harmonic that grazes exactly; angles of 0 and 89.9 degrees."""
     monkeypatch.setattr(walls, "_THETAS", 96)
@@ -79,6 +105,9 @@ def test_extremes(monkeypatch):
 def test_lines_far_apart_are_refused_where_they_take_too_many_harmonics():
     with pytest.raises(InputError, match="leave 'periodic' out"):
         transmission(WALL, [LineLinks(between=("front", "back"), spacing=50.0, periodic=True)], np.array([2e4]))
+    held = LineLinks(between=("front", "back"), spacing=1.0, periodic=True, fasteners=1.0)
+    with pytest.raises(InputError, match="write links of kind: point"):
+        transmission(WALL, [held], np.array([5e4]))
 
 
 @pytest.mark.parametrize("window", [None, Window(4.0, 2.5)])
@@ -135,6 +164,8 @@ def test_plane_waves_average_to_the_diffuse_field():
     ("links", "text"),
     [
         ([{"periodic": True}, {"periodic": True, "spacing": 0.4}], "of one spacing"),
+        ([{"periodic": True, "fasteners": 0.3}, {"periodic": True, "spacing": 0.6}], "the same 'spacing' and 'fasten"),
+        ([{"fasteners": 0.3}], "write 'periodic: true'"),
         ([{"periodic": True}, {"spacing": 0.4}], "must all be such lines"),
         ([{"periodic": "perhaps"}], "periodic"),
         ([{"periodic": True, "kind": "point"}], "periodic"),
