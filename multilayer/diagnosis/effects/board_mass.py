@@ -20,7 +20,6 @@ class BoardMass(LevelEffect):
     separated_by = "weighing"
     source = "boards vary by some per cent, more with moisture; a wrong product by more"
     parameters = (signed("relative", 0.1),)
-    law_error = 0.05
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there is a plate."""

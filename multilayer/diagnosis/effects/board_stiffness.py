@@ -19,7 +19,6 @@ class BoardStiffness(LevelEffect):
     separated_by = "the modulus by a bending resonance of a strip; the dip of a single board"
     source = "moduli of gypsum and wood-based boards: 2 to 5 GPa by product and direction"
     parameters = (signed("log_factor", 0.3),)
-    law_error = 0.05
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there is a plate."""

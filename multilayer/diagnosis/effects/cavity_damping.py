@@ -20,7 +20,6 @@ class CavityDamping(LevelEffect):
     separated_by = "a filled cavity; the decay of sound in the cavity"
     source = "an undamped cavity of infinite extent is far too reverberant: loss factors of 0.01 to 0.3 fit"
     parameters = (positive("loss", 0.05, 1.0),)
-    law_error = 0.2
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there is air between plates."""

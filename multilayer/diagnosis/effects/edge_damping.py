@@ -24,7 +24,6 @@ class EdgeDamping(LevelEffect):
     separated_by = "the decay of the plates' vibration as mounted; another way to hold their edges"
     source = "ISO 12354-1:2017 annex C: 0.005 to 0.05 at 500 Hz by mass and edges"
     parameters = (positive("loss", 0.02, 1.0),)
-    law_error = 0.2
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there is a plate."""

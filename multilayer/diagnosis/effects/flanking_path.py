@@ -29,7 +29,6 @@ class FlankingPath(LevelEffect):
         Parameter(name="slope", prior=Prior(normal=(3.0, 2.0)), unit="dB"),
     )
     absent: ClassVar[Mapping[str, float]] = {"loss": 200.0}
-    law_error = 0.3
 
     def beside(self, setting: LevelSetting, stack: Stack, share: RealArray, values: Values) -> RealArray:
         """Return the share of the power with that of the path."""

@@ -20,7 +20,6 @@ class FlowResistivity(LevelEffect):
     separated_by = "ISO 9053"
     source = "laboratories differ by 20 % and more, pieces of one product by as much"
     parameters = (signed("log_factor", 0.4),)
-    law_error = 0.05
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether a layer has a flow resistivity."""

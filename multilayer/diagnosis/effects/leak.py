@@ -24,7 +24,6 @@ class Leak(LevelEffect):
     separated_by = "sealing all joints; a second area of the sample, with which a leak along its edge falls"
     source = "joints not sealed: 1e-5 to 1e-3 of the area; M. C. Gomperts & T. Kihlman, Acustica 18 (1967) 144-150"
     parameters = (positive("share", 1e-4, 1.5), positive("radius", 2e-3, 0.6, "m"))
-    law_error = 0.3  # joints are no round holes
 
     def beside(self, setting: LevelSetting, stack: Stack, share: RealArray, values: Values) -> RealArray:
         """Return the share of the power with that of the holes."""

@@ -23,7 +23,6 @@ class LimitAngle(LevelEffect):
     separated_by = "an opening that is less deep, or a second pair of rooms; 'finite_size', which needs no limit"
     source = "70 to 85 degrees fit measured walls, 78 by custom; H. J. Kang et al., J. Acoust. Soc. Am. 107 (2000) 1413"
     parameters = (signed("difference", 6.0, "degree"),)
-    law_error = 0.2
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether the field is a diffuse one."""

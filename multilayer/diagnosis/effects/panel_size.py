@@ -25,7 +25,6 @@ class PanelSize(LevelEffect):
     source = "openings of ISO 10140 are 1.25 m by 1.5 m and 10 m2, samples of ISO 354 10 to 12 m2"
     parameters = (positive("side", 1.6, 0.5, "m"),)
     absent: ClassVar[Mapping[str, float]] = {"side": 64.0}
-    law_error = 0.2
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether the measurement is that of a diffuse field, without a stated size."""

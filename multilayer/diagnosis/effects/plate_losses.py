@@ -18,7 +18,6 @@ class PlateLosses(LevelEffect):
     separated_by = "the decay of the plates' vibration; a panel far above its critical frequency"
     source = "loss factors of boards and glass are known within a factor of about two"
     parameters = (signed("log_factor", 0.7),)
-    law_error = 0.1
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there is a plate with a loss factor."""

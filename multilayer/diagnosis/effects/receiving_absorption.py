@@ -18,7 +18,6 @@ class ReceivingAbsorption(LevelEffect):
     separated_by = "the same sample with the rooms exchanged; reverberation time again; calibrating both microphones"
     source = "areas of frames counted or not: 0.2 to 2 dB"
     parameters = (signed("level", 1.5, "dB"),)
-    law_error = 0.05
 
     def reading(self, setting: LevelSetting, level: RealArray, values: Values) -> RealArray:
         """Return the level with the difference."""

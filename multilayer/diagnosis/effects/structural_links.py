@@ -28,7 +28,6 @@ class StructuralLinks(LevelEffect):
     source = "studs 0.3 to 0.6 m apart, C of steel about 1e-6 m2/N (J. L. Davy), of wood next to none"
     parameters = (positive("spacing", 0.5, 0.4, "m"), positive("compliance", 5e-7, 1.5, "m^2/N"))
     absent: ClassVar[Mapping[str, float]] = {"spacing": 1e6}
-    law_error = 0.3
 
     def applies(self, setting: LevelSetting) -> bool:
         """Tell whether there are two leaves with something between."""
