@@ -28,8 +28,8 @@ _FROM = 100.0  # Hz; below lies the resonance of the cavity
 
 HEADING = f"""# Walls with studs and slits
 
-Made by `python -m validation.walls`. `docs/walls.md` says what is computed. No measured third octaves of walls with
-their layups were at hand with the right to print their numbers; what stands here are independent computations.
+Made by `python -m validation.walls`. `docs/walls.md` says what is computed. What stands here are independent
+computations; [measured walls](measured_walls.md) have a page of their own.
 
 ## Studs: a periodic wall
 

@@ -18,6 +18,7 @@ form; the rest falls much faster.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,6 +35,35 @@ _PLATES = 4.0  # the same along lines with fasteners, of plates alone; what is b
 _TOO_MANY = 500  # harmonics of either sign, of lines that hold all along
 _TOO_MANY_POINTS = 20_000  # harmonics, of fasteners
 _BESIDE = 1e-9  # of grazing, where a harmonic neither radiates nor decays
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Sums over harmonics, of n waves that arrive.
+
+    Attributes
+    ----------
+    mobility : complex array, shape (n_leaves, n_leaves, n)
+        Velocities of the leaves at the lines for unit forces per length there.
+    sent : complex array, shape (n_lines, n)
+        Pressures behind, in the direction of the wave that arrives, of unit forces.
+    incident : array, shape (n,)
+        Power of a wave of 1 Pa that arrives.
+    scattered : complex array, shape (n_lines, n_lines, n)
+        Power into other directions, a quadratic form of the forces.
+    """
+
+    mobility: ComplexArray
+    sent: ComplexArray
+    incident: RealArray
+    scattered: ComplexArray
+
+    @classmethod
+    def none(cls, n_leaves: int, n_lines: int, n: int) -> _Sums:
+        """Return sums of no harmonics."""
+        shapes = (n_leaves, n_leaves, n), (n_lines, n), (n_lines, n_lines, n)
+        mobility, sent, scattered = (np.zeros(shape, dtype=complex) for shape in shapes)
+        return cls(mobility, sent, np.ones(n), scattered)
 
 
 class PeriodicLinks:
@@ -104,53 +134,56 @@ class PeriodicLinks:
 
         As `SingleLinks.through`; the azimuth of the wave is that from the normal of the lines.
         """
-        gas, turn = wave.ambient, np.deg2rad(wave.azimuth)
+        turn = np.deg2rad(wave.azimuth)
         across, along = wave.kx.real * np.cos(turn), wave.kx.real * np.sin(turn)
-        n, shape = len(self._apart), np.broadcast_shapes(across.shape, wave.omega.shape)
+        shape = np.broadcast_shapes(across.shape, wave.omega.shape)
         which = np.broadcast_to(which, shape).ravel()
         across, along = (np.broadcast_to(values, shape).ravel() for values in (across, along))
-        mobility = np.zeros((len(self._leaves), len(self._leaves), len(which)), dtype=complex)
-        specular_sent, incident = np.zeros((n, len(which)), dtype=complex), np.ones(len(which))
-        scattered = np.zeros((n, n, len(which)), dtype=complex)  # power into other directions, of the lines' forces
+        sums = _Sums.none(len(self._leaves), len(self._apart), len(which))
         for turns in range(-self._most_along, self._most_along + 1):
             r = along + (2 * np.pi * turns / self._fasteners if self._fasteners else 0.0)
-            mobility += _on_diagonal(self._of_plates_at_lines(which, across, r))
+            sums.mobility[:] += _on_diagonal(self._of_plates_at_lines(which, across, r))
             for order in range(-self._most, self._most + 1):
                 kappa = np.hypot(across + 2 * np.pi * order / self._spacing, r)
-                near = np.flatnonzero(kappa <= self._farthest[which])
-                there, kappa = which[near], kappa[near]
-                mobility[..., near] -= _on_diagonal(self._of_plates(there, kappa)) / self._spacing
-                is_slow = kappa > (1 - _BESIDE) * self._sound[there]
-                slow, fast = near[is_slow], near[~is_slow]
-                if len(slow):
-                    answer, _ = self._driven.answers(which[slow], kappa[is_slow], slow=True)
-                    mobility[..., slow] += answer / self._spacing
-                if not len(fast):
-                    continue
-                answer, passed = self._driven.answers(which[fast], kappa[~is_slow], slow=False)
-                mobility[..., fast] += answer / self._spacing
-                sent = -np.tensordot(self._apart, passed, 1) / self._spacing  # pressure behind, of unit forces
-                harmonic = Wave(self._frequency[which[fast]], kappa[~is_slow], gas)
-                conductance = np.real(1 / wave_impedance(harmonic, gas.density, gas.sound_speed))
-                if order or turns:
-                    scattered[..., fast] += conductance * sent[:, None].conj() * sent
-                else:
-                    specular_sent[:, fast], incident[fast] = sent, conductance
-        mobility += _on_diagonal(self._of_plates_beyond(which))
+                self._add_harmonic(sums, which, kappa, is_specular=not (order or turns))
+        sums.mobility[:] += _on_diagonal(self._of_plates_beyond(which))
         free, onward = self._without_lines(wave)  # which do not know of azimuths
         free, onward = np.broadcast_to(free, (len(free), *shape)), np.broadcast_to(onward, shape)
-        hindering = np.einsum("ia,abx,jb->xij", self._apart, mobility, self._apart)
+        hindering = np.einsum("ia,abx,jb->xij", self._apart, sums.mobility, self._apart)
         hindering += 2j * np.pi * self._frequency[which, None, None] * self._compliance
         hindered = np.einsum("ia,ax->xi", self._apart, free.reshape(len(free), -1))
         forces = np.linalg.solve(hindering, hindered[..., None])[..., 0].T
-        specular = np.abs(onward.ravel() + np.sum(specular_sent * forces, axis=0)) ** 2
-        other = np.einsum("ix,ijx,jx->x", forces.conj(), scattered, forces).real / incident
+        specular = np.abs(onward.ravel() + np.sum(sums.sent * forces, axis=0)) ** 2
+        other = np.einsum("ix,ijx,jx->x", forces.conj(), sums.scattered, forces).real / sums.incident
         return specular.reshape(shape), other.reshape(shape), np.abs(onward) ** 2
+
+    def _add_harmonic(self, sums: _Sums, which: IndexArray, kappa: RealArray, *, is_specular: bool) -> None:
+        """Add what the leaves do in a harmonic beyond what they would do as plates alone, and what radiates."""
+        gas = self._stack.ambient.gas
+        near = np.flatnonzero(kappa <= self._farthest[which])
+        there, kappa = which[near], kappa[near]
+        sums.mobility[..., near] -= _on_diagonal(self._of_plates(there, kappa)) / self._spacing
+        is_slow = kappa > (1 - _BESIDE) * self._sound[there]
+        if np.any(is_slow):
+            answer, _ = self._driven.answers(there[is_slow], kappa[is_slow], slow=True)
+            sums.mobility[..., near[is_slow]] += answer / self._spacing
+        if np.all(is_slow):
+            return
+        fast, there, kappa = near[~is_slow], there[~is_slow], kappa[~is_slow]
+        answer, passed = self._driven.answers(there, kappa, slow=False)
+        sums.mobility[..., fast] += answer / self._spacing
+        sent = -np.tensordot(self._apart, passed, 1) / self._spacing
+        harmonic = Wave(self._frequency[there], kappa, gas)
+        conductance = np.real(1 / wave_impedance(harmonic, gas.density, gas.sound_speed))
+        if is_specular:
+            sums.sent[:, fast], sums.incident[fast] = sent, conductance
+        else:
+            sums.scattered[..., fast] += conductance * sent[:, None].conj() * sent
 
     def _of_plates(self, which: IndexArray, k: RealArray) -> ComplexArray:
         """Return velocity over pressure of the leaves as plates in empty space, shape (n_leaves, *k.shape)."""
-        omega = 2 * np.pi * self._frequency[which]
-        return np.asarray(1j * omega / (self._stiffness[:, which] * k**4 - self._mass[:, which] * omega**2))
+        omega, square = 2 * np.pi * self._frequency[which], k**2
+        return np.asarray(1j * omega / (self._stiffness[:, which] * square**2 - self._mass[:, which] * omega**2))
 
     def _of_plates_at_lines(self, which: IndexArray, across: RealArray, along: RealArray) -> ComplexArray:
         """Return the sum of `_of_plates` over all harmonics, divided by the spacing.
