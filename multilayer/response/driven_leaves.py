@@ -2,8 +2,9 @@
 
 It depends on the wavenumber alone, as the stack is isotropic in its plane, and is asked for at many: harmonics of a
 periodic wall, times angles and azimuths. So it is computed at nodes and interpolated between them, by what is smooth:
-pressures for unit velocities of the leaves, which have no poles where bending waves are free, times k3/k of the air,
-which takes away the poles of its impedance at grazing.
+pressures for unit velocities of the leaves, which have no poles where bending waves are free, times |k3|/k of the air,
+which takes away the poles of its impedance at grazing. Where waves stand between leaves at rest, in a cavity without
+losses, they have poles all the same: what is asked for there is solved.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, IndexArray, RealArray
+from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray
 from multilayer.matrix.couplings import Contact
 from multilayer.matrix.faces import mirrored
 from multilayer.matrix.families import FLUID
@@ -26,13 +27,14 @@ from multilayer.response.system import between_gas, solve_or_explain
 from multilayer.stack import Stack
 
 _NODES = 512  # of waves that radiate, and of those that do not; each
-_BESIDE = 3e-5  # |k3|/k of the node beside grazing, where the air has no say
+_FIRST_NODE = 3e-5  # |k3|/k of the node beside grazing, where the air's impedance is infinite
+_ROUGH = 1e-3  # error in the middle between two nodes, as a share, from which on nothing is interpolated there
 _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; its pressure answers
 
 
 @dataclass(frozen=True)
 class _Table:
-    """Values over |k3|/k at nodes that are dense at 0, and cubics through the four around each place.
+    """Values over |k3|/k at nodes that are dense at grazing, and cubics through the four around each place.
 
     Attributes
     ----------
@@ -44,14 +46,17 @@ class _Table:
     most: RealArray
     rows: ComplexArray
 
-    def at(self, which: IndexArray, normal: RealArray) -> ComplexArray:
-        """Return values, shape (n_values, n), at places of shape (n,) and frequencies by their indices."""
-        place = np.sqrt(np.minimum(normal / self.most[which], 1.0)) * (_NODES - 1)
+    def at(self, which: IndexArray, place: RealArray) -> ComplexArray:
+        """Return values, shape (n_values, n), by indices of frequencies and places, 0 to the last node."""
         first = np.clip(place.astype(int) - 1, 0, _NODES - 4)
         t, start = place - first, which * _NODES + first
         weights = (-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2,
                    -t * (t - 1) * (t - 3) / 2, t * (t - 1) * (t - 2) / 6)  # fmt: skip
         return np.asarray(sum(weight[:, None] * self.rows[start + i] for i, weight in enumerate(weights))).T
+
+    def place(self, which: IndexArray, normal: RealArray) -> RealArray:
+        """Return the places of values of |k3|/k."""
+        return np.asarray(np.sqrt(np.minimum(normal / self.most[which], 1.0)) * (_NODES - 1))
 
 
 class DrivenLeaves:
@@ -75,6 +80,7 @@ class DrivenLeaves:
         self._pairs = np.triu_indices(len(leaves))
         self._radiating = self._tabled(np.ones_like(frequency), slow=False)
         self._slow = self._tabled(np.sqrt((farthest / self._sound) ** 2 - 1), slow=True)
+        self._is_rough = self._rough_between()
 
     def answers(self, which: IndexArray, wavenumber: RealArray, *, slow: bool) -> tuple[ComplexArray, ComplexArray]:
         """Return what a pressure of 1 Pa on each leaf does.
@@ -97,28 +103,50 @@ class DrivenLeaves:
         """
         table = self._slow if slow else self._radiating
         square = (wavenumber / self._sound[which]) ** 2 - 1
-        normal = np.maximum(np.sqrt(np.maximum(square if slow else -square, 0.0)), _BESIDE)
-        values = table.at(which, normal) / normal
+        normal = np.maximum(np.sqrt(np.maximum(square if slow else -square, 0.0)), _FIRST_NODE)
+        place = table.place(which, normal)
+        mobility, passed = self._interpolated(table, which, place, normal)
+        if not slow:
+            rough = self._is_rough[which, np.minimum(place.astype(int), _NODES - 2)]
+            if np.any(rough):
+                mobility[..., rough], passed[:, rough] = self.solved(which[rough], wavenumber[rough])
+        return mobility, passed
+
+    def _interpolated(
+        self, table: _Table, which: IndexArray, place: RealArray, normal: RealArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        values = table.at(which, place) / normal
         impedance = np.empty((len(self._leaves), len(self._leaves), len(normal)), dtype=complex)
         rows, columns = self._pairs
         impedance[rows, columns] = impedance[columns, rows] = values[:-1]
         mobility = _inverse(impedance)
         return mobility, values[-1] * mobility[-1]
 
+    def _rough_between(self) -> BoolArray:
+        """Tell between which nodes of waves that radiate interpolation fails, shape (n_frequency, n_nodes - 1)."""
+        shape = (len(self._frequency), _NODES - 1)
+        which = np.repeat(np.arange(shape[0]), shape[1])
+        place = np.tile(np.arange(shape[1]) + 0.5, shape[0])
+        normal = np.maximum((place / shape[1]) ** 2, _FIRST_NODE)
+        there = self.solved(which, self._sound[which] * np.sqrt(1 - normal**2))
+        found = self._interpolated(self._radiating, which, place, normal)
+        off = [np.max(np.abs(a / b - 1), axis=tuple(range(a.ndim - 1))) for a, b in zip(found, there, strict=True)]
+        return np.asarray(np.maximum(*off) > _ROUGH).reshape(shape)
+
     def _tabled(self, most: RealArray, *, slow: bool) -> _Table:
         """Return impedances of the leaves, and pressure behind over the last leaf's velocity, times |k3|/k."""
-        normal = np.maximum(most[:, None] * np.linspace(0, 1, _NODES) ** 2, _BESIDE)
-        mobility, passed = self._solved(self._sound[:, None] * np.sqrt(1 + (normal**2 if slow else -(normal**2))))
+        normal = np.maximum(most[:, None] * np.linspace(0, 1, _NODES) ** 2, _FIRST_NODE).ravel()
+        which = np.repeat(np.arange(len(most)), _NODES)
+        mobility, passed = self.solved(which, self._sound[which] * np.sqrt(1 + (1 if slow else -1) * normal**2))
         behind = passed[-1] / mobility[-1, -1]
-        values = normal * np.concatenate([_inverse(mobility)[self._pairs], behind[None]])
-        return _Table(most, np.moveaxis(values, 0, -1).reshape(-1, len(values)))
+        return _Table(most, (normal * np.concatenate([_inverse(mobility)[self._pairs], behind[None]])).T)
 
-    def _solved(self, wavenumber: RealArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return mobility and passed pressures as `answers`, of wavenumbers of shape (n_frequency, n)."""
-        wave = Wave(self._frequency[:, None], wavenumber, self._stack.ambient.gas)
+    def solved(self, which: IndexArray, wavenumber: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return what `answers` returns, without interpolation."""
+        wave = Wave(self._frequency[which], wavenumber, self._stack.ambient.gas)
         system, n = between_gas(self._stack, wave), len(self._leaves)
-        mobility = np.empty((n, n, *wavenumber.shape), dtype=complex)
-        passed = np.empty((n, *wavenumber.shape), dtype=complex)
+        mobility = np.empty((n, n, len(which)), dtype=complex)
+        passed = np.empty((n, len(which)), dtype=complex)
         for i, leaf in enumerate(self._leaves):
             behind = System(_MOVED, system.layers[leaf.first :], system.tail, _from(leaf, system))
             answer = solve_or_explain(behind, self._stack, wave)

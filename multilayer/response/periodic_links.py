@@ -37,9 +37,9 @@ _TOO_MANY_POINTS = 20_000  # harmonics, of fasteners
 _BESIDE = 1e-9  # of grazing, where a harmonic neither radiates nor decays
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Sums:
-    """Sums over harmonics, of n waves that arrive.
+    """Sums over harmonics, added to as these are computed, of n waves that arrive.
 
     Attributes
     ----------
@@ -124,7 +124,9 @@ class PeriodicLinks:
         text = f"take too many harmonics at {self._frequency.max():g} Hz"
         if self._most > _TOO_MANY:
             text = f"periodic lines {self._spacing:g} m apart {text}"
-            raise InputError(f"{text}; leave 'periodic' out: single ones are as good where lines are so far apart")
+            raise InputError(
+                f"{text}; leave 'periodic' and 'fasteners' out: single ones are as good where lines are so far apart"
+            )
         if self._most * self._most_along > _TOO_MANY_POINTS / 4:
             text = f"fasteners {self._fasteners:g} m apart on lines {self._spacing:g} m apart {text}"
             raise InputError(f"{text}; leave 'periodic' and 'fasteners' out, and write links of kind: point")
@@ -142,11 +144,11 @@ class PeriodicLinks:
         sums = _Sums.none(len(self._leaves), len(self._apart), len(which))
         for turns in range(-self._most_along, self._most_along + 1):
             r = along + (2 * np.pi * turns / self._fasteners if self._fasteners else 0.0)
-            sums.mobility[:] += _on_diagonal(self._of_plates_at_lines(which, across, r))
+            sums.mobility += _on_diagonal(self._of_plates_at_lines(which, across, r))
             for order in range(-self._most, self._most + 1):
                 kappa = np.hypot(across + 2 * np.pi * order / self._spacing, r)
                 self._add_harmonic(sums, which, kappa, is_specular=not (order or turns))
-        sums.mobility[:] += _on_diagonal(self._of_plates_beyond(which))
+        sums.mobility += _on_diagonal(self._of_plates_beyond(which))
         free, onward = self._without_lines(wave)  # which do not know of azimuths
         free, onward = np.broadcast_to(free, (len(free), *shape)), np.broadcast_to(onward, shape)
         hindering = np.einsum("ia,abx,jb->xij", self._apart, sums.mobility, self._apart)
@@ -163,7 +165,7 @@ class PeriodicLinks:
         near = np.flatnonzero(kappa <= self._farthest[which])
         there, kappa = which[near], kappa[near]
         sums.mobility[..., near] -= _on_diagonal(self._of_plates(there, kappa)) / self._spacing
-        is_slow = kappa > (1 - _BESIDE) * self._sound[there]
+        is_slow = (kappa > (1 - _BESIDE) * self._sound[there]) & (not is_specular)
         if np.any(is_slow):
             answer, _ = self._driven.answers(there[is_slow], kappa[is_slow], slow=True)
             sums.mobility[..., near[is_slow]] += answer / self._spacing

@@ -8,8 +8,9 @@ from multilayer.errors import InputError
 from multilayer.response import Window, diffuse_field
 from multilayer.response import linked_transmission as linked
 from multilayer.response.construction import Construction
+from multilayer.response.driven_leaves import DrivenLeaves
 from multilayer.response.linked_transmission import linked_transmission
-from multilayer.response.links import LineLinks, PointLinks
+from multilayer.response.links import Leaf, LineLinks, PointLinks
 from multilayer.stack import Stack
 from validation import walls
 
@@ -74,12 +75,76 @@ def test_fasteners_close_to_each_other_hold_all_along():
 
 
 def test_fasteners_far_from_each_other_are_points():
-    """Each holds as much of its line as lies between two of them: C/s."""
+    """What each gives way hinders here as much as the leaves do."""
     damped = [{**layer, "loss_factor": 0.5} if layer is not WOOL else layer for layer in WALL]
-    frequency, leaves = FREQUENCY[:2], {"between": ("front", "back"), "spacing": 2.0}
-    whole = transmission(damped, [LineLinks(**leaves, compliance=1e-6, periodic=True, fasteners=2.0)], frequency)
-    points = transmission(damped, [PointLinks(**leaves, compliance=5e-7)], frequency)
-    assert np.abs(decibels(whole, points)).max() < 0.2
+    frequency, leaves = np.array([400.0, 800.0]), {"between": ("front", "back"), "spacing": 1.0}
+    airborne = diffuse_field(Stack(layers=damped, termination="ambient"), frequency).transmission_coefficient
+    lines = transmission(damped, [LineLinks(**leaves, compliance=1.5e-6, periodic=True, fasteners=1.0)], frequency)
+    points = transmission(damped, [PointLinks(**leaves, compliance=1.5e-6)], frequency)
+    assert np.all(points > 1.7 * airborne)
+    assert np.abs(decibels(lines - airborne, points - airborne)).max() < 0.5
+
+
+def test_a_leaf_passes_the_force_of_fasteners_on():
+    """Links in two pieces, a light leaf between, are one link that gives way as much as both."""
+    skin = {"type": "elastic_plate", "name": "skin", "thickness": 1e-5, "density": 1e-3, "young_modulus": 1e5}
+    half = {**WOOL, "thickness": 0.035}
+    layers = [WALL[0], half, {**skin, "poisson_ratio": 0.0}, half, {**WALL[2], "thickness": 0.009}]
+    held = {"spacing": 0.6, "periodic": True, "fasteners": 0.5}
+    both = [LineLinks(between=pair, compliance=2e-7, **held) for pair in (("front", "skin"), ("skin", "back"))]
+    one = LineLinks(between=("front", "back"), compliance=4e-7, **held)
+    low = FREQUENCY[:1]
+    whole = transmission([WALL[0], WOOL, layers[-1]], [one], low)
+    assert np.abs(decibels(transmission(layers, both, low), whole)).max() < 0.05
+
+
+STACKS = {
+    "wool": WALL,
+    "air": [WALL[0], {**AIR, "thickness": 0.2}, WALL[2]],
+    "foam": [FOAM, WALL[0], {**FOAM, "name": "second"}, WALL[2]],
+    "three": [WALL[0], AIR, {**WALL[2], "name": "middle"}, WOOL, WALL[2]],
+    "concrete": [
+        {**BOARD, "name": name, "thickness": 0.1, "density": 2300.0, "young_modulus": 3e10, "loss_factor": 0.01}
+        if name
+        else AIR
+        for name in ("front", "", "back")
+    ],
+}
+
+
+@pytest.mark.parametrize("name", STACKS)
+def test_answers_of_leaves_between_nodes(name):
+    """As they are solved there."""
+    stack = Stack(layers=STACKS[name], termination="ambient")
+    frequency = np.array([20.0, 500.0, 3000.0, 12_500.0])
+    which = np.repeat(np.arange(4), 500)
+    sound = 2 * np.pi * frequency / stack.ambient.gas.sound_speed
+    plates = [i for i, layer in enumerate(stack.layers) if layer.type == "elastic_plate"]
+    driven = DrivenLeaves(stack, [Leaf(i, i) for i in plates], frequency, 10 * sound)
+    rng = np.random.default_rng(1)
+    for slow in (False, True):
+        wavenumber = sound[which] * (rng.uniform(1, 9, len(which)) if slow else np.sqrt(rng.uniform(0, 1, len(which))))
+        (mobility, passed), (exact, behind) = (
+            driven.answers(which, wavenumber, slow=slow), driven.solved(which, wavenumber)
+        )  # fmt: skip
+        size = np.sqrt(np.abs(np.einsum("iin->in", exact)))  # other entries fade with the depth of the cavity
+        off = (np.abs(mobility - exact) / (size[:, None] * size)).max(axis=(0, 1))
+        if not slow:
+            off = np.maximum(off, np.abs(passed / behind - 1).max(axis=0))
+        assert np.median(off) < 1e-6
+        assert off.max() < 5e-3
+
+
+def test_more_angles_change_little(monkeypatch):
+    soft = LineLinks(between=("front", "back"), spacing=0.6, compliance=1e-6, periodic=True)
+    frequency = np.geomspace(100, 4000, 25)
+    usual = [transmission(WALL, [line], frequency) for line in (LINES, soft)]
+    monkeypatch.setattr(linked, "_MOST", 64)
+    monkeypatch.setattr(linked, "_ENOUGH", 1e-9)
+    more = [transmission(WALL, [line], frequency) for line in (LINES, soft)]
+    gap = decibels(np.array(usual), np.array(more))
+    assert np.sqrt(np.mean(gap**2)) < 0.15
+    assert np.abs(gap).max() < 1.0
 
 
 def test_extremes(monkeypatch):
@@ -100,10 +165,12 @@ def test_extremes(monkeypatch):
     for angle in (0.0, 89.9):
         assert np.all((tau := transmission(WALL, angle=angle)) > 0)
         assert np.all(tau < 1)
+    near, nearer = (transmission(WALL, angle=angle) for angle in (89.997, 89.998))  # falls as the cosine, or its square
+    assert np.all(np.abs(np.log(near / nearer) / np.log(3 / 2) - 1.5) < 0.51)
 
 
 def test_lines_far_apart_are_refused_where_they_take_too_many_harmonics():
-    with pytest.raises(InputError, match="leave 'periodic' out"):
+    with pytest.raises(InputError, match="leave 'periodic' and 'fasteners' out"):
         transmission(WALL, [LineLinks(between=("front", "back"), spacing=50.0, periodic=True)], np.array([2e4]))
     held = LineLinks(between=("front", "back"), spacing=1.0, periodic=True, fasteners=1.0)
     with pytest.raises(InputError, match="write links of kind: point"):

@@ -137,6 +137,22 @@ sweep: {links.studs.compliance: [0, 1e-6 m2/N], beside.joint.width: [0.1 mm, 1 m
 tolerances: {links.ties.spacing: 5 %, area: 1 m2}
 samples: 3
 """,
+    "screws.yaml": """\
+kind: simulation
+version: 1
+layers:
+  - {type: elastic_plate, name: front, thickness: 12.5 mm, density: 700, young_modulus: 3 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+  - {type: fluid, thickness: 9 cm}
+  - {type: elastic_plate, name: back, thickness: 12.5 mm, density: 700, young_modulus: 3 GPa, poisson_ratio: 0.2,
+     loss_factor: 0.05}
+termination: ambient
+links:
+  - {name: studs, kind: line, between: [front, back], spacing: 0.4 m, periodic: true, fasteners: 30 cm}
+frequency: [100, 250 Hz]
+incidence: 45
+sweep: {links.studs.fasteners: [0.2 m, 0.3 m]}
+""",
     "window.yaml": """\
 kind: simulation
 version: 1
