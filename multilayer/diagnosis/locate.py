@@ -21,6 +21,7 @@ _BANDS = 4  # per configuration
 _DRAWS = 2000
 _MOST_PLACES = 12
 _CHANCE = 0.01
+_NOTHING = 1e-9  # share of a template's square that rounding leaves of what the unknowns take up
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[lis
 
     The significance along a template d is ``t = d^T C^-1 r / sqrt(d^T C^-1 d)``, C being the covariance of noise and of
     all unknowns, linearised. The second number is exceeded by the largest of all templates in one of a hundred data
-    sets without a gap.
+    sets without a gap. Templates of which the unknowns leave nothing cannot be seen, and are left out.
     """
     templates = _templates(hypothesis)
     columns = np.stack([t[-1] for t in templates], axis=1)
@@ -90,12 +91,15 @@ def locate(hypothesis: Hypothesis, minimum: Minimum, seed: int = 0) -> tuple[lis
     def weighted(values: RealArray) -> RealArray:
         return np.asarray(values - jacobian @ (inner @ (jacobian.T @ values)))
 
-    norms = np.sqrt(np.sum(columns * weighted(columns), axis=0))
+    left = np.sum(columns * weighted(columns), axis=0)
+    is_seen = left > _NOTHING * np.sum(columns**2, axis=0)
+    templates = [template for template, seen in zip(templates, is_seen, strict=True) if seen]
+    columns, norms = columns[:, is_seen], np.sqrt(left[is_seen])
     # residuals are modelled minus measured
     scores = -(columns.T @ weighted(residual)) / norms
     rng = np.random.default_rng(seed)
     draws = rng.standard_normal((len(residual), _DRAWS)) + jacobian @ rng.standard_normal((jacobian.shape[1], _DRAWS))
-    largest = np.max(np.abs(columns.T @ weighted(draws)) / norms[:, None], axis=0)
+    largest = np.max(np.abs(columns.T @ weighted(draws)) / norms[:, None], axis=0, initial=0.0)
     limit = float(np.quantile(largest, 1 - _CHANCE))
     places = [Place(q, name, band, float(s)) for (q, name, band, _), s in zip(templates, scores, strict=True)]
     return sorted(places, key=lambda place: -abs(place.significance)), max(limit, float(ndtri(1 - _CHANCE)))
