@@ -2,7 +2,7 @@
 
 It depends on the wavenumber alone, as the stack is isotropic in its plane, and is asked for at many: harmonics of a
 periodic wall, times angles and azimuths. So it is computed at nodes and interpolated between them, by what is smooth:
-pressures for unit velocities of the leaves, which have no poles where bending waves are free, times |k3|/k of the air,
+pressures for unit velocities of the leaves, which have no poles where bending waves are free, times ``|k3|/k`` of the air,
 which takes away the poles of its impedance at grazing. Where waves stand between leaves at rest, in a cavity without
 losses, they have poles all the same: what is asked for there is solved.
 """
@@ -34,7 +34,7 @@ _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; 
 
 @dataclass(frozen=True)
 class _Table:
-    """Values over |k3|/k at nodes that are dense at grazing, and cubics through the four around each place.
+    """Values over ``|k3|/k`` at nodes that are dense at grazing, and cubics through the four around each place.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class _Table:
         return np.asarray(sum(weight[:, None] * self.rows[start + i] for i, weight in enumerate(weights))).T
 
     def place(self, which: IndexArray, normal: RealArray) -> RealArray:
-        """Return the places of values of |k3|/k."""
+        """Return the places of values of ``|k3|/k``."""
         return np.asarray(np.sqrt(np.minimum(normal / self.most[which], 1.0)) * (_NODES - 1))
 
 
@@ -137,7 +137,7 @@ class DrivenLeaves:
         return np.asarray(off > _ROUGH).reshape(shape)
 
     def _tabled(self, most: RealArray, *, slow: bool) -> _Table:
-        """Return impedances of the leaves, and pressure behind over the last leaf's velocity, times |k3|/k."""
+        """Return impedances of the leaves, and pressure behind over the last leaf's velocity, times ``|k3|/k``."""
         normal = np.maximum(most[:, None] * np.linspace(0, 1, _NODES) ** 2, _FIRST_NODE).ravel()
         which = np.repeat(np.arange(len(most)), _NODES)
         mobility, passed = self.solved(which, self._sound[which] * np.sqrt(1 + (1 if slow else -1) * normal**2))
