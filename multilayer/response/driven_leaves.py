@@ -2,9 +2,9 @@
 
 It depends on the wavenumber alone, as the stack is isotropic in its plane, and is asked for at many: harmonics of a
 periodic wall, times angles and azimuths. So it is computed at nodes and interpolated between them, by what is smooth:
-pressures for unit velocities of the leaves, which have no poles where bending waves are free, times ``|k3|/k`` of the air,
-which takes away the poles of its impedance at grazing. Where waves stand between leaves at rest, in a cavity without
-losses, they have poles all the same: what is asked for there is solved.
+pressures for unit velocities of the leaves, which have no poles where bending waves are free, times ``|k3|/k`` of the
+air, which takes away the poles of its impedance at grazing. Where waves stand between leaves at rest, in a cavity
+without losses, they have poles all the same: what is asked for there is solved.
 """
 
 from __future__ import annotations
