@@ -17,11 +17,11 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis.levels.diagnose import diagnose_levels
 from multilayer.diagnosis.tube.file import diagnosis_file
 from multilayer.errors import ValidityWarning
-from multilayer.media.gas import dry_air
 from multilayer.response.bands import band_points
 from multilayer.response.beside import Sound
 from multilayer.response.construction import Construction, wall_shares
 from multilayer.response.finite_size import Window
+from validation.walls import critical, loss, rms
 
 CENTRES = np.array([50, 63, 80, 100, 125, 160, 200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000, 2500, 3150,
                     4000.0])  # fmt: skip
@@ -99,7 +99,7 @@ def walls() -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     return [front, WOOL, back], [front, WOOL, GAP, back]
 
 
-def loss(layers: list[dict[str, Any]], *links: dict[str, Any]) -> RealArray:
+def foretold(layers: list[dict[str, Any]], *links: dict[str, Any]) -> RealArray:
     """Return the loss of a wall with links in third octaves, dB."""
     wall = Construction(layers=layers, termination="ambient", links=[LEAVES | these for these in links])
     points = band_points(CENTRES, "third octaves")[:, _POINTS]
@@ -107,7 +107,7 @@ def loss(layers: list[dict[str, Any]], *links: dict[str, Any]) -> RealArray:
         warnings.simplefilter("ignore", ValidityWarning)  # Miki's range, and single links close to each other
         tau = wall_shares(wall, points.ravel(), Sound(), SIZE).transmission
     assert tau is not None  # between two rooms
-    return np.asarray(-10 * np.log10(tau.reshape(points.shape).mean(axis=1)))
+    return loss(tau.reshape(points.shape))
 
 
 def diagnosis() -> dict[str, Any]:
@@ -124,7 +124,7 @@ def diagnosis() -> dict[str, Any]:
     }
     with TemporaryDirectory() as folder:
         for name, losses in zip(stacks, (DIRECT, CHANNELS), strict=True):
-            rows = [f"{f:g},{loss:g}" for f, loss in zip(CENTRES, losses, strict=True) if f >= _FROM]
+            rows = [f"{f:g},{level:g}" for f, level in zip(CENTRES, losses, strict=True) if f >= _FROM]
             text = "\n".join(["frequency_hz,transmission_loss_db", *rows, ""])
             (Path(folder) / f"{name}.csv").write_text(text, encoding="utf-8")
         file = diagnosis_file(
@@ -138,27 +138,20 @@ def diagnosis() -> dict[str, Any]:
         return diagnose_levels(file).record
 
 
-def table(measured: RealArray, foretold: dict[str, RealArray]) -> str:
+def table(measured: RealArray, losses: dict[str, RealArray]) -> str:
     """Return a table of losses by bands, and of how far they are off."""
-    rows = ["| Hz | measured | " + " | ".join(foretold) + " |", "|---" * (2 + len(foretold)) + "|"]
+    rows = ["| Hz | measured | " + " | ".join(losses) + " |", "|---" * (2 + len(losses)) + "|"]
     for i, centre in enumerate(CENTRES):
-        rows.append(
-            f"| {centre:g} | {measured[i]:.1f} | " + " | ".join(f"{v[i]:.1f}" for v in foretold.values()) + " |"
-        )
-    gaps = [off(values, measured) for values in foretold.values()]
+        rows.append(f"| {centre:g} | {measured[i]:.1f} | " + " | ".join(f"{v[i]:.1f}" for v in losses.values()) + " |")
+    gaps = [off(values, measured) for values in losses.values()]
     rows.append("| **rms** | | " + " | ".join(f"**{rms(gap):.1f}**" for gap in gaps) + " |")
     rows.append("| mean | | " + " | ".join(f"{gap.mean():+.1f}" for gap in gaps) + " |")
     return "\n".join(rows)
 
 
-def off(foretold: RealArray, measured: RealArray) -> RealArray:
+def off(losses: RealArray, measured: RealArray) -> RealArray:
     """Return what a wall is foretold too high, in the bands that count."""
-    return np.asarray((foretold - measured)[CENTRES >= _FROM])
-
-
-def rms(values: RealArray) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
+    return np.asarray((losses - measured)[CENTRES >= _FROM])
 
 
 def listed(values: tuple[float, ...]) -> str:
@@ -171,32 +164,30 @@ def page() -> str:
     direct, channels = walls()
     line = {"kind": "line", "spacing": 0.406, "periodic": True}
     screwed = {
-        (step, compliance): loss(direct, line | {"fasteners": step, "compliance": compliance})
+        (step, compliance): foretold(direct, line | {"fasteners": step, "compliance": compliance})
         for step in _STEPS
         for compliance in (0.0, *_OF_STUDS)
     }
     step, gives = min(screwed, key=lambda case: rms(off(screwed[case], DIRECT)))
     held = {
-        "no links": loss(direct),
-        "single": loss(direct, {"kind": "line", "spacing": 0.406}),
-        "all along": loss(direct, line),
+        "no links": foretold(direct),
+        "single": foretold(direct, {"kind": "line", "spacing": 0.406}),
+        "all along": foretold(direct, line),
         **{f"screws {step:g} m": screwed[step, 0.0] for step in _STEPS},
-        "single points": loss(direct, {"kind": "point", "spacing": 0.4}),
+        "single points": foretold(direct, {"kind": "point", "spacing": 0.4}),
         f"screws {step:g} m, {gives:g} m2/N": screwed[step, gives],
     }
     studs = 0.406  # m
     crossing = line | {"spacing": 0.61, "fasteners": studs}
-    tried = {compliance: loss(channels, crossing | {"compliance": compliance}) for compliance in _OF_CHANNELS}
+    tried = {compliance: foretold(channels, crossing | {"compliance": compliance}) for compliance in _OF_CHANNELS}
     best = min(tried, key=lambda compliance: rms(off(tried[compliance], CHANNELS)))
-    carried = {"no links": loss(channels), "rigid": loss(channels, crossing), f"{best:g} m2/N": tried[best]}
+    carried = {"no links": foretold(channels), "rigid": foretold(channels, crossing), f"{best:g} m2/N": tried[best]}
     low, middle = (CENTRES >= 100) & (CENTRES <= 250), (CENTRES >= 315) & (CENTRES <= 2000)
     short = (DIRECT - held["all along"])[middle]
     found = diagnosis()
-    mass = BOARD["density"] * BOARD["thickness"]
-    stiffness = BOARD["young_modulus"] * BOARD["thickness"] ** 3 / (12 * (1 - BOARD["poisson_ratio"] ** 2))
     return PAGE.format(
-        mass=mass, modulus=1e-9 * BOARD["young_modulus"], losses=BOARD["loss_factor"],
-        critical=dry_air().sound_speed ** 2 / (2 * np.pi) * np.sqrt(mass / stiffness),
+        mass=BOARD["density"] * BOARD["thickness"], modulus=1e-9 * BOARD["young_modulus"], losses=BOARD["loss_factor"],
+        critical=critical(BOARD),
         resistivity=1e-3 * WOOL["flow_resistivity"], width=SIZE.width, height=SIZE.height, first=_FROM,
         last=1e-3 * CENTRES[-1], direct=table(DIRECT, held), channels=table(CHANNELS, carried), compliance=best,
         stiffness=studs / best, step=step, direct_compliance=gives, steps=listed(_STEPS),

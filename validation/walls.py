@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -80,10 +83,10 @@ CASES = [
 ]  # fmt: skip
 
 
-def plate(studs: Studs) -> tuple[float, complex]:
+def plate(loss_factor: float, board: Mapping[str, Any] = BOARD) -> tuple[float, complex]:
     """Return mass per area and bending stiffness of a board."""
-    stiffness = BOARD["young_modulus"] * BOARD["thickness"] ** 3 / (12 * (1 - BOARD["poisson_ratio"] ** 2))
-    return BOARD["density"] * BOARD["thickness"], stiffness * (1 + 1j * studs.loss_factor)
+    stiffness = board["young_modulus"] * board["thickness"] ** 3 / (12 * (1 - board["poisson_ratio"] ** 2))
+    return board["density"] * board["thickness"], stiffness * (1 + 1j * loss_factor)
 
 
 def periodic(frequency: RealArray, studs: Studs) -> RealArray:
@@ -93,7 +96,7 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
     motions follow from two equations, with the air outside and the wool between; F from the difference of both motions
     at a stud, i w C F. With fasteners, in every harmonic along the studs, too.
     """
-    mass, stiffness = plate(studs)
+    mass, stiffness = plate(studs.loss_factor)
     omega = 2 * np.pi * frequency[:, None, None]
     k0 = omega / GAS.sound_speed
     nodes, weights = np.polynomial.legendre.leggauss(_THETAS)
@@ -103,16 +106,14 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
     ky = k0 * np.sqrt(square)[:, None] * np.sin(azimuth)
     density, bulk = miki(omega, GAS, flow_resistivity=RESISTIVITY)
     bending = float(np.max((mass * omega**2 / abs(stiffness)) ** 0.25))
-    most = int(np.ceil(4 * bending * studs.spacing / (2 * np.pi))) + 3
-    orders = [(n, 0) for n in range(-most, most + 1)]
-    if studs.fasteners is not None:
-        reach = [int(np.ceil(8 * bending * step / (2 * np.pi))) + 3 for step in (studs.spacing, studs.fasteners)]
-        orders = [(n, m) for n in range(-reach[0], reach[0] + 1) for m in range(-reach[1], reach[1] + 1)]
+    reach = bending * (4 if studs.fasteners is None else 8)
+    across = _harmonics(reach, studs.spacing)
+    along = [0.0] if studs.fasteners is None else _harmonics(reach, studs.fasteners)
+    orders = list(product(across, along))
 
-    def harmonic(n: int, m: int) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    def harmonic(n: float, m: float) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Return diagonal and other entry of the symmetric matrix, its determinant, and the air's impedance."""
-        r = ky + (0.0 if studs.fasteners is None else 2 * np.pi * m / studs.fasteners)
-        q = (kx + 2 * np.pi * n / studs.spacing) ** 2 + r**2
+        q = (kx + n) ** 2 + (ky + m) ** 2
         air = omega * GAS.density / _downwards(k0**2 - q)
         inside = _downwards(omega**2 * density / bulk - q)
         decay = np.exp(-1j * inside * DEPTH)
@@ -138,6 +139,12 @@ def periodic(frequency: RealArray, studs: Studs) -> RealArray:
     return np.asarray(tau @ weights / 2)
 
 
+def _harmonics(reach: float, step: float) -> list[float]:
+    """Return the wavenumbers by which harmonics of supports at equal steps differ from the wave that arrives."""
+    most = int(np.ceil(reach * step / (2 * np.pi))) + 3
+    return [2 * np.pi * n / step for n in range(-most, most + 1)]
+
+
 def _downwards(square: ComplexArray) -> ComplexArray:
     root = np.sqrt(np.asarray(square, dtype=complex))
     return np.asarray(np.where(root.imag > 0, -root, root))
@@ -160,16 +167,16 @@ def ours(frequency: RealArray, studs: Studs, *, alike: bool = False) -> tuple[Re
 
 def sharp_davy(frequency: RealArray, studs: Studs) -> RealArray:
     """Return the structure-borne tau of T. E. Vigran, Building Acoustics (2008), eq. (8.27), of two like leaves."""
-    mass, _ = plate(studs)
+    mass, _ = plate(studs.loss_factor)
     omega, c = 2 * np.pi * frequency, GAS.sound_speed
     g = 2 * mass * np.sqrt(2 * np.pi * critical())
     hindered = g**2 + (4 * omega**1.5 * mass**2 * c * studs.compliance - g) ** 2
     return np.asarray(64 * GAS.density**2 * c**3 / (hindered * studs.spacing * omega**2))
 
 
-def critical() -> float:
-    """Return the critical frequency of the boards, Hz."""
-    mass, stiffness = plate(Studs(1.0, 0.0, 0.0))
+def critical(board: Mapping[str, Any] = BOARD) -> float:
+    """Return the critical frequency of a board, Hz."""
+    mass, stiffness = plate(0.0, board)
     return float(GAS.sound_speed**2 / (2 * np.pi) * np.sqrt(mass / stiffness.real))
 
 
@@ -191,8 +198,8 @@ def row(studs: Studs) -> str:
     worst = int(np.argmax(np.abs(gap)))
     return (
         f"| {studs.spacing:g} | {studs.compliance:g} | {studs.loss_factor:g} | {_largest(alike):+.2f} | "
-        f"{_rms(gap):.1f} | {gap.mean():+.1f} | "
-        f"{gap[worst]:+.1f}, {centres[worst]:g} Hz | {_rms(gap[low]):.1f} | {_rms(simple):.1f} | {simple.mean():+.1f} |"
+        f"{rms(gap):.1f} | {gap.mean():+.1f} | "
+        f"{gap[worst]:+.1f}, {centres[worst]:g} Hz | {rms(gap[low]):.1f} | {rms(simple):.1f} | {simple.mean():+.1f} |"
     )
 
 
@@ -200,7 +207,8 @@ def _largest(values: RealArray) -> float:
     return float(values[np.argmax(np.abs(values))])
 
 
-def _rms(values: RealArray) -> float:
+def rms(values: RealArray) -> float:
+    """Return the root of the mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 

@@ -23,6 +23,8 @@ FOAM = {
     "young_modulus": 1e5, "loss_factor": 0.2, "poisson_ratio": 0.3,
 }  # fmt: skip
 AIR = {"type": "fluid", "thickness": 0.1}
+SKIN = {"type": "elastic_plate", "name": "skin", "thickness": 1e-5, "density": 1e-3, "young_modulus": 1e5,
+        "poisson_ratio": 0.0}  # fmt: skip
 WALL = [{"name": "front", **BOARD}, WOOL, {"name": "back", **BOARD}]
 LINES = LineLinks(between=("front", "back"), spacing=0.6, periodic=True)
 
@@ -87,9 +89,8 @@ def test_fasteners_far_from_each_other_are_points():
 
 def test_a_leaf_passes_the_force_of_fasteners_on():
     """Links in two pieces, a light leaf between, are one link that gives way as much as both."""
-    skin = {"type": "elastic_plate", "name": "skin", "thickness": 1e-5, "density": 1e-3, "young_modulus": 1e5}
     half = {**WOOL, "thickness": 0.035}
-    layers = [WALL[0], half, {**skin, "poisson_ratio": 0.0}, half, {**WALL[2], "thickness": 0.009}]
+    layers = [WALL[0], half, SKIN, half, {**WALL[2], "thickness": 0.009}]
     held = {"spacing": 0.6, "periodic": True, "fasteners": 0.5}
     both = [LineLinks(between=pair, compliance=2e-7, **held) for pair in (("front", "skin"), ("skin", "back"))]
     one = LineLinks(between=("front", "back"), compliance=4e-7, **held)
@@ -207,9 +208,8 @@ def test_the_room_may_begin_anywhere():
 
 
 def test_a_light_leaf_between_passes_the_force_on():
-    skin = {"type": "elastic_plate", "name": "skin", "thickness": 1e-5, "density": 1e-3, "young_modulus": 1e5}
     half = {**WOOL, "thickness": 0.035}
-    layers = [WALL[0], half, {**skin, "poisson_ratio": 0.0}, half, WALL[2]]
+    layers = [WALL[0], half, SKIN, half, WALL[2]]
     low = FREQUENCY[:2]
     both = [
         LineLinks(between=pair, spacing=0.6, compliance=2e-7, periodic=True)
