@@ -1,5 +1,7 @@
 """The law of softening with strain beside a rod whose equations of motion are integrated in time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import resample
@@ -7,8 +9,10 @@ from scipy.signal import resample
 from multilayer.diagnosis.effects.amplitude_softening import AmplitudeSoftening
 from multilayer.experiments.two_plate.burst import STRETCH_POWERS, BurstData
 from multilayer.experiments.two_plate.effects import Setting
+from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.softening import PronySeries, SofteningRod
+from tests.fits.test_joint import campaign_and_signals
 
 RATE, N, HEIGHT, DENSITY = 51200.0, 8192, 0.025, 60.0
 SERIES = PronySeries(np.array([2e5]), np.array([[6e4], [6e4]]), np.array([1e-3, 1e-4]))
@@ -76,3 +80,17 @@ def test_moments_between_the_powers_that_are_kept():
         strong = np.abs(base[bins]) > 0.3 * np.abs(base[bins]).max()
         np.testing.assert_allclose(found, expected, rtol=0.02)
         np.testing.assert_allclose(found[strong], expected[strong], rtol=3e-4)
+
+
+@pytest.mark.parametrize("centre", [180.0, 200.0, 215.0, 240.0])
+def test_the_strain_of_a_tone_at_a_resonance_between_the_bins(centre):
+    """The ratio bends sharply at a resonance of loss factor 0.15; its reciprocal does not."""
+    f = centre * np.linspace(0.82, 1.18, 6)
+    law, plate = 2.2e5 * (1 + 0.15j), 7.85
+    ratio = rod_transmissibility(f, law, DENSITY, HEIGHT, plate)
+    exact = rod_transmissibility(np.array([centre]), law, DENSITY, HEIGHT, plate)
+    data = ConfigurationData("", HEIGHT, f, np.zeros(6, dtype=int), ratio, np.ones(6), np.array([centre]))
+    campaign, _ = campaign_and_signals()
+    setting = Setting(campaign, replace(campaign.configurations[0], specimen_thickness=HEIGHT), data, np.zeros(6))
+    stretch = abs(exact[0] - 1) * campaign.burst.level_rms * np.sqrt(16 / 3) / (2 * np.pi * centre) ** 2
+    np.testing.assert_allclose(setting.burst_strain, stretch / HEIGHT, rtol=2e-3)
