@@ -42,6 +42,8 @@ class Shrinkage:
         Log predictive density of the held-out data with the hypothesis, without a constant of the data.
     noise : float
         What noise alone leaves of G: 1 where it is as large as stated.
+    n : float
+        Number of the data held out, each part of a complex one by itself.
     """
 
     before: float
@@ -49,12 +51,19 @@ class Shrinkage:
     held_out: str
     log_score: float = 0.0
     noise: float = 1.0
+    n: float = float("inf")
 
     @property
     def share(self) -> float:
         """``1 - (G_after - noise)+ / (G_before - noise)+``; 0 where there was no gap."""
         gap = self.before - self.noise
         return 0.0 if gap <= 0 else float(1 - max(self.after - self.noise, 0.0) / gap)
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the share of a right cause, by noise alone; infinite where there is no gap."""
+        gap = self.before - self.noise
+        return float(self.noise * np.sqrt(2 / self.n) / gap) if gap > 0 else float("inf")
 
 
 def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data]]]]:
@@ -110,7 +119,8 @@ def cross_validate(
     scores = [sum(part.log_score for part in parts) for parts in by_hypothesis]
     if before is None:
         before, gaps, scores = gaps[0], gaps[1:], scores[1:]
-    return [Shrinkage(before, gap, held_out, score, noise) for gap, score in zip(gaps, scores, strict=True)]
+    n = sum(part.residual.size for part in by_hypothesis[0])
+    return [Shrinkage(before, gap, held_out, score, noise, n) for gap, score in zip(gaps, scores, strict=True)]
 
 
 class _Prediction(NamedTuple):

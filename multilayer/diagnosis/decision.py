@@ -23,6 +23,7 @@ from multilayer.diagnosis.thresholds import (
     SECOND_SHARE,
     SECOND_TERM,
     SEEN_HELD_OUT,
+    SHRINKAGE_REACH,
     TIED,
 )
 
@@ -160,8 +161,18 @@ def _held_out_objection(
     if share is None:
         worse = best in shrinkages and shrinkages[best].after > SEEN_HELD_OUT
         return "held-out data are foretold worse than without" if worse else ""
-    least = LEAST_SHRINKAGE if comparison.several else LEAST_SHRINKAGE_ONE
+    least = _least_share(comparison, shrinkages[best])
     return f"the gap on held-out data shrinks by {100 * share:.0f} % only" if share < least else ""
+
+
+def _least_share(comparison: ModelComparison, shrinkage: Shrinkage) -> float:
+    """Return the shrinkage below which a cause is not named.
+
+    Few data, as of levels in bands, leave it a scatter: what noise makes of it once in twenty is no objection there.
+    """
+    least = LEAST_SHRINKAGE if comparison.several else LEAST_SHRINKAGE_ONE
+    decides = comparison.nominal.hypothesis.held_out_decides
+    return least if decides else least - SHRINKAGE_REACH * shrinkage.scatter
 
 
 def _objection_to_two(

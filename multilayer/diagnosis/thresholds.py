@@ -27,6 +27,9 @@ SEEN_HELD_OUT = 1.3  # chi-square per datum of the nominal model on held-out dat
 # of the gap on held-out configurations, and on bursts of a single one (seed 7: right ones 0.94 and above, wrong ones
 # 0.72 and below)
 LEAST_SHRINKAGE, LEAST_SHRINKAGE_ONE = 0.9, 0.8
+# standard deviations of that shrinkage by noise that are no objection, of tubes and levels: once in twenty (seed 31000
+# of the blind check of walls: four right causes missed it by 1 to 4 % at gaps where it scatters by as much)
+SHRINKAGE_REACH = 1.645
 FULL_SHRINKAGE = 0.95  # shrinkage on held-out data above which a misfit that remains of a huge gap is no objection
 FULL_FIT = 0.98  # share of the gap explained in the fit, above which LEAST_SHRINKAGE suffices for that
 FIT_P = 0.001  # least p-value of the misfit (with TOLERANCE), of stated quantities, of sizes and of laws, each

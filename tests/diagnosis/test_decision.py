@@ -120,6 +120,23 @@ def test_something_unknown_is_no_sum_of_effects():
     assert (decision.verdict, decision.best) == ("unknown", UNKNOWN)
 
 
+@pytest.mark.parametrize(
+    ("decides", "n", "verdict"), [(False, 30, "effect"), (False, 999, "unknown"), (True, 30, "unknown")]
+)
+def test_few_levels_leave_the_shrinkage_a_scatter(monkeypatch, decides, n, verdict):
+    """86 % of a gap of ten times the noise: within 1.6 standard deviations of 90 % for 30 data, and not for many."""
+    names = ("channel_gain",)
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
+    monkeypatch.setattr(type(nominal.hypothesis), "held_out_decides", decides)
+    evidence = {(): -1000.0, names: -10.0, UNKNOWN: -500.0}
+    comparison = ModelComparison(nominal, fitted, evidence, 1)
+    shrinkage = Shrinkage(11.0, 2.4, "all", n=n)
+    assert shrinkage.scatter == pytest.approx(np.sqrt(2 / n) / 10)
+    decision = decide(comparison, {names: shrinkage})
+    assert decision.verdict == verdict, decision.reason
+
+
 def test_two_effects_at_one_place_count_once_there():
     both = ("skin", "delamination")
     fitted = SimpleNamespace(hypothesis=SimpleNamespace(effects=[EFFECTS[name]() for name in both]))
