@@ -1,7 +1,5 @@
 """The law of softening with strain beside a rod whose equations of motion are integrated in time."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.signal import resample
@@ -91,6 +89,8 @@ def test_the_strain_of_a_tone_at_a_resonance_between_the_bins(centre):
     exact = rod_transmissibility(np.array([centre]), law, DENSITY, HEIGHT, plate)
     data = ConfigurationData("", HEIGHT, f, np.zeros(6, dtype=int), ratio, np.ones(6), np.array([centre]))
     campaign, _ = campaign_and_signals()
-    setting = Setting(campaign, replace(campaign.configurations[0], specimen_thickness=HEIGHT), data, np.zeros(6))
+    setting = Setting(
+        campaign, campaign.configurations[0].model_copy(update={"specimen_thickness": HEIGHT}), data, np.zeros(6)
+    )
     stretch = abs(exact[0] - 1) * campaign.burst.level_rms * np.sqrt(16 / 3) / (2 * np.pi * centre) ** 2
     np.testing.assert_allclose(setting.burst_strain, stretch / HEIGHT, rtol=2e-3)
