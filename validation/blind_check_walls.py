@@ -79,18 +79,18 @@ FOREIGN = {"tilted_reading": "reading", "resonant_path": "beside", "one_wrong": 
 
 
 REASONS = {  # by the first seed: what was seen in its answers
-    32000: """Of seed 30000, the first that was drawn, 25 of 38 known effects were named first, 35 places were right and 23 of 30
-effects of no library told as unknown; of seed 31000, by laws that are held for right to 15 %, 35 of 45, 43 places and
-26 of 29. Four of the ten that 31000 missed had a shrinkage on held-out data of 84 to 89 % in place of 90 %, of gaps
-where noise alone scatters that share by some per cent; that scatter is allowed for since, and nothing else was
-changed. Answers of both seeds are development data.
+    32000: """Of seed 30000, the first that was drawn, 25 of 38 known effects were named first, 35 places were right and
+23 of 30 effects of no library told as unknown; of seed 31000, by laws that are held for right to 15 %, 35 of 45,
+43 places and 26 of 29. Four of the ten that 31000 missed had a shrinkage on held-out data of 84 to 89 % in
+place of 90 %, of gaps where noise alone scatters that share by some per cent; that scatter is allowed for
+since, and nothing else was changed. Answers of both seeds are development data.
 
-Of the six causes that are not named first, two masses of boards are told as a group with two effects at once, which
-foretell the wall that is left out as well; two foretell it too badly; one is told together with damping at the edges,
-which does the same; and one is no gap by its misfit. Places are missed with these. The five deleted effects that are
-blamed on another one are losses and damping at the edges, for each other, and a limit angle or a mass for a stiffness
-of the boards: laws of a library that resemble the missing one in all three walls. No effect that was never in the
-library is blamed on an innocent.""",
+Of the six causes that are not named first, two masses of boards are told as a group with two effects at once,
+which foretell the wall that is left out as well; two foretell it too badly; one is told together with damping
+at the edges, which does the same; and one is no gap by its misfit. Places are missed with these. The five
+deleted effects that are blamed on another one are losses and damping at the edges, for each other, and a
+limit angle or a mass for a stiffness of the boards: laws of a library that resemble the missing one in all
+three walls. No effect that was never in the library is blamed on an innocent.""",
 }
 
 

@@ -77,6 +77,8 @@ estimate and the independence of the bins.
 Without a model error the noise is small, and an approximation of the joint problem then shows in the false alarms, for
 soft or little damped samples: a ring-down that goes on at the end of the record, below the 2 % of its maximum from
 which a burst is left out. A model error of 0.2 % covers it in nearly all campaigns.
+
+Where more hold than the bounds allow, intervals are wider than they need be: on the safe side, and not right.
 """
 
 
