@@ -8,7 +8,8 @@ matrix, from which each open rim releases its part.
 
 Accuracy: without open rims the forces are those of a rod to 3e-3 up to x = 30 (a height of 0.9 wavelengths). With them
 a plate moves as on full finite elements within 1 % of its largest motion, with a rim that is wider by 0.0015 radii, for
-the mesh is uniform where the edge of the bond concentrates the stress.
+the mesh is uniform where the edge of the bond concentrates the stress; at each frequency up to x = 50 within 3 % of its
+motion there.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _MODES = 20  # with both faces held, symmetric and antisymmetric ones each
 _MOMENTS = 6  # further motions inside, that follow from a plate's
 _INNER = _MODES + _MOMENTS
 _POLES = 40  # of a disc with open rims
-_KEPT = 10  # of these, with the largest residues; the others as a power series
+_KEPT = 20  # of these, with the largest residues; the others as a power series
 _NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
 
 

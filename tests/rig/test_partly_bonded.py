@@ -54,6 +54,24 @@ def test_it_moves_a_plate_as_full_finite_elements_do(radius, thickness, ratio, r
         assert np.abs(moved - expected).max() < 0.1 * np.abs(nominal - expected).max()
 
 
+def test_a_thick_soft_sample_at_every_frequency():
+    """Up to 1.3 wavelengths of height, where the plate moves by a hundredth of its largest motion."""
+    radius, thickness, rim = 0.0225, 0.04, 0.15
+    rig = TwoPlateRig(
+        radius, thickness, 60.0, 0.0, 2e-3, plate_modulus=2.1e13, bonded_fraction=(1 - rim) ** 2, open_faces="top"
+    )
+    modulus = 1.5e5 * (1 + 0.3j)
+    expected = rig.transmissibility(F, modulus)
+    omega = 2 * np.pi * F
+    x = 60.0 * (omega * thickness) ** 2 / modulus
+    disc = partly_bonded_disc(0.0, radius / (2 * thickness))
+    top, base = disc.stiffness(x, NONE + rim + 0.0015, NONE)
+    moved = -base[0] / (top[0] - omega**2 * 7850 * 2e-3 * thickness / modulus)
+    assert np.abs(x).max() > 50
+    assert np.abs(expected).min() < 0.01 * np.abs(expected).max()
+    np.testing.assert_allclose(moved, expected, rtol=0.03)
+
+
 @given(
     st.floats(0.0, WIDEST_RIM - 0.05),
     st.floats(0.0, 0.05),

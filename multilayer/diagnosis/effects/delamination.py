@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, between, positive, signed
+from multilayer.diagnosis.effects.plate_flexure import bending, share_of_open_rim
 from multilayer.rig.partly_bonded import WIDEST_RIM
+
+# what of the bending by even pressure the pressure at the edge of the bond takes back: all of it for a narrow rim, less
+# by e for a rim of as many radii
+_NEAR_EDGE = 0.25
 
 
 class Delamination(Effect):
@@ -13,10 +19,13 @@ class Delamination(Effect):
 
     The disc with its open rims is one of finite elements, reduced to a few dozen modes (`rig.partly_bonded`): exact for
     any height over the radius and any frequency, within 1 % of the transmissibility's largest value. Widths of the rim
-    may rise or fall from the first to the last configuration.
+    may rise or fall from the first to the last configuration. The top plate, which hangs over, bends.
 
-    Limits: the bonded part is a circle about the axis. Glue and a spring beside the sample are taken in exactly where
-    both faces are open alike, a skin as a change of the modulus.
+    Limits: the bonded part is a circle about the axis, and what is open is not worn: a rim that is cut away to 6 % of
+    the height acts as one that is wider by a quarter. The bond presses the plate more at its edge, by a formula that
+    gives the bending of finite elements below the sample's resonances within a tenth of what even pressure would cause.
+    Glue and a spring beside the sample are taken in exactly where both faces are open alike, a skin as a change of the
+    modulus.
     """
 
     name = "delamination"
@@ -34,7 +43,17 @@ class Delamination(Effect):
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Return the chain with open rims."""
-        names = [configuration.name for configuration in setting.campaign.configurations]
-        place = 2 * names.index(setting.configuration.name) / (len(names) - 1) - 1 if len(names) > 1 else 0.0
-        rim = values["open_rim"] * np.exp(place * values["trend"])
-        return chain.with_(open_rim=(rim, values["at_base"]))
+        return chain.with_(open_rim=(_rim(setting, values), values["at_base"]))
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        """Return the motion in the centre of a plate that bends."""
+        rim = _rim(setting, values)
+        evenly = share_of_open_rim(rim, setting.campaign.top_plate.poisson_ratio)
+        return motion * bending(setting, evenly * (1 - np.exp(-rim / _NEAR_EDGE)))
+
+
+def _rim(setting: Setting, values: Values) -> RealArray:
+    """Return the width of the open rim of a configuration, as a share of the radius."""
+    names = [configuration.name for configuration in setting.campaign.configurations]
+    place = 2 * names.index(setting.configuration.name) / (len(names) - 1) - 1 if len(names) > 1 else 0.0
+    return np.clip(values["open_rim"] * np.exp(place * values["trend"]), 0.0, WIDEST_RIM)
