@@ -114,9 +114,7 @@ SAMPLES = Bound(1_000_000, "samples within tolerances", "percentiles are known t
 SOLVES = Bound(
     10**12, "solves of a layer at one frequency and angle", "1 µs each at best: beyond lie weeks of one core", True
 )
-RESULT_BYTES = Bound(
-    4 * 10**9, "bytes of memory that a simulation needs", "what a laptop has, all samples of a case are held", True
-)
+RESULT_BYTES = Bound(4 * 10**9, "bytes of memory that a simulation needs", "what a laptop has", True)
 ACROSS_PANEL = Bound(
     100_000, "radians of phase across a finite panel", "8000 wavelengths there and back; 1 ms at each frequency", True
 )

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from importlib import import_module
+from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -27,6 +28,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 CONNECT_SECONDS = 10
+_MOST_RUNNING = 512  # tasks with an executor at a time
 STALLED_SECONDS = 60  # processes that have computed nothing for so long, with tasks left, wait for each other
 MOST_JOBS = 64  # or four to a processor, where these are more
 _FILES, _FILES_PER_JOB = 32, 4  # that a process opens, at most, without a pool and for each of its processes
@@ -101,33 +103,42 @@ def _lost_workers(reasons: list[Exception], n_tasks: int) -> str:
 
 
 def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor) -> Iterator[tuple[int, Any]]:
-    """Give index and result of each task as they arrive; an exception where the executor failed."""
+    """Give index and result of each task as they arrive; an exception where the executor failed.
+
+    Only so many tasks are with the executor at a time: what it has done and nobody has taken yet is held in memory.
+    """
+    waiting = iter(enumerate(tasks))
     running: dict[Future[R], int] = {}
     try:
-        for index, task in enumerate(tasks):
-            try:
-                running[_submit(executor, function, task)] = index
-            except Exception as error:  # a pool that has broken takes no more
-                yield index, error
-        for future in _completed(running, executor):
-            try:
-                yield running[future], future.result()
-            except MultilayerError:
-                raise
-            except Exception as error:
-                yield running[future], error
+        while True:
+            for index, task in islice(waiting, _MOST_RUNNING - len(running)):
+                try:
+                    running[_submit(executor, function, task)] = index
+                except Exception as error:  # a pool that has broken takes no more
+                    yield index, error
+            if not running:
+                return
+            for future in _done(running, executor):
+                index = running.pop(future)
+                try:
+                    yield index, future.result()
+                except MultilayerError:
+                    raise
+                except Exception as error:
+                    yield index, error
     finally:
         for future in running:
             future.cancel()
 
 
-def _completed(running: Collection[Future[R]], executor: Executor) -> Iterator[Future[R]]:
-    """Give futures as they are done; processes of a pool that wait for ever are ended, whose tasks have failed then."""
-    left, before = set(running), None
-    while left:
-        done, left = wait(left, STALLED_SECONDS, FIRST_COMPLETED)
-        yield from done
-        used = None if done else _processor_time(executor)
+def _done(running: Collection[Future[R]], executor: Executor) -> set[Future[R]]:
+    """Return futures that are done; processes of a pool that wait for ever are ended, whose tasks have failed then."""
+    before = None
+    while True:
+        done, _ = wait(running, STALLED_SECONDS, FIRST_COMPLETED)
+        if done:
+            return done
+        used = _processor_time(executor)
         if used is not None and used == before:
             _end(executor)
         before = used

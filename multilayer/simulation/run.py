@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,20 +10,20 @@ from warnings import warn
 
 import numpy as np
 
-from multilayer.arrays import RealArray
 from multilayer.bounds import RESULT_BYTES, SOLVES, counted
 from multilayer.errors import ValidityWarning
-from multilayer.executors import run_all
+from multilayer.executors import as_done
 from multilayer.log import LOGGER
 from multilayer.response.chunks import POINTS
 from multilayer.simulation.bands import Grid, grid_of
 from multilayer.simulation.batches import batches, run_batch
 from multilayer.simulation.file import Case, SimulationFile, load_simulation
+from multilayer.simulation.percentiles import Percentiles, bytes_kept
 from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
 from multilayer.simulation.settings import DiffuseIncidence
 from multilayer.simulation.single_numbers import ratings
-from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
+from multilayer.simulation.tasks import Arrays, Task, refuse_unsound
 from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
@@ -34,6 +34,8 @@ _WAVENUMBERS_OF_EXCITATION = 200
 _WAVENUMBERS_OF_FREE_WAVES = 400
 _WAVENUMBERS_OF_DUCT = 2700
 _BYTES_OF_RESULT = 96  # all quantities at one frequency, once more where they are put together
+_COLUMNS = 6  # of which there are percentiles
+_BYTES_OF_DRAW = 16  # of a field, and its copy in a task
 _BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
 
@@ -87,7 +89,8 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         angles += _WAVENUMBERS_OF_DUCT if file.duct is not None else 0
         points, layers = grid.points.size * angles, len(file.layers)
         solves += points * layers * (1 + samples)
-        held += len(grid.frequency) * _BYTES_OF_RESULT * (1 + samples)
+        held += len(grid.frequency) * (_BYTES_OF_RESULT + _COLUMNS * bytes_kept(samples, len(PERCENTILES)))
+        held += samples * len(file.scatter) * _BYTES_OF_DRAW
         # samples are not cut into pieces along the frequencies
         alone = min(points, POINTS // max(1, layers // 50))
         cases = _points_at_once(layers) if len(simulation.cases) > 1 else 0
@@ -154,53 +157,53 @@ def run(
         When an executor failed on some tasks, which were then computed here.
     """
     cases = plan.simulation.cases
-
     together = batches(plan.tasks, [*cases[0].values], cases_at_once(plan))
     first = np.cumsum([0, *(len(batch.tasks) for batch in together)])
-
-    def done(index: int) -> None:
-        if progress is not None:
-            for task in range(first[index], first[index + 1]):
-                progress(cases[plan.case_of[task]].label)
-
-    outcomes = [outcome for batch in run_all(run_batch, together, executor, done) for outcome in batch]
-    for task, outcome in zip(plan.tasks, outcomes, strict=True):
-        refuse_unsound(task, outcome, plan.grid.frequency)
-    _warn_once(plan.tasks, outcomes)
-    grouped: list[list[Outcome]] = [[] for _ in cases]
-    for outcome, i in zip(outcomes, plan.case_of, strict=True):
-        grouped[i].append(outcome)
+    nominal: dict[int, Arrays] = {}
+    scatter: list[dict[str, Percentiles]] = [{} for _ in cases]
+    warned: dict[int, tuple[str, ...]] = {}
+    for index, outcomes in as_done(run_batch, together, executor):
+        for i, outcome in enumerate(outcomes, first[index]):
+            task, case = plan.tasks[i], plan.case_of[i]
+            refuse_unsound(task, outcome, plan.grid.frequency)
+            if outcome.warnings:
+                warned[i] = outcome.warnings
+            if task.samples:
+                _add(scatter[case], outcome.quantities)
+            else:
+                nominal[case] = outcome.quantities
+            if progress is not None:
+                progress(cases[case].label)
+    _warn_once(plan.tasks, dict(sorted(warned.items())))
     return SimulationResult(
         plan.name,
         plan.grid.frequency,
         plan.grid.bands,
-        tuple(_case_result(case, group, plan.grid) for case, group in zip(cases, grouped, strict=True)),
+        tuple(_case_result(case, nominal[i], scatter[i], plan.grid) for i, case in enumerate(cases)),
         plan.simulation.to_dict(),
     )
 
 
-def _warn_once(tasks: Sequence[Task], outcomes: Sequence[Outcome]) -> None:
+def _add(percentiles: dict[str, Percentiles], quantities: Arrays) -> None:
+    """Take samples of all quantities into the percentiles of their columns."""
+    for name, values in columns_of(quantities).items():
+        percentiles.setdefault(name, Percentiles(PERCENTILES)).add(values)
+
+
+def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> None:
     """Warn of the nominal cases' warnings; of one of the samples' only where the nominal cases have none."""
     texts: dict[bool, dict[str, None]] = {True: {}, False: {}}
-    for task, outcome in zip(tasks, outcomes, strict=True):
-        texts[not task.samples].update(dict.fromkeys(outcome.warnings))
+    for i, warnings in warned.items():
+        texts[not tasks[i].samples].update(dict.fromkeys(warnings))
     of_samples = [f"within the tolerances, {text}" for text in list(texts[False])[:1]]
     for text in list(texts[True]) or of_samples:
         warn(text, ValidityWarning, stacklevel=3)
 
 
-def _case_result(case: Case, outcomes: Sequence[Outcome], grid: Grid) -> CaseResult:
-    nominal, *chunks = (outcome.quantities for outcome in outcomes)
+def _case_result(case: Case, nominal: Arrays, scatter: Mapping[str, Percentiles], grid: Grid) -> CaseResult:
+    percentiles = {name: of_column.result() for name, of_column in scatter.items()}
     impedance = case.simulation.ambient.gas.impedance
-    return CaseResult(case.label, case.shown, impedance, nominal, _percentiles(chunks), ratings(nominal, grid))
-
-
-def _percentiles(chunks: Sequence[Arrays]) -> dict[str, RealArray]:
-    if not chunks:
-        return {}
-    samples = {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
-    with np.errstate(invalid="ignore"):  # infinite values beside each other
-        return {name: np.percentile(values, PERCENTILES, axis=0) for name, values in columns_of(samples).items()}
+    return CaseResult(case.label, case.shown, impedance, nominal, percentiles, ratings(nominal, grid))
 
 
 def simulate(
