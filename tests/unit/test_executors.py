@@ -226,3 +226,29 @@ class TestLimits:
         assert done.returncode == 2
         assert "--jobs 2 needs 40 open files, and the system allows 20; allow more" in done.stderr
         assert list(tmp_path.iterdir()) == []
+
+
+class Hoarder(Executor):
+    """Does nothing until somebody waits, and counts what it holds."""
+
+    def __init__(self):
+        self.held, self.most = [], 0
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        self.held.append((future, function, arguments))
+        self.most = max(self.most, len(self.held))
+        return future
+
+    def work(self, futures, *_):
+        future, function, arguments = self.held.pop()  # the last first
+        future.set_result(function(*arguments))
+        return {future}, set(futures) - {future}
+
+
+def test_an_executor_holds_few_tasks_at_a_time(monkeypatch):
+    executor = Hoarder()
+    monkeypatch.setattr(executors, "wait", executor.work)
+    n = 3 * executors._MOST_RUNNING
+    assert run_all(square, list(range(n)), executor, ignore) == [x * x for x in range(n)]
+    assert executor.most == executors._MOST_RUNNING
