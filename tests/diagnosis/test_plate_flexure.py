@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import roots_jacobi
 
+from multilayer.diagnosis.effects.delamination import share_in_centre
 from multilayer.diagnosis.effects.plate_flexure import share_of_open_rim
+from multilayer.rig import TwoPlateRig
 
 FIRST = 9.08**2  # of the share: the deflection is in units of m w^2 R^4 / D
 
@@ -27,3 +29,21 @@ def test_deflection_of_a_free_disc_by_rayleigh_and_ritz(rim, poisson_ratio):
     amounts = np.linalg.solve(energy, work)
     centre_over_mean = -np.sum(amounts / (powers + 1))
     assert float(share_of_open_rim(np.array(rim), poisson_ratio)) / FIRST == pytest.approx(centre_over_mean, rel=2e-3)
+
+
+@pytest.mark.parametrize("rim", [0.1, 0.2, 0.35])
+@pytest.mark.parametrize("thickness", [0.0125, 0.025])
+def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness, rim):
+    """A plate of steel beside a rigid one; within a fifth of the bending by even pressure."""
+    f, radius, plate = np.array([300.0, 600.0]), 0.0225, 1e-3
+    elastic, rigid = (
+        TwoPlateRig(
+            radius, thickness, 60.0, 0.0, plate, plate_modulus=modulus, bonded_fraction=(1 - rim) ** 2, open_faces="top"
+        ).transmissibility(f, 2e5 * (1 + 0.2j))
+        for modulus in (2.1e11, 2.1e14)
+    )
+    stiffness = 2.1e11 * plate**3 / (12 * (1 - 0.3**2))
+    ratio = (2 * np.pi * f) ** 2 * radius**4 * 7850 * plate / stiffness / FIRST
+    share = (elastic / rigid - 1) * (1 - ratio) / ratio
+    even = share_of_open_rim(np.array(rim), 0.3)
+    assert np.abs(share - share_in_centre(np.array(rim), 0.3)).max() < 0.2 * abs(even)
