@@ -34,7 +34,7 @@ def test_deflection_of_a_free_disc_by_rayleigh_and_ritz(rim, poisson_ratio):
 @pytest.mark.parametrize("rim", [0.1, 0.2, 0.35])
 @pytest.mark.parametrize("thickness", [0.0125, 0.025])
 def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness, rim):
-    """A plate of steel beside a rigid one; within a fifth of the bending by even pressure."""
+    """A plate of steel beside a rigid one; within a quarter of the bending by even pressure."""
     f, radius, plate = np.array([300.0, 600.0]), 0.0225, 1e-3
     elastic, rigid = (
         TwoPlateRig(
@@ -46,4 +46,4 @@ def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness,
     ratio = (2 * np.pi * f) ** 2 * radius**4 * 7850 * plate / stiffness / FIRST
     share = (elastic / rigid - 1) * (1 - ratio) / ratio
     even = share_of_open_rim(np.array(rim), 0.3)
-    assert np.abs(share - share_in_centre(np.array(rim), 0.3)).max() < 0.2 * abs(even)
+    assert np.abs(share - share_in_centre(np.array(rim), 0.3)).max() < 0.25 * abs(even)

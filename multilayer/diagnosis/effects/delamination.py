@@ -23,7 +23,7 @@ class Delamination(Effect):
 
     Limits: the bonded part is a circle about the axis, and what is open is not worn: a rim that is cut away to 6 % of
     the height acts as one that is wider by a quarter. The bond presses the plate more at its edge, by a formula that
-    gives the bending of finite elements below the sample's resonances within a fifth of what even pressure would cause.
+    gives the bending of finite elements below the sample's resonances within a quarter of what even pressure would cause.
     Glue and a spring beside the sample are taken in exactly where both faces are open alike, a skin as a change of the
     modulus.
     """
@@ -53,7 +53,7 @@ class Delamination(Effect):
 
 def share_in_centre(rim: RealArray, poisson_ratio: float) -> RealArray:
     """Return the share of the plate's first mode in its centre, of a sample with an open rim."""
-    return share_of_open_rim(rim, poisson_ratio) * (1 - np.exp(-rim / _NEAR_EDGE))
+    return np.asarray(share_of_open_rim(rim, poisson_ratio) * (1 - np.exp(-rim / _NEAR_EDGE)))
 
 
 def _rim(setting: Setting, values: Values) -> RealArray:
