@@ -23,9 +23,9 @@ class Delamination(Effect):
 
     Limits: the bonded part is a circle about the axis, and what is open is not worn: a rim that is cut away to 6 % of
     the height acts as one that is wider by a quarter. The bond presses the plate more at its edge, by a formula that
-    gives the bending of finite elements below the sample's resonances within a quarter of what even pressure would cause.
-    Glue and a spring beside the sample are taken in exactly where both faces are open alike, a skin as a change of the
-    modulus.
+    gives the bending of finite elements below the sample's resonances within a quarter of what even pressure would
+    cause. Glue and a spring beside the sample are taken in exactly where both faces are open alike, a skin as a change
+    of the modulus.
     """
 
     name = "delamination"
