@@ -78,7 +78,9 @@ Without a model error the noise is small, and an approximation of the joint prob
 soft or little damped samples: a ring-down that goes on at the end of the record, below the 2 % of its maximum from
 which a burst is left out. A model error of 0.2 % covers it in nearly all campaigns.
 
-Where more hold than the bounds allow, intervals are wider than they need be: on the safe side, and not right.
+Where more hold than the bounds allow, intervals are wider than they need be: on the safe side, and not right. With a
+model error that is partly so as the fit takes a hundredth of its variance for uncorrelated from bin to bin, which
+errors drawn here are not.
 """
 
 

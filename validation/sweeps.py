@@ -15,6 +15,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from multilayer.response import plane_wave
 from multilayer.simulation.batches import Batch, batches, run_batch
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.result import SimulationResult
@@ -82,6 +83,17 @@ def row(name: str, grid: str) -> str:
     return f"| {name} | {grid} | {' | '.join([*times[:2], gains[0], *times[2:], gains[1]])} | {off:.0e} |"
 
 
+def like_layers(pairs: int) -> str:
+    """Return the row of a stack of so many like pairs of layers."""
+    made = stack(*[layer for _ in range(pairs) for layer in ((FOAM, 0.01), (ALUMINIUM, 1e-3))])
+    frequency = np.linspace(100.0, 5000.0, 300)
+    together, one = seconds(lambda: plane_wave(made, frequency, 45.0))
+    with patch("multilayer.response.system._all_but_name", id):
+        apart, other = seconds(lambda: plane_wave(made, frequency, 45.0))
+    off = float(np.max(np.abs(one.absorption - other.absorption)))
+    return f"| {2 * pairs} | {1e3 * apart:.0f} | {1e3 * together:.0f} | {apart / together:.1f} | {off:.0e} |"
+
+
 def main() -> None:
     """Measure and print the page."""
     threads = os.environ.get("OMP_NUM_THREADS", "not set")
@@ -105,6 +117,15 @@ def main() -> None:
         "",
         "What is left of responses of many frequencies (a third octave has 21) is the arithmetic of every point, and "
         "of simulations what each case has of its own: ratings and text.",
+        "",
+        "## Layers that are alike",
+        "",
+        "Foam of 10 mm and aluminium of 1 mm in turns, a plane wave at 45 degrees, 300 frequencies: the matrices of "
+        "like layers made once, and of each by itself.",
+        "",
+        "| layers | apart, ms | once, ms | gain | difference |",
+        "|---|---|---|---|---|",
+        *(like_layers(pairs) for pairs in (1, 2, 5, 20, 100)),
     ]
     print("\n".join(lines))  # noqa: T201
 

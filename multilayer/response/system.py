@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, Problem
+from multilayer.layers.base import Layer
 from multilayer.matrix.couplings import CouplingError, couple
+from multilayer.matrix.faces import Faces
 from multilayer.matrix.families import FLUID
 from multilayer.matrix.solve import HalfSpace, Port, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
 from multilayer.paths import extremes
 from multilayer.stack import FluidHalfSpace, Stack
+
+_PLAIN = (str, bool, int, float, complex, type(None))
 
 
 def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: Port | None = None) -> System:
@@ -35,10 +40,14 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     InputError
         When the numbers of a layer overflow, or divide by nothing.
     """
-    layers = []
+    layers: list[Faces] = []
+    like: dict[tuple[Any, ...], Faces] = {}  # layers of the same fields have the same matrices
     for i, layer in enumerate(stack.at_rest(on_base=isinstance(head, Wall))):
         try:
-            layers.append(layer.faces(wave).computed)
+            key = _all_but_name(layer)
+            if key not in like:
+                like[key] = layer.faces(wave).computed
+            layers.append(like[key])
         except (ArithmeticError, np.linalg.LinAlgError) as error:  # of single numbers; arrays become inf or nan
             if not has_extremes(stack):  # then its formulae are wrong, perhaps a plugin's
                 raise
@@ -54,6 +63,13 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     if tail is None:
         return System(head, layers, _tail(stack, wave), interfaces)
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
+
+
+def _all_but_name(layer: Layer) -> tuple[Any, ...]:
+    """Return what tells a layer's response from that of others: plain fields by value, all else by identity."""
+    fields = (value for name, value in vars(layer).items() if name != "name")
+    plain = (value if isinstance(value, _PLAIN) else id(value) for value in fields)
+    return type(layer), *plain, id(layer) if layer.__pydantic_private__ else None
 
 
 def behind_gas(stack: Stack, wave: Wave) -> System:
