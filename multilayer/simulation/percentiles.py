@@ -34,7 +34,7 @@ class Percentiles:
 
     def __init__(self, percents: Sequence[float]) -> None:
         self._percents, self._shares = list(percents), [percent / 100 for percent in percents]
-        self._n, self._next = 0, 2 * _FIRST
+        self._n = self._next = 0
         self._waiting: list[RealArray] = []
         self._n_waiting = 0
         self._parts: list[_OrderStatistics] = []
@@ -56,7 +56,7 @@ class Percentiles:
             values = np.where(nan, 0.0, values)
         if not self._parts:
             self._parts = [_OrderStatistics.of(values, *self._ranks(share)) for share in self._shares]
-            self._is_nan = np.any(nan, axis=0)
+            self._is_nan, self._next = np.any(nan, axis=0), 2 * self._n
             return
         self._is_nan |= np.any(nan, axis=0)
         is_due = self._n >= self._next
@@ -144,10 +144,14 @@ class _OrderStatistics:
         found = np.where((index < 0) & (index >= -self._at_lower), self._lower, found)
         return np.where((index >= inside) & (index < inside + self._at_upper), self._upper, found)
 
+    def _of_rank_or(self, rank: int, bound: RealArray) -> RealArray:
+        found = self.of_rank(rank)
+        return np.where(np.isnan(found), bound, found)
+
     def narrow(self, low: int, high: int, n: int) -> None:
-        """Drop what lies outside of two ranks, of n values so far; ranks beyond these leave a bound."""
-        lower = self._lower if low <= 0 else self.of_rank(low)
-        upper = self._upper if high >= n - 1 else self.of_rank(high)
+        """Drop what lies outside of two ranks, of n values so far; ranks beyond these, or dropped, leave a bound."""
+        lower = self._lower if low <= 0 else self._of_rank_or(low, self._lower)
+        upper = self._upper if high >= n - 1 else self._of_rank_or(high, self._upper)
         first = self._sorted()
         values, places = self._values[0], self._places[0]
         starts = first[:-1]

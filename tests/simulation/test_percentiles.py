@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from multilayer.simulation.percentiles import Percentiles, bytes_kept
@@ -36,7 +36,8 @@ def test_they_are_those_of_all_values_at_once(kind, n):
     np.testing.assert_array_equal(in_pieces(values, [50] * (n // 50)).result(), expected)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=100, deadline=None)
+@example([3410, 686], 2, 3)
 @given(st.lists(st.integers(1, 9000), max_size=6), st.integers(0, 5), st.integers(0, 1000))
 def test_pieces_of_any_size_of_values_with_ties(sizes, digits, seed):
     values = np.round(np.random.default_rng(seed).normal(size=(sum(sizes) + 30_000, 2)), digits)
