@@ -8,11 +8,11 @@ import pickle
 import re
 import signal
 import sys
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from importlib import import_module
-from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -107,17 +107,16 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
 
     Only so many tasks are with the executor at a time: what it has done and nobody has taken yet is held in memory.
     """
-    waiting = iter(enumerate(tasks))
+    waiting = deque(enumerate(tasks))
     running: dict[Future[R], int] = {}
     try:
-        while True:
-            for index, task in islice(waiting, _MOST_RUNNING - len(running)):
+        while waiting or running:
+            while waiting and len(running) < _MOST_RUNNING:
+                index, task = waiting.popleft()
                 try:
                     running[_submit(executor, function, task)] = index
                 except Exception as error:  # a pool that has broken takes no more
                     yield index, error
-            if not running:
-                return
             for future in _done(running, executor):
                 index = running.pop(future)
                 try:
@@ -134,7 +133,7 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
 def _done(running: Collection[Future[R]], executor: Executor) -> set[Future[R]]:
     """Return futures that are done; processes of a pool that wait for ever are ended, whose tasks have failed then."""
     before = None
-    while True:
+    while running:
         done, _ = wait(running, STALLED_SECONDS, FIRST_COMPLETED)
         if done:
             return done
@@ -142,6 +141,7 @@ def _done(running: Collection[Future[R]], executor: Executor) -> set[Future[R]]:
         if used is not None and used == before:
             _end(executor)
         before = used
+    return set()
 
 
 def _processor_time(executor: Executor) -> float | None:

@@ -252,3 +252,9 @@ def test_an_executor_holds_few_tasks_at_a_time(monkeypatch):
     n = 3 * executors._MOST_RUNNING
     assert run_all(square, list(range(n)), executor, ignore) == [x * x for x in range(n)]
     assert executor.most == executors._MOST_RUNNING
+
+
+def test_a_pool_that_takes_nothing_is_told_with_all_its_tasks():
+    n = 2 * executors._MOST_RUNNING
+    with pytest.warns(LostWorkerWarning, match=f"failed on {n} of {n} tasks"):
+        assert run_all(square, list(range(n)), Forgetful(0), ignore) == [x * x for x in range(n)]
