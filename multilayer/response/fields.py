@@ -15,7 +15,7 @@ from multilayer.matrix.families import FLUID, POROELASTIC, Family
 from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import HalfSpace, Solution, System, solve
 from multilayer.matrix.wave import Wave
-from multilayer.response.system import build_system, wave_impedance
+from multilayer.response.system import build_system, made_once, wave_impedance
 from multilayer.stack import Stack
 
 
@@ -90,7 +90,8 @@ def fields(
     """
     wave = Wave.incident(frequency, angle, stack.ambient.gas, azimuth)
     slices = [layer.sliced(max(points, 2) - 1) for layer in stack.at_rest()]
-    faces = [_faces(cuts, wave) for cuts in slices]
+    faces_of = made_once(wave)
+    faces = [[faces_of(cut) for cut in cuts] for cuts in slices]
     contacts: list[Contact] = []
     for contact, cuts in zip(stack.interfaces, slices, strict=False):
         contacts += [contact, *(["bonded"] * (len(cuts) - 1))]  # type: ignore[list-item]
@@ -98,12 +99,6 @@ def fields(
     system = build_system(stack, wave, _incident(wave))
     solution = solve(replace(system, layers=[face for group in faces for face in group], contacts=contacts))
     return _collect(stack, slices, faces, solution)
-
-
-def _faces(slices: tuple[Layer, ...], wave: Wave) -> list[Faces]:
-    """Return the face matrices of all slices, computed once for slices that are the same object."""
-    by_identity = {id(cut): cut.faces(wave) for cut in {id(cut): cut for cut in slices}.values()}
-    return [by_identity[id(cut)] for cut in slices]
 
 
 def _incident(wave: Wave) -> HalfSpace:

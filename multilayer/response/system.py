@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -41,13 +42,10 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
         When the numbers of a layer overflow, or divide by nothing.
     """
     layers: list[Faces] = []
-    like: dict[tuple[Any, ...], Faces] = {}  # layers of the same fields have the same matrices
+    faces_of = made_once(wave)
     for i, layer in enumerate(stack.at_rest(on_base=isinstance(head, Wall))):
         try:
-            key = _all_but_name(layer)
-            if key not in like:
-                like[key] = layer.faces(wave).computed
-            layers.append(like[key])
+            layers.append(faces_of(layer))
         except (ArithmeticError, np.linalg.LinAlgError) as error:  # of single numbers; arrays become inf or nan
             if not has_extremes(stack):  # then its formulae are wrong, perhaps a plugin's
                 raise
@@ -63,6 +61,22 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     if tail is None:
         return System(head, layers, _tail(stack, wave), interfaces)
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
+
+
+def made_once(wave: Wave) -> Callable[[Layer], Faces]:
+    """Return a function that gives the face matrices of layers, the same ones for layers that are alike.
+
+    Layers must live as long as the function does.
+    """
+    made: dict[Any, Faces] = {}
+
+    def faces(layer: Layer) -> Faces:
+        key = _all_but_name(layer)
+        if key not in made:
+            made[key] = layer.faces(wave).computed
+        return made[key]
+
+    return faces
 
 
 def _all_but_name(layer: Layer) -> tuple[Any, ...]:
