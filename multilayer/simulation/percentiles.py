@@ -152,23 +152,20 @@ class _OrderStatistics:
         """Drop what lies outside of two ranks, of n values so far; ranks beyond these, or dropped, leave a bound."""
         lower = self._lower if low <= 0 else self._of_rank_or(low, self._lower)
         upper = self._upper if high >= n - 1 else self._of_rank_or(high, self._upper)
-        first = self._sorted()
-        values, places = self._values[0], self._places[0]
-        starts = first[:-1]
+        # what is known: the values kept, and so many equal to each bound
+        everywhere = np.arange(len(lower))
+        values = np.concatenate([*self._values, self._lower, self._upper])
+        places = np.concatenate([*self._places, everywhere, everywhere])
+        counts = np.ones(len(values), dtype=np.int64)
+        counts[-2 * len(lower) :] = np.concatenate([self._at_lower, self._at_upper])
 
-        def counted(inside: NDArray[np.bool_]) -> NDArray[np.int64]:
-            return np.bincount(places[inside], minlength=len(starts)).astype(np.int64)
+        def counted(chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+            return np.bincount(places[chosen], counts[chosen], len(lower)).astype(np.int64)
 
-        is_new, is_lower = lower > self._lower, values == lower[places]
-        self._below += np.where(is_new, self._at_lower, 0) + counted(values < lower[places])
-        self._at_lower = np.where(is_new, counted(is_lower), self._at_lower)
-        # where both bounds meet, all that is equal counts as the lower one
-        meets = upper <= lower
-        was_upper = (upper == self._upper) & (self._at_upper > 0)
-        is_upper = counted((values == upper[places]) & ~meets[places])
-        self._at_lower += np.where(meets & (lower == self._upper), self._at_upper, 0)
-        self._at_upper = np.where(meets, 0, np.where(was_upper, self._at_upper, is_upper))
-        left = (values > lower[places]) & (values < upper[places])
+        at, to = lower[places], upper[places]
+        self._below += counted(values < at)
+        self._at_lower, self._at_upper = counted(values == at), counted((values == to) & (to > at))
+        left = (values > at) & (values < to)
         self._lower, self._upper = lower, upper
         self._values, self._places, self._first = [values[left]], [places[left]], None
 
