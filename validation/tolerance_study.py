@@ -21,7 +21,7 @@ from distributed import Client, LocalCluster
 from multilayer.executors import executor_for
 from multilayer.simulation.batches import Batch, run_batch
 from multilayer.simulation.file import SimulationFile
-from multilayer.simulation.result import SimulationResult
+from multilayer.simulation.result import PERCENTILES, SimulationResult
 from multilayer.simulation.run import plan, run
 from tests.analytic.materials import FOAM, stack
 
@@ -100,7 +100,7 @@ def held_at_once(points: int) -> str:
         if task.samples
         for outcome in run_batch(Batch((task,), {}))
     ]
-    expected = np.percentile(np.concatenate(values), (5, 50, 95), axis=0)
+    expected = np.percentile(np.concatenate(values), PERCENTILES, axis=0)
     return "yes" if np.array_equal(expected, run(planned).cases[0].percentiles["absorption"]) else "**no**"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
+from multilayer.media.elastic import FIRST_BENDING
 from multilayer.rig.draws import Errors
 from multilayer.rig.effect_base import Geometry, Moment, Mounting
 from multilayer.rig.excitation import Timing
@@ -180,5 +181,5 @@ def rigid_modulus(radius: float, thickness: float, density: float, modulus: floa
     radius, thickness, density, modulus, poisson_ratio : float
         Of the plate, SI.
     """
-    bending = density * thickness * (2 * np.pi * radius**2 * _RIGID_ABOVE / 9.08) ** 2
+    bending = density * thickness * (2 * np.pi * radius**2 * _RIGID_ABOVE / FIRST_BENDING) ** 2
     return float(max(modulus, 12 * (1 - poisson_ratio**2) / thickness**3 * bending))

@@ -9,8 +9,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, Values, signed
-
-_FIRST = 9.08  # of a free disc, 2 pi f R^2 sqrt(rho h / D)
+from multilayer.media.elastic import FIRST_BENDING
 
 
 class PlateFlexure(Effect):
@@ -34,7 +33,7 @@ def bending(setting: Setting, share: RealArray) -> ComplexArray:
     plate, configuration = setting.campaign.top_plate, setting.configuration
     h = configuration.top_plate_thickness
     stiffness = plate.young_modulus * h**3 / (12 * (1 - plate.poisson_ratio**2))
-    first = _FIRST / (2 * np.pi * configuration.specimen_radius**2) * np.sqrt(stiffness / (plate.density * h))
+    first = FIRST_BENDING / (2 * np.pi * configuration.specimen_radius**2) * np.sqrt(stiffness / (plate.density * h))
     ratio = (setting.frequency / first) ** 2
     return np.asarray(1 + share * ratio / (1 - ratio + 0.01j))
 
@@ -60,7 +59,7 @@ def share_of_open_rim(rim: RealArray, poisson_ratio: float) -> RealArray:
     d = ((1 - poisson_ratio) * (3 - b**2) - 4) / (8 * (1 + poisson_ratio))  # no moment at the rim
     c = d + 0.25 - np.log(b) / 2
     within = (1 - 1 / b**2) * (b**4 / 64 - b**6 / 96) + c * (b**2 / 4 - b**4 / 8)
-    return np.asarray(-(_FIRST**2) * (within + _beyond(1.0, b, d) - _beyond(b, b, d)))
+    return np.asarray(-(FIRST_BENDING**2) * (within + _beyond(1.0, b, d) - _beyond(b, b, d)))
 
 
 def _beyond(r: RealArray | float, b: RealArray, d: RealArray) -> RealArray:

@@ -120,8 +120,7 @@ class Setting:
         bins = self.data.burst == burst
         centre, inverse = self.data.centres[burst], 1 / self.data.ratio[bins]
         away = (self.frequency[bins] - centre) / centre
-        powers = np.vander(away, min(_ORDER, len(away) - 1) + 1, increasing=True)
-        return complex(1 / np.linalg.lstsq(powers, inverse, rcond=None)[0][0])
+        return complex(1 / np.polyfit(away, inverse, min(_ORDER, len(away) - 1))[-1])
 
     @property
     def _peak_base(self) -> float:
