@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -109,21 +110,22 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
         Takes indices of wavenumbers and trace wavenumbers, two arrays of one shape.
     """
     if largest > 0 and meetings > 2 and meetings * wavenumber.size > _n_terms(window, largest):
-        return _series(window, wavenumber, largest)
+        return _series(window, wavenumber.tobytes(), largest)
     return lambda which, trace: _integrals(window, wavenumber[which], trace)
 
 
-def _series(window: Window, wavenumber: RealArray, largest: float) -> Radiation:
+@lru_cache(maxsize=4)
+def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
     """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
 
-    Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
+    Kept for the next stack, since the layers make no difference: a sweep meets one panel again and again. Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
     largest argument give all digits, and all wavenumbers of the fluid share the samples of J0.
     """
-    n = _n_terms(window, largest)
+    n, wavenumber = _n_terms(window, largest), np.frombuffer(wavenumbers)
     x = chebpts1(n)
     trace = largest * np.sqrt(0.5 * (1 + x))
     samples = np.zeros((n, len(wavenumber)), dtype=complex)
-    for radius, weight in _nodes(window, float(np.max(wavenumber)) + largest, samples.size):
+    for radius, weight in _nodes(window, float(np.max(wavenumber)) + largest, n + 2 * len(wavenumber)):
         standing = j0(trace[:, None] * radius)
         # a real matrix times a complex one, which NumPy would take for two complex ones
         samples.view(float)[:] += standing @ _motion(window, radius, weight, wavenumber).view(float)

@@ -70,10 +70,12 @@ class Tally:
     failures: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
 
     def add(self, index: int, outcome: Outcome) -> None:
-        """Count an outcome."""
+        """Count an outcome, and tell the first failure of each kind."""
         self.counts["failed" if outcome.failed else outcome.kind] += 1
         self.counts["tried"] += 1
         if outcome.failed:
+            if outcome.kind not in self.failures:  # long runs are looked at before they end
+                print(f"{index}: {outcome.kind}: {outcome.text[:300]}", file=sys.stderr, flush=True)
             self.failures.setdefault(outcome.kind, []).append((index, outcome.text))
 
     @property

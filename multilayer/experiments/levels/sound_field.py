@@ -198,8 +198,8 @@ def _directions(
     def even(count: int) -> RealArray:
         return np.asarray((np.arange(count)[:, None] + shift) / count)
 
-    least = np.sqrt(1 - upper)  # cosine
-    points = [1 - (1 - even(_EVEN) * (1 - least)) ** 2 if by_cosine else upper * even(_EVEN)]
+    most = upper / (1 + np.sqrt(1 - upper))  # 1 - cosine, to all digits for the smallest angles, too
+    points = [1 - (1 - even(_EVEN) * most) ** 2 if by_cosine else upper * even(_EVEN)]
     peaks = []
     for centre, width in _peaks(stack, wave, ridges):
         c, w = (np.atleast_2d(values)[:, None, :] for values in (centre, width))
@@ -208,7 +208,7 @@ def _directions(
         peaks.append((c, w, high - low))
     m = max(part.shape[0] for part in points)
     s = np.concatenate([np.broadcast_to(part, (m, *part.shape[1:])) for part in points], axis=1)
-    spread = 1 / (2 * np.sqrt(1 - s) * (1 - least)) if by_cosine else 1 / upper
+    spread = 1 / (2 * np.sqrt(1 - s) * most) if by_cosine else 1 / upper
     density = _EVEN * spread + sum(_CLOSE * w / ((s - c) ** 2 + w**2) / turn for c, w, turn in peaks)
     weight = 1 / np.broadcast_to(density, s.shape)
     concentration = np.asarray(sound.concentration, dtype=float)
