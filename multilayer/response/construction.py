@@ -91,8 +91,9 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
     -------
     mapping
         By name: ``stack``, ``links`` where there are some, and the others by their name or as ``slit 1``, by the order
-        of `Construction.beside`. Links change no absorption, and what they add is below 0 where the wall transmits
-        less with them.
+        of `Construction.beside`. What links add to the transmission, below 0 where the wall transmits less with them,
+        is taken from the wave that arrives, or given back to it: they add as much to the absorption, up to all of it.
+        So the wall's losses count as they are without links.
     """
     own = stack_shares(wall, frequency, sound, window)
     left = 1.0
@@ -110,7 +111,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
             window=window,
         )
         assert own.transmission is not None  # by validation
-        found["links"] = Shares(left * (linked - own.transmission), np.zeros(np.shape(frequency)))
+        added = linked - own.transmission
+        found["links"] = Shares(left * added, left * np.minimum(added, np.maximum(1 - own.absorption, 0.0)))
     for i, path in enumerate(wall.beside, start=1):
         name = path.name or f"{path.type} {i}"
         if isinstance(path, Flanking):

@@ -139,6 +139,17 @@ def test_parts_of_a_wall():
     assert_allclose(wall_shares(wall, FREQUENCY, Sound()).transmission, total, rtol=1e-9)
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+def test_what_links_send_on_is_absorbed(periodic: bool):
+    leaf = {"type": "elastic_plate", "thickness": 0.0125, "density": 700.0, "young_modulus": 3e9, "poisson_ratio": 0.2}
+    layers = [{"name": "front", **leaf}, {"type": "fluid", "thickness": 0.09}, {"name": "back", **leaf}]
+    links = [{"kind": "line", **BETWEEN, "spacing": 0.4, "periodic": periodic}]
+    wall = Construction(layers=layers, termination="ambient", links=links)
+    shares = wall_shares(wall, FREQUENCY, Sound(45.0))
+    assert shares.transmission is not None
+    assert_allclose(shares.absorption, shares.transmission, rtol=1e-6)  # nothing is lost in between
+
+
 def test_close_links_warn():
     with pytest.warns(ValidityWarning, match="spacing / bending wavelength of a leaf from 0.5"):
         linked_transmission(WALL, [LineLinks(**BETWEEN, spacing=0.01)], FREQUENCY)
