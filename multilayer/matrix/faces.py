@@ -16,12 +16,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from dataclasses import fields as dataclass_fields
-from functools import cached_property
-from typing import ClassVar
+from functools import cached_property, lru_cache
+from math import factorial
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from multilayer.arrays import BoolArray, ComplexArray, Numeric
+from multilayer.arrays import BoolArray, ComplexArray, IndexArray, Numeric, RealArray
 from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import Entries, aligned, common_shape, multiply, stack_entries
 from multilayer.matrix.wave import Wave
@@ -29,6 +31,7 @@ from multilayer.matrix.wave import Wave
 THIN = 2.0  # largest |k| h of the power series
 _APART = 0.3
 _TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
+_SERIES = np.array([[1 / factorial(2 * n + k) for n in range(_TERMS + 1)] for k in (2, 1)])
 
 
 @dataclass(frozen=True)
@@ -188,6 +191,7 @@ def from_waves(
     return a, b
 
 
+@lru_cache
 def amplitudes(family: Family, impedance: float) -> ComplexArray:
     """Return the constant matrix W that makes a state from wave-like amplitudes.
 
@@ -199,6 +203,7 @@ def amplitudes(family: Family, impedance: float) -> ComplexArray:
         w[velocity, wave] = w[velocity, wave + family.half] = 1
         w[stress, wave] = sign * impedance
         w[stress, wave + family.half] = -sign * impedance
+    w.flags.writeable = False  # it is kept
     return w
 
 
@@ -208,8 +213,11 @@ def from_propagator(family: Family, propagator: ComplexArray, impedance: float) 
     ``P = T^-1`` with the transfer matrix T of Allard & Atalla. `impedance` (Pa s/m) scales the amplitudes and should
     be that of the surroundings.
     """
-    w = amplitudes(family, impedance)
-    b = multiply(propagator, w)
+    w, b = amplitudes(family, impedance), np.empty_like(propagator)
+    for wave, (velocity, stress, sign) in enumerate(family.power_pairs):
+        of_velocity, of_stress = propagator[:, velocity], (sign * impedance) * propagator[:, stress]
+        b[:, wave] = of_velocity + of_stress
+        b[:, wave + family.half] = of_velocity - of_stress
     return np.broadcast_to(w.reshape(w.shape + (1,) * (b.ndim - 2)), b.shape), b
 
 
@@ -270,49 +278,71 @@ def propagator_series(family: Family, x: Entries, y: Entries, thickness: Numeric
     Power series of cosh and sinh of a half-size matrix; exact to rounding for abs(k) h up to `THIN`, entry by entry:
     unlike a sum of waves it keeps the small bending terms of thin stiff layers.
     """
-    X, Y = aligned(stack_entries(x), stack_entries(y))
     h = np.asarray(thickness, dtype=complex)
-    XY = multiply(X, Y)
-    square = stack_entries([[entry * h**2 for entry in row] for row in XY])
+    X, Y = aligned(stack_entries(x), stack_entries(y), ndim=h.ndim + 2)
+    square = multiply(X, Y) * h**2
     versine, sinc = _entire_functions(square)
     eye = np.eye(len(square), dtype=complex).reshape(square.shape[:2] + (1,) * (square.ndim - 2))
-    even, odd = family.even, family.odd
+    at = family.blocks
     p = np.empty((family.size, family.size, *square.shape[2:]), dtype=complex)
     # f(YX) = ... follows from f(XY) by Y g(XY) X
-    p[np.ix_(even, even)] = eye + multiply(square, versine)
-    p[np.ix_(odd, odd)] = eye + multiply(Y, multiply(versine, X)) * h**2
-    p[np.ix_(even, odd)] = multiply(sinc, X) * h
-    p[np.ix_(odd, even)] = multiply(Y, sinc) * h
+    p[at["even_even"]] = eye + multiply(square, versine)
+    p[at["odd_odd"]] = eye + multiply(Y, multiply(versine, X)) * h**2
+    p[at["even_odd"]] = multiply(sinc, X) * h
+    p[at["odd_even"]] = multiply(Y, sinc) * h
     return p
 
 
 def _entire_functions(square: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return sum(M^n / (2n + 2)!) and sum(M^n / (2n + 1)!), that is (cosh(m) - 1) / m^2 and sinh(m) / m of m^2 = M."""
-    eye = np.eye(len(square), dtype=complex).reshape((1, *square.shape[:2]) + (1,) * (square.ndim - 2))
-    if len(square) == 2:
-        return _entire_functions_of_two(square, eye[0])
-    sums = np.broadcast_to(eye, (2, *square.shape))
-    for n in range(_TERMS, 0, -1):  # Horner's rule on both at once
-        step = np.array([(2 * n + 1) * (2 * n + 2), 2 * n * (2 * n + 1)]).reshape(2, *(1,) * square.ndim)
-        sums = eye + np.einsum("ij...,njk...->nik...", square, sums) / step
-    return sums[0] / 2, sums[1]
+    match len(square):
+        case 1:
+            powers = np.multiply.accumulate(np.broadcast_to(square, (_TERMS, *square.shape)))
+            sums = _weighed(_SERIES[:, 1:], powers)
+        case 2:
+            sums = _entire_functions_of_two(square)
+        case _:
+            sums = _entire_functions_of_many(square)
+    eye = np.eye(len(square)).reshape(square.shape[:2] + (1,) * (square.ndim - 2))
+    return sums[0] + _SERIES[0, 0] * eye, sums[1] + _SERIES[1, 0] * eye
 
 
-def _entire_functions_of_two(square: ComplexArray, eye: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Do the same for 2 x 2 matrices by ``M^n = p M + q``, from ``M^2 = trace M - det`` (Cayley and Hamilton)."""
+def _entire_functions_of_two(square: ComplexArray) -> ComplexArray:
+    """Return both series from n = 1 on, by ``M^n = p_n M - det p_(n-1)`` (Cayley and Hamilton)."""
     trace = square[0, 0] + square[1, 1]
     minus_det = square[0, 1] * square[1, 0] - square[0, 0] * square[1, 1]
-    p: Numeric = np.zeros_like(trace)
-    q: Numeric = np.ones_like(trace)
-    sums = np.zeros((4, *trace.shape), dtype=complex)
-    factorial = 1.0
-    for n in range(_TERMS + 1):
-        factorial *= max(2 * n, 1) * (2 * n + 1)
-        both = np.array([1 / (factorial * (2 * n + 2)), 1 / factorial]).reshape(2, *(1,) * trace.ndim)
-        sums[:2] += both * p
-        sums[2:] += both * q
-        p, q = trace * p + q, minus_det * p
-    return sums[0] * square + sums[2] * eye, sums[1] * square + sums[3] * eye
+    p = np.empty((_TERMS + 1, *trace.shape), dtype=complex)
+    p[0], p[1] = 0, 1
+    for n in range(2, _TERMS + 1):
+        p[n] = trace * p[n - 1] + minus_det * p[n - 2]
+    sums = _weighed(_SERIES[:, 1:], p[1:])[:, None, None] * square
+    of_eye = minus_det * _weighed(_SERIES[:, 1:], p[:-1])
+    for i in range(2):
+        sums[:, i, i] += of_eye
+    return sums
+
+
+def _entire_functions_of_many(square: ComplexArray) -> ComplexArray:
+    """Return both series from n = 1 on, in pieces of four powers.
+
+    M. S. Paterson & L. J. Stockmeyer, SIAM J. Comput. 2 (1973) 60-66: seven products of matrices for both.
+    """
+    second = multiply(square, square)
+    powers = np.array([square, second, multiply(second, square), multiply(second, second)])
+    eye = np.eye(len(square)).reshape(square.shape[:2] + (1,) * (square.ndim - 2))
+    sums = _weighed(_SERIES[:, 9:], powers)
+    for n in (4, 0):
+        sums += _SERIES[:, n + 4].reshape(-1, *(1,) * square.ndim) * eye
+        sums = np.einsum("ij...,njk...->nik...", powers[3], sums)
+        sums += _weighed(_SERIES[:, n + 1 : n + 4], powers[:3])
+    return sums
+
+
+def _weighed(weights: RealArray, terms: ComplexArray) -> ComplexArray:
+    """Return sums of terms, each with real weights, shape (n_sums, ...); no BLAS, whose rounding depends on shapes."""
+    flat = np.ascontiguousarray(terms).reshape(len(terms), -1).view(float)
+    sums: RealArray = np.einsum("kn,nm->km", weights, flat)
+    return sums.view(complex).reshape(len(weights), *terms.shape[1:])
 
 
 def choose(
@@ -335,15 +365,27 @@ def choose(
         return series(*arguments)
     if not np.any(thin):
         return waves(*arguments)
-    shape = np.broadcast_shapes(thin.shape, *(np.shape(argument) for argument in arguments))
+    shape = common_shape((thin, *arguments))
     matrices: list[ComplexArray] = []
     for make, where in ((series, thin), (waves, ~thin)):
-        mask = np.broadcast_to(where, shape)
-        parts = make(*(np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments))
+        points = _run(np.flatnonzero(_whole(where, shape)))
+        parts = make(*(_whole(a, shape).reshape(-1)[points] if np.ndim(a) else a for a in arguments))
         matrices = matrices or [np.empty((*part.shape[:2], *shape), dtype=complex) for part in parts]
         for matrix, part in zip(matrices, parts, strict=True):
-            matrix[..., mask] = part
+            matrix.reshape(*matrix.shape[:2], -1)[..., points] = part
     return matrices[0], matrices[1]
+
+
+def _run(points: IndexArray) -> IndexArray | slice:
+    """Return consecutive indices, as those of the lowest frequencies, as a slice, which copies nothing."""
+    first, last = points[0], points[-1]
+    return slice(first, last + 1) if last - first + 1 == len(points) else points
+
+
+def _whole(values: Numeric, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Return an array of the shape; NumPy takes long to find that it has it already."""
+    array = np.asarray(values)
+    return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
 def thin_limit(kx: Numeric, shear: Numeric | None = None) -> Numeric:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from multilayer.arrays import IndexArray
 
 
 @dataclass(frozen=True)
@@ -27,20 +32,30 @@ class Family:
     power_pairs: tuple[tuple[int, int, int], ...]
     even: tuple[int, ...]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of entries of the state."""
         return len(self.components)
 
-    @property
+    @cached_property
     def half(self) -> int:
         """Number of waves in each direction."""
         return len(self.components) // 2
 
-    @property
+    @cached_property
     def odd(self) -> tuple[int, ...]:
         """Indices of the other half of the state."""
         return tuple(i for i in range(self.size) if i not in self.even)
+
+    @cached_property
+    def blocks(self) -> dict[str, tuple[IndexArray, IndexArray]]:
+        """Indices of the four blocks of a matrix on states: ``even_odd`` has rows of `even` and columns of `odd`."""
+        halves = {"even": self.even, "odd": self.odd}
+        return {
+            f"{row}_{column}": (np.array(rows)[:, None], np.array(columns)[None])
+            for row, rows in halves.items()
+            for column, columns in halves.items()
+        }
 
     def index(self, component: str) -> int:
         """Return the position of a component."""

@@ -28,39 +28,40 @@ def stack_entries(entries: Entries) -> ComplexArray:
 
 def common_shape(values: Iterable[Numeric]) -> tuple[int, ...]:
     """Return the shape that numbers and arrays broadcast to."""
-    return np.broadcast_shapes(*{getattr(value, "shape", ()) for value in values})  # few shapes, mostly one
+    return _joint_shape({getattr(value, "shape", ()) for value in values})
 
 
-def aligned(*matrices: ComplexArray, ndim: int = 0) -> list[ComplexArray]:
+def _joint_shape(shapes: set[tuple[int, ...]]) -> tuple[int, ...]:
+    """Return the shape that arrays of these shapes broadcast to; mostly there is one, which NumPy takes long to find."""
+    shapes = shapes - {()}
+    return np.broadcast_shapes(*shapes) if len(shapes) > 1 else next(iter(shapes), ())
+
+
+def aligned(*matrices: ComplexArray, ndim: int = 0) -> Sequence[ComplexArray]:
     """Return entry-first matrices with equally many axes, so that their trailing ones broadcast."""
-    ndim = max(ndim, *(matrix.ndim for matrix in matrices))
-    return [
-        matrix.reshape(matrix.shape[:2] + (1,) * (ndim - matrix.ndim) + matrix.shape[2:])
-        if matrix.ndim < ndim
-        else matrix
-        for matrix in matrices
-    ]
+    axes = [matrix.ndim for matrix in matrices]
+    most = max(ndim, *axes)
+    if min(axes) == most:
+        return matrices
+    return [matrix.reshape(matrix.shape[:2] + (1,) * (most - matrix.ndim) + matrix.shape[2:]) for matrix in matrices]
 
 
 def multiply(a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Return the matrix product of entry-first matrices, broadcasting their trailing axes."""
+    """Return the matrix product of entry-first matrices, broadcasting their trailing axes.
+
+    A few long passes, which einsum would make slowly.
+    """
     a, b = aligned(a, b)
     product: ComplexArray = a[:, 0, None] * b[None, 0]
-    add_product(a[:, 1:], b[1:], product)
+    for k in range(1, len(b)):
+        product += a[:, k, None] * b[None, k]
     return product
-
-
-def add_product(a: ComplexArray, b: ComplexArray, total: ComplexArray) -> None:
-    """Add the matrix product of entry-first matrices to `total`; a few long passes, which einsum would make slowly."""
-    a, b = aligned(a, b)
-    for k in range(len(b)):
-        total += a[:, k, None] * b[None, k]
 
 
 def beside(*matrices: ComplexArray) -> ComplexArray:
     """Return [a b ...], the columns of entry-first matrices with equally many rows."""
     blocks = aligned(*matrices)
-    shape = np.broadcast_shapes(*{block.shape[2:] for block in blocks})
+    shape = _joint_shape({block.shape[2:] for block in blocks})
     joined = np.empty((len(blocks[0]), sum(block.shape[1] for block in blocks), *shape), dtype=complex)
     start = 0
     for block in blocks:
@@ -112,12 +113,12 @@ def _bring_up_pivot(work: ComplexArray, weight: RealArray) -> None:
     """Exchange rows, and their weights, so that the first has a good pivot in the last column."""
     size = np.abs(work[:, -1]) * weight
     worst = (size / size.max(axis=0)).min(axis=1)
-    row = int(np.argmax(worst))
+    row = int(worst.argmax())
     if worst[row] >= _GOOD_PIVOT:
         if row:
             work[[0, row]], weight[[0, row]] = work[[row, 0]], weight[[row, 0]]
         return
-    rows = np.argmax(size, axis=0)
+    rows = size.argmax(axis=0)
     moved = np.flatnonzero(rows)
     chosen = rows[moved]
     for values in (work, weight[:, None]):

@@ -118,8 +118,9 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
 def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
     """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
 
-    Kept for the next stack, since the layers make no difference: a sweep meets one panel again and again. Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
-    largest argument give all digits, and all wavenumbers of the fluid share the samples of J0.
+    Kept for the next stack, since the layers make no difference: a sweep meets one panel again and again. Only J0
+    depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the largest
+    argument give all digits, and all wavenumbers of the fluid share the samples of J0.
     """
     n, wavenumber = _n_terms(window, largest), np.frombuffer(wavenumbers)
     x = chebpts1(n)

@@ -75,7 +75,7 @@ class Tally:
         self.counts["tried"] += 1
         if outcome.failed:
             if outcome.kind not in self.failures:  # long runs are looked at before they end
-                print(f"{index}: {outcome.kind}: {outcome.text[:300]}", file=sys.stderr, flush=True)
+                print(f"{index}: {outcome.kind}: {outcome.text[:300]}", file=sys.stderr, flush=True)  # noqa: T201
             self.failures.setdefault(outcome.kind, []).append((index, outcome.text))
 
     @property
