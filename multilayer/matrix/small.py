@@ -32,7 +32,7 @@ def common_shape(values: Iterable[Numeric]) -> tuple[int, ...]:
 
 
 def _joint_shape(shapes: set[tuple[int, ...]]) -> tuple[int, ...]:
-    """Return the shape that arrays of these shapes broadcast to; mostly there is one, which NumPy takes long to find."""
+    """Return the shape that arrays of these shapes broadcast to; mostly it is one, which NumPy takes long to see."""
     shapes = shapes - {()}
     return np.broadcast_shapes(*shapes) if len(shapes) > 1 else next(iter(shapes), ())
 
