@@ -10,14 +10,14 @@ from multilayer.measurements.description import FILE_NAME, Campaign
 from multilayer.measurements.writing import HEADING, signal_bytes, signal_name
 from multilayer.rig.synthesis import SyntheticCampaign
 from multilayer.writing.folders import write_files
-from multilayer.writing.workspace import unusable
+from multilayer.writing.workspace import resolved, unusable
 
 HIDDEN = ".truth"
 
 
 def truth_path(folder: Path, *, quiet: bool) -> Path:
     """Return where the truth of a campaign goes: beside its folder, or into a hidden folder beside it."""
-    place = folder.absolute()
+    place = resolved(folder)
     return (place.parent / HIDDEN if quiet else place.parent) / f"{place.name}.truth.json"
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from multilayer.errors import InputError
@@ -281,12 +282,20 @@ def _move_in(committed: Path, place: Path) -> None:
         for path in sorted(committed.rglob("*")):
             if path.is_file() and path != committed / MANIFEST:
                 target = place / path.relative_to(committed)
+                _refuse_outside(target.parent, place)
                 target.parent.mkdir(parents=True, exist_ok=True)
                 _move(path, target)
         disk.sync(place)
         _move(committed / MANIFEST, place / MANIFEST)
     disk.sync(place)
     disk.remove(committed)
+
+
+def _refuse_outside(folder: Path, place: Path) -> None:
+    """Refuse a folder of results whose links lead out of it."""
+    inner = resolved(folder)
+    if inner != place and place not in inner.parents:
+        raise InputError(f"{folder}: is a link that leads out of {place}, where results are to be written; remove it")
 
 
 def _move(source: Path, target: Path) -> None:
@@ -308,17 +317,62 @@ def _recover(space: Workspace) -> None:
 
 def _settle(space: Workspace) -> None:
     """Finish the files beside a folder when it has been replaced, put them back when not."""
-    try:
-        journal = json.loads((space.folder / JOURNAL).read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    journal = _journal(space)
+    if journal is None:
         return
-    is_replaced = space.place.exists() and not _is_new(space.folder / _NEW, journal["new"])
-    for number, target in enumerate(map(Path, journal["targets"])):
-        if is_replaced and number < journal["n_new"]:
+    is_replaced = space.place.exists() and not _is_new(space.folder / _NEW, journal.new)
+    for number, target in enumerate(journal.targets):
+        if is_replaced and number < journal.n_new:
             _move(space.folder / _BESIDE / str(number), target)
         elif not is_replaced:
             _move(space.folder / _OLD / str(number), target)
     disk.remove(space.folder / JOURNAL)
+
+
+@dataclass(frozen=True)
+class _Journal:
+    """What is being replaced beside a folder.
+
+    Attributes
+    ----------
+    new : int
+        The new folder, by the number that the system gives it.
+    targets : list of Path
+        Files beside the folder: first the new ones, then those that go.
+    n_new : int
+    """
+
+    new: int
+    targets: list[Path]
+    n_new: int
+
+
+def _journal(space: Workspace) -> _Journal | None:
+    """Read the journal of a run that has died; None where there is none.
+
+    Raises
+    ------
+    InputError
+        When no run of ours wrote it: it could move any file to any place.
+    """
+    path = space.folder / JOURNAL
+    try:
+        read = json.loads(path.read_text(encoding="utf-8"))
+        journal = _Journal(int(read["new"]), [Path(str(target)) for target in read["targets"]], int(read["n_new"]))
+    except FileNotFoundError:
+        return None
+    except (ValueError, LookupError, TypeError, RecursionError):
+        journal = None
+    if journal is None or not all(_belongs(target, space.place) for target in journal.targets):
+        raise InputError(f"{path}: no run of multilayer wrote this; remove {space.folder}")
+    return journal
+
+
+def _belongs(target: Path, place: Path) -> bool:
+    """Tell whether a file belongs to a folder of results: by its name, and beside it or in a hidden folder there."""
+    folder = resolved(target.parent)
+    is_beside = folder == place.parent or (folder.parent == place.parent and folder.name.startswith("."))
+    return is_beside and target.name.startswith(f"{place.name}.")
 
 
 def _is_new(folder: Path, number: int) -> bool:

@@ -107,14 +107,24 @@ def _versions() -> dict[str, str]:
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """Return the manifest of a folder; None where there is none that can be read."""
+    """Return the manifest of a folder; None where there is none that can be read, or it lists files outside."""
+    file = folder / MANIFEST
     try:
-        found: dict[str, Any] = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        if not is_file(file) or file.stat().st_size > FILE_BYTES.most:
+            return None
+        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         tables = [entry[part] for entry in found["results"].values() for part in ("inputs", "files")]
         is_sound = all(isinstance(digest, str) for table in tables for digest in table.values())
+        is_sound = is_sound and not any(map(_leaves, listed(found)))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
     return found if is_sound else None
+
+
+def _leaves(name: str) -> bool:
+    """Tell whether a name leads out of the folder that it is looked for in."""
+    path = Path(name)
+    return path.is_absolute() or ".." in path.parts
 
 
 def listed(manifest: Mapping[str, Any] | None) -> dict[str, str]:
@@ -140,8 +150,10 @@ def changed_inputs(manifest: Mapping[str, Any]) -> list[str]:
 
 
 def digest_of(file: Path) -> str | None:
-    """Return the SHA-256 of a file; None where there is none."""
+    """Return the SHA-256 of a file; None where there is none. A pipe or a device, which may have no end, is none."""
     try:
+        if not is_file(file):
+            return None
         with file.open("rb") as stream:
             return file_digest(stream, "sha256").hexdigest()
     except (OSError, ValueError):

@@ -236,9 +236,12 @@ def is_claimed(place: Path) -> bool:
 def _locked(place: Path, folder: Path) -> int:
     """Return the open and locked lock of a hidden folder, which is made."""
     while True:
+        refuse_link(folder)
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+            for entry in folder.iterdir():
+                refuse_link(entry)
+            handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         except FileNotFoundError:  # the run before has removed the folder in between
             continue
         if not _lock(handle):
@@ -251,6 +254,17 @@ def _locked(place: Path, folder: Path) -> int:
     os.ftruncate(handle, 0)
     os.write(handle, json.dumps(_myself()).encode())
     return handle
+
+
+def refuse_link(path: Path) -> None:
+    """Refuse a symbolic link where runs leave files and folders: it may lead to anything, which would be cleared away.
+
+    Raises
+    ------
+    InputError
+    """
+    if path.is_symlink():
+        raise InputError(f"{path}: is a link, which no run of multilayer leaves; somebody else made it, remove it")
 
 
 def _is_at(handle: int, path: Path) -> bool:

@@ -1,0 +1,128 @@
+"""Folders that come from somebody else: what lies in them acts on nothing outside of them."""
+
+import json
+import os
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from multilayer.errors import InputError
+from multilayer.writing import disk
+from multilayer.writing.folders import claim_folder, write_files
+from multilayer.writing.manifest import differences, read_manifest
+from multilayer.writing.workspace import claims, hidden_folder
+from tests.cli.command import run
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links")
+FILES = {"a.csv": "new"}
+
+
+@pytest.fixture
+def home(tmp_path):
+    """Give a folder of the user's with a file that nothing may change."""
+    folder = tmp_path / "home"
+    folder.mkdir()
+    (folder / "precious").write_text("precious")
+    return folder
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Give a folder of results in a project of somebody else, and the hidden folder beside it."""
+    place = tmp_path / "project" / "foam"
+    write_files(place, {"a.csv": "old"}, made_by="fit")
+    return place
+
+
+@pytest.fixture(params=["written", "claimed"])
+def refused(request):
+    """Give a function that writes to a place, or claims it, and must be refused."""
+
+    def act(place: Path) -> None:
+        if request.param == "claimed":
+            claim_folder(place)
+        write_files(place, FILES, made_by="fit")
+
+    def write(place: Path, match: str) -> None:
+        with claims(), pytest.raises(InputError, match=match):
+            act(place)
+        assert (place / "a.csv").read_text() == "old"
+
+    return write
+
+
+def hidden(place: Path) -> Path:
+    folder = hidden_folder(place)
+    folder.mkdir()
+    return folder
+
+
+def test_a_hidden_folder_that_leads_elsewhere(home, place, refused):
+    hidden_folder(place).symlink_to(home)
+    refused(place, "is a link")
+    assert {path.name: path.read_text() for path in home.iterdir()} == {"precious": "precious"}
+
+
+@pytest.mark.parametrize("name", ["lock", "committed", "old", "beside", "journal.json"])
+def test_links_in_the_hidden_folder(name, home, place, refused):
+    target = home / "precious" if name in ("lock", "journal.json") else home
+    (hidden(place) / name).symlink_to(target)
+    refused(place, "is a link")
+    assert {path.name: path.read_text() for path in home.iterdir()} == {"precious": "precious"}
+
+
+@pytest.mark.parametrize("target", ["{home}/precious", "{home}/foam.truth.json", "../home/precious", "{place}/../rc"])
+@pytest.mark.parametrize("n_new", [0, 1])
+def test_a_journal_of_files_elsewhere(target, n_new, home, place, refused):
+    folder = hidden(place)
+    for name in ("old", "beside"):
+        (folder / name).mkdir()
+        (folder / name / "0").write_text("evil")
+    named = target.format(home=home, place=place)
+    (folder / "journal.json").write_text(json.dumps({"new": 1, "targets": [named], "n_new": n_new}))
+    refused(place, "no run of multilayer wrote this; remove")
+    assert {path.name: path.read_text() for path in home.iterdir()} == {"precious": "precious"}
+    assert {path.name for path in place.parent.iterdir()} == {"foam", ".foam.multilayer"}
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", '{"new": {}, "targets": [], "n_new": 0}', "[" * 100_000, "\ud800"])
+def test_a_journal_that_is_none(text, place, refused):
+    (hidden(place) / "journal.json").write_text(text, errors="surrogatepass")
+    refused(place, "no run of multilayer wrote this")
+
+
+def test_a_folder_of_results_with_a_link_out_of_it(home, place, monkeypatch):
+    monkeypatch.setattr(disk, "_exchange", lambda: None)
+    (place / "figures").symlink_to(home)
+    with pytest.raises(InputError, match="leads out of"):
+        write_files(place, {"figures/precious": "evil"}, made_by="fit")
+    assert (home / "precious").read_text() == "precious"
+
+
+def manifest(place: Path, files: dict[str, str], inputs: dict[str, str] | None = None) -> None:
+    entry = {"made_with": {}, "inputs": inputs or {}, "files": files}
+    (place / "manifest.json").write_text(json.dumps({"version": 1, "results": {"fit": entry}}))
+
+
+@pytest.mark.parametrize("name", ["{home}/precious", "../../home/precious"])
+def test_a_manifest_of_files_elsewhere(name, home, place, monkeypatch):
+    monkeypatch.setattr(disk, "_exchange", lambda: None)
+    manifest(place, {name.format(home=home): sha256(b"precious").hexdigest()})
+    assert read_manifest(place) is None
+    write_files(place, FILES, made_by="fit")  # which drops what the old result has and the new one has not
+    assert (home / "precious").read_text() == "precious"
+
+
+def test_a_manifest_of_what_has_no_end(place):
+    os.mkfifo(place / "pipe")
+    manifest(place, {"pipe": "0" * 64}, {"/dev/zero": "0" * 64, str(place / "pipe"): "0" * 64})
+    assert differences(place, read_manifest(place) or {}) == ["pipe"]
+    assert run("check", place).status == 2
+
+
+def test_a_manifest_that_is_a_pipe(place):
+    (place / "manifest.json").unlink()
+    os.mkfifo(place / "manifest.json")
+    assert read_manifest(place) is None
