@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
@@ -158,8 +159,10 @@ def _factor(written: str, unit: str) -> float | None:
         # base units, not dimensions: for pint rad/s and Hz are of one dimension, and 2 pi would be lost
         if registry.get_root_units(spelled)[1] != registry.get_root_units(unit)[1]:
             return 0.0
-        if _in_si(0.0, spelled, unit) != 0:
-            return math.nan if unit else 0.0  # dB: of power or of amplitude?
+        with np.errstate(divide="ignore"):  # a share in dB: of nothing there is no level
+            zero = _in_si(0.0, spelled, unit)
+        if zero != 0:
+            return math.nan if unit and math.isfinite(zero) else 0.0  # dB: of power or of amplitude?
         return _in_si(1.0, spelled, unit)
     except Exception:  # pint raises many kinds for text that is no unit
         return None
