@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, model_validator
 from scipy.special import ndtri
 
+from multilayer.bounds import FILE_BYTES
 from multilayer.config.validate import read
 from multilayer.diagnosis.effects.base import EFFECTS, Effect
 from multilayer.diagnosis.places import BasePlace, places_of
@@ -22,8 +24,11 @@ from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.inference.priors import WIDEST, Prior
-from multilayer.models import Model
+from multilayer.models import Model, WholeNumber
 from multilayer.writing.manifest import note_input
+
+RECORD = "diagnosis.json"
+T = TypeVar("T")
 
 _REACH = float(ndtri(0.95))  # standard deviations from the value to the end of a 90 % interval
 _LEAST = 1e-6  # relative standard deviation of a value whose interval is a point
@@ -72,7 +77,7 @@ class SavedTerm(Model):
     """A term of a simple law: its kind, and its parameters in their order; `order` of a power of i w."""
 
     kind: Literal["power", "lossy", "fractional", "relaxation", "resonance"]
-    order: Annotated[int, Field(ge=-2, le=2)] = 0
+    order: Annotated[WholeNumber, Field(ge=-2, le=2)] = 0
     parameters: dict[str, Interval]
 
 
@@ -306,20 +311,31 @@ def _tabulated(place: BasePlace, name: str, table: SavedTable) -> TabulatedLaw:
     return TabulatedLaw.of(place, name, nodes, mean, std)
 
 
+def from_record(file: Path, taken: Callable[[dict[str, Any]], T]) -> T:
+    """Return what a function takes from a ``diagnosis.json``.
+
+    Raises
+    ------
+    InputError
+        When the file is too large, cannot be read, or holds no such record.
+    """
+    try:
+        FILE_BYTES.check(file.stat().st_size, remedy="run diagnose again")
+        return taken(json.loads(file.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(Problem(f"cannot be read: {error.strerror}", file=file)) from None
+    except (ValueError, LookupError, TypeError, AttributeError, StopIteration, RecursionError):
+        text = f"this is no {RECORD}; name one that `multilayer diagnose` has written, or run it again"
+        raise InputError(Problem(text, file=file)) from None
+
+
 def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
     note_input(file)
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
-        is_sound = record["verdict"] in ("effect", "unknown", "no_gap") and "law" in record
-    except (OSError, ValueError, KeyError, TypeError):
-        is_sound = False
-    if not is_sound:
-        text = "this is no diagnosis.json of a campaign; name one that `multilayer diagnose` has written"
-        raise InputError(Problem(text, file=file))
-    try:
-        saved = saved_law(record, file.stem)
+        saved = from_record(file, lambda record: saved_law(record, file.stem))
     except InputError as error:
-        raise InputError(Problem(str(error).removeprefix("--save-law: "), file=file)) from None
+        told = [replace(problem, message=problem.message.removeprefix("--save-law: ")) for problem in error.problems]
+        raise InputError([problem.at(file) for problem in told]) from None
     effects: list[Acting] = []
     for one in saved.effects:
         effect = _rig_effect(one.effect, file)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from multilayer.bounds import FILE_BYTES
-from multilayer.diagnosis.saved_law import named_effects
-from multilayer.errors import InputError
+from multilayer.diagnosis.saved_law import RECORD, from_record, named_effects
+from multilayer.errors import InputError, Problem
 from multilayer.files import is_file
 from multilayer.fits.sources import Source, open_source
 from multilayer.writing.manifest import MANIFEST, changed_inputs, read_manifest
 
-RECORD = "diagnosis.json"
 _COMMAND = "diagnose"
 _KINDS = ("diagnose", "stack-fit", "fit", "campaign")  # of inputs, those that name others first
 
@@ -63,32 +61,25 @@ def open_diagnosis(path: Path) -> Diagnosed:
     manifest = read_manifest(folder)
     if manifest is None or _COMMAND not in manifest["results"]:
         text = f"there is no {MANIFEST} of a diagnosis beside {RECORD}, which tells what was diagnosed"
-        raise InputError(f"{folder}: {text}; name the folder that diagnose wrote")
+        raise InputError(Problem(f"{text}; name the folder that diagnose wrote", file=folder))
     inputs = manifest["results"][_COMMAND]["inputs"]
     described = [Path(name) for name in inputs if name.endswith((".yaml", ".yml"))]
     missing = [file for file in described if not is_file(file)]
     if missing:
         text = f"what was diagnosed is not there: {missing[0]}"
-        raise InputError(f"{folder}: {text}; go to the folder in which diagnose was run, or run it again")
+        raise InputError(Problem(f"{text}; go to the folder in which diagnose was run, or run it again", file=folder))
     sources = [source for source in map(open_source, described) if source.kind in _KINDS]
     if not sources:
-        raise InputError(f"{folder / MANIFEST}: none of the inputs is a campaign or a fit file; run diagnose again")
+        text = "none of the inputs is a campaign or a fit file; run diagnose again"
+        raise InputError(Problem(text, file=folder / MANIFEST))
     source = min(sources, key=lambda one: _KINDS.index(one.kind))
-    return Diagnosed(source, _named(folder / RECORD), changed_inputs({"results": {_COMMAND: {"inputs": inputs}}}))
+    return Diagnosed(
+        source, from_record(folder / RECORD, _named), changed_inputs({"results": {_COMMAND: {"inputs": inputs}}})
+    )
 
 
-def _named(file: Path) -> dict[str, dict[str, float]]:
+def _named(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """Return the values of the effects that a record names."""
-    try:
-        if file.stat().st_size > FILE_BYTES.most:
-            raise InputError(f"{file}: this is too large for the record of a diagnosis; run diagnose again")
-        record = json.loads(file.read_text(encoding="utf-8"))
-        if record["verdict"] != "effect":
-            return {}
-        return {
-            one.effect: {name: found.value for name, found in one.parameters.items()} for one in named_effects(record)
-        }
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError, AttributeError, StopIteration, RecursionError):
-        raise InputError(f"{file}: this is no record of a diagnosis; run diagnose again") from None
+    if record["verdict"] != "effect":
+        return {}
+    return {one.effect: {name: found.value for name, found in one.parameters.items()} for one in named_effects(record)}

@@ -159,14 +159,14 @@ class FitRun:
         return {"sha256": self._fingerprint(self.job)} if isinstance(self.job, FitJob) else {}
 
     def done_in(self, folder: Path) -> bool:
-        """Tell whether a folder holds the whole result of the same input, options and version."""
+        """Tell whether a folder holds the whole result of the same input, options and version, which can be read."""
         manifest = read_manifest(folder)
         if manifest is None or is_unfinished(folder) or differences(folder, manifest):
             return False
         try:
             record = json.loads((folder / self.record_name).read_text(encoding="utf-8"))
-            return bool(record["inputs"]["sha256"] == self.inputs["sha256"])
-        except (OSError, ValueError, KeyError, TypeError):
+            return bool(record["inputs"]["sha256"] == self.inputs["sha256"] and summary_row(record))
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
             return False
 
     def summary_in(self, folder: Path) -> dict[str, Any]:

@@ -76,9 +76,9 @@ def test_changed_inputs_are_told(folder, results):
     [
         (lambda one: (one / "manifest.json").unlink(), "there is no manifest.json"),
         (lambda one: (one / "diagnosis.json").unlink(), "cannot be read: No such file"),
-        (lambda one: (one / "diagnosis.json").write_text("{"), "no record of a diagnosis"),
-        (lambda one: (one / "diagnosis.json").write_text('{"verdict": "effect", "causes": 3}'), "no record"),
-        (lambda one: (one / "diagnosis.json").write_text('{"verdict": "effect", "causes": []}'), "no record"),
+        (lambda one: (one / "diagnosis.json").write_text("{"), "this is no diagnosis.json"),
+        (lambda one: (one / "diagnosis.json").write_text('{"verdict": "effect", "causes": 3}'), "this is no"),
+        (lambda one: (one / "diagnosis.json").write_text('{"verdict": "effect", "causes": []}'), "this is no"),
         (lambda one: _rename_inputs(one, ".yaml", "-gone.yaml"), "what was diagnosed is not there"),
         (lambda one: _rename_inputs(one, ".yaml", ".txt"), "none of the inputs is a campaign or a fit file"),
     ],

@@ -25,6 +25,7 @@ from validation.fuzz.commands import command_target
 from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
 from validation.fuzz.flips import FORMATS, FlipTarget
+from validation.fuzz.records import RecordTarget
 from validation.fuzz.requests import EXAMPLES, MEASURED, ModelRequestTarget, RequestTarget
 from validation.fuzz.sizes import NAMES, SizeTarget
 from validation.fuzz.tables import TableTarget
@@ -36,6 +37,7 @@ COUNTS = {
     "commands": 300,
     "tables": 500,
     "requests": 500,
+    "records": 500,
     "files": 200,
     "numbers": 500,
     "sizes": len(NAMES),
@@ -63,6 +65,8 @@ def targets(
         yield "requests", "questions to the page of a stack", RequestTarget(files, seed)
         for name in MEASURED:
             yield "requests", f"questions to the page of `{name}`", ModelRequestTarget(EXAMPLES / name, seed)
+    if "records" in kinds:
+        yield "records", "results that were written, read again", RecordTarget(folder / "records", seed)
     if "files" in kinds:
         for number, name in enumerate(FORMATS):
             place = folder / f"flips{number}"
