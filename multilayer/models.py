@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from multilayer.errors import FieldError, Problem, show, suggest
@@ -44,6 +44,15 @@ class Model(BaseModel):
             is_constant = get_origin(info.annotation) is Literal and len(get_args(info.annotation)) == 1
             if value is not None and not is_constant:
                 yield name, _Shown(shown_value(value, field_unit(info)))
+
+
+def _refuse_truth(value: Any) -> Any:
+    if isinstance(value, bool):  # which is a whole number in Python, and to pydantic
+        raise PydanticCustomError("int_type", "must be a whole number")
+    return value
+
+
+WholeNumber = Annotated[int, BeforeValidator(_refuse_truth)]
 
 
 class InWords(ModelMetaclass):
