@@ -27,7 +27,8 @@ from multilayer.bounds import CONTACTS, LAYERS
 from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
-from multilayer.errors import InputError, show, suggest
+from multilayer.errors import InputError, Problem, show, suggest
+from multilayer.files import exists, is_file
 from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
@@ -298,9 +299,11 @@ def _parse_stack(value: Any, info: ValidationInfo) -> Stack:
         return value
     if isinstance(value, Mapping):
         return Stack.model_validate(value, context=info.context)
-    folder = (info.context or {}).get("folder", Path())
+    file = Path((info.context or {}).get("folder", Path())) / str(value)
     try:
-        return load_stack(Path(folder) / str(value))
+        if exists(file) and not (is_file(file) or file.is_dir()):
+            raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
+        return load_stack(file)
     except InputError as error:
         reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
         raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None

@@ -337,3 +337,9 @@ class TestMistakes:
         (told,) = refused(PANEL + "reference: bare.yaml\n")
         assert "bare.yaml:4:" in told
         assert "'50 kg' has the wrong unit" in told
+
+
+@pytest.mark.parametrize(("field", "line"), [("samples", "samples: true"), ("seed", "seed: false")])
+def test_what_is_true_is_no_number(refused, field, line):
+    text = f"{FOAM}tolerances: {{layers.0.thickness: 5 %}}\n{line}\n"
+    assert any(f" {field}: must be a whole number, not " in problem for problem in refused(text))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from multilayer.diagnosis.saved_law import known_effects
 from multilayer.errors import InputError
 from multilayer.writing import disk
 from multilayer.writing.folders import claim_folder, write_files
@@ -126,3 +127,26 @@ def test_a_manifest_that_is_a_pipe(place):
     (place / "manifest.json").unlink()
     os.mkfifo(place / "manifest.json")
     assert read_manifest(place) is None
+
+
+def test_a_stack_that_is_a_pipe(tmp_path):
+    os.mkfifo(tmp_path / "wall.yaml")
+    file = tmp_path / "simulation.yaml"
+    layers = "layers: [{type: fluid, thickness: 10 mm}]\ntermination: rigid\n"
+    file.write_text(f"version: 1\n{layers}frequency: [100]\nincidence: normal\nreference: wall.yaml\n")
+    done = run("check", file)
+    assert done.status == 2
+    assert "simulation.yaml:6:12: reference: " in done.err
+    assert "wall.yaml: is a pipe or a device" in done.err
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "[" * 100_000, '{"verdict": "effect"}', '{"verdict": "effect", "causes": [], "group": [[]]}',
+     '{"verdict": "unknown", "law": 3}', '{"verdict": "unknown", "law": {"form": {}}}', None],
+)  # fmt: skip
+def test_a_diagnosis_that_is_none(text, tmp_path):
+    file = tmp_path / "diagnosis.json"
+    os.mkfifo(file) if text is None else file.write_text(text)
+    with pytest.raises(InputError, match=r"diagnosis\.json: (this is no|is no file)"):
+        known_effects(str(file))
