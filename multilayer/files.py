@@ -19,3 +19,8 @@ def exists(path: Path) -> bool:
         return path.exists()
     except OSError:
         return False
+
+
+def is_endless(path: Path) -> bool:
+    """Tell whether there is something else than a file or a folder: a pipe or a device, which may have no end."""
+    return exists(path) and not (is_file(path) or path.is_dir())

@@ -28,7 +28,7 @@ from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, Problem, show, suggest
-from multilayer.files import exists, is_file
+from multilayer.files import is_endless
 from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
@@ -301,7 +301,7 @@ def _parse_stack(value: Any, info: ValidationInfo) -> Stack:
         return Stack.model_validate(value, context=info.context)
     file = Path((info.context or {}).get("folder", Path())) / str(value)
     try:
-        if exists(file) and not (is_file(file) or file.is_dir()):
+        if is_endless(file):
             raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
         return load_stack(file)
     except InputError as error:

@@ -23,7 +23,7 @@ from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
-from multilayer.files import exists, is_file
+from multilayer.files import is_endless
 from multilayer.inference.priors import WIDEST, Prior
 from multilayer.models import Model, WholeNumber
 from multilayer.writing.manifest import note_input
@@ -321,8 +321,8 @@ def from_record(file: Path, taken: Callable[[dict[str, Any]], T]) -> T:
         When the file is too large, cannot be read, or holds no such record.
     """
     try:
-        if exists(file) and not is_file(file):  # a pipe or a device may have no end
-            raise InputError(Problem(f"is no file; name a {RECORD}", file=file))
+        if is_endless(file):
+            raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
         FILE_BYTES.check(file.stat().st_size, remedy="run diagnose again")
         return taken(json.loads(file.read_text(encoding="utf-8")))
     except OSError as error:

@@ -129,15 +129,29 @@ def test_a_manifest_that_is_a_pipe(place):
     assert read_manifest(place) is None
 
 
-def test_a_stack_that_is_a_pipe(tmp_path):
-    os.mkfifo(tmp_path / "wall.yaml")
+MODULUS = "{law: table, file: referred}"
+SOLID = (
+    f"type: elastic_plate, thickness: 1 mm, density: 1000, poisson_ratio: 0.3, loss_factor: 0, young_modulus: {MODULUS}"
+)
+FLUID = "type: fluid, thickness: 10 mm"
+
+
+@pytest.mark.parametrize("is_device", [False, True])
+@pytest.mark.parametrize(
+    ("layer", "more", "place"),
+    [(FLUID, "reference: referred\n", "reference: "), (SOLID, "", "layers.0.young_modulus")],
+)
+def test_a_reference_without_end(layer, more, place, is_device, tmp_path):
+    referred = tmp_path / "referred"
+    referred.symlink_to("/dev/zero") if is_device else os.mkfifo(referred)
     file = tmp_path / "simulation.yaml"
-    layers = "layers: [{type: fluid, thickness: 10 mm}]\ntermination: rigid\n"
-    file.write_text(f"version: 1\n{layers}frequency: [100]\nincidence: normal\nreference: wall.yaml\n")
+    file.write_text(
+        f"version: 1\nlayers: [{{{layer}}}]\ntermination: rigid\n{more}frequency: [100]\nincidence: normal\n"
+    )
     done = run("check", file)
     assert done.status == 2
-    assert "simulation.yaml:6:12: reference: " in done.err
-    assert "wall.yaml: is a pipe or a device" in done.err
+    assert place in done.err
+    assert "a pipe or a device" in done.err
 
 
 @pytest.mark.parametrize(
@@ -148,5 +162,5 @@ def test_a_stack_that_is_a_pipe(tmp_path):
 def test_a_diagnosis_that_is_none(text, tmp_path):
     file = tmp_path / "diagnosis.json"
     os.mkfifo(file) if text is None else file.write_text(text)
-    with pytest.raises(InputError, match=r"diagnosis\.json: (this is no|is no file)"):
+    with pytest.raises(InputError, match=r"diagnosis\.json: (this is no|is a pipe)"):
         known_effects(str(file))
