@@ -116,7 +116,10 @@ SOLVES = Bound(
 )
 RESULT_BYTES = Bound(4 * 10**9, "bytes of memory that a simulation needs", "what a laptop has", True)
 ACROSS_PANEL = Bound(
-    20_000, "radians of phase across a finite panel", "1600 wavelengths there and back; a diffuse field takes a minute", True
+    20_000,
+    "radians of phase across a finite panel",
+    "1600 wavelengths there and back; a minute in a diffuse field",
+    True,
 )
 FILE_BYTES = Bound(400_000_000, "bytes of a data file", "an hour of two channels at 25 kHz and 16 bits", True)
 TEXT_BYTES = Bound(100_000_000, "bytes of a text table", "five times that in memory; a binary format takes less", True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import permutations
 
 import numpy as np
@@ -258,7 +258,7 @@ def compare(
     # from a single configuration pairs are never named, and matter only where nothing else fits
     if best and evidence[best[0]] - evidence[()] > LEAST_SCORE and (is_open or (several and not is_unfit)):
         near = [names for names in best if evidence[best[0]] - evidence[names] < NEAR]
-        pairs = _promising(singles, best if is_unfit else near, effects, is_open=is_open and several)
+        pairs = _promising(singles, best if is_unfit else near, effects, executor, is_open=is_open and several)
         tasks = {(*names, second): (singles[names], effects[second]) for names, second in pairs}
         seen: set[frozenset[str]] = set()
         while tasks:
@@ -281,6 +281,7 @@ def _promising(
     singles: Mapping[tuple[str, ...], Fitted],
     best: Sequence[tuple[str, ...]],
     effects: Mapping[str, BaseEffect],
+    executor: Executor | None,
     *,
     is_open: bool,
 ) -> list[tuple[tuple[str, ...], str]]:
@@ -296,7 +297,7 @@ def _promising(
     for names in competitive[:N_FIRST]:
         others = {name: effect for name, effect in effects.items() if name not in names and (name,) in singles}
         is_lost = is_open and names == best[0] and singles[names].minimum.cost_per_datum > UNEXPLAINED
-        for second in others if is_lost else _likely(singles[names], others):
+        for second in others if is_lost else _likely(singles[names], others, executor):
             pairs.setdefault(frozenset((*names, second)), (names, second))
     return list(pairs.values())
 
@@ -327,36 +328,32 @@ def _exchanged(pair: Fitted, effects: Mapping[str, BaseEffect], singles: Mapping
     return tasks
 
 
-def _likely(fitted: Fitted, others: Mapping[str, BaseEffect]) -> list[str]:
+def _likely(fitted: Fitted, others: Mapping[str, BaseEffect], executor: Executor | None) -> list[str]:
     """Return the further effects of the largest expected gains beside those of a fit."""
-    gains = expected_gains(fitted, others)
+    found = run_all(partial(expected_gain, fitted), list(others.values()), executor)
+    gains = dict(zip(others, found, strict=True))
     return [name for name in sorted(gains, key=lambda name: -gains[name])[:N_SECOND] if gains[name] > SECOND_EVIDENCE]
 
 
-def expected_gains(fitted: Fitted, others: Mapping[str, BaseEffect]) -> dict[str, float]:
-    """Return estimates of half the fall of the cost with each of some further effects: half the score statistic.
+def expected_gain(fitted: Fitted, effect: BaseEffect) -> float:
+    """Return an estimate of half the fall of the cost with a further effect: half the score statistic.
 
     From the change of the residuals by an effect of its usual size, taken as proportional to the size. C. R. Rao, Proc.
     Camb. Philos. Soc. 44 (1948) 50-57.
     """
     hypothesis, minimum = fitted.hypothesis, fitted.minimum
-    here = hypothesis.residual(minimum.z)
-    gains = {}
-    for name, effect in others.items():
-        more = hypothesis.with_effects(*hypothesis.effects, effect)
-        parts = [p.prior.normal is not None for p in effect.parameters]
-        steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
-        change = fitted.whitened(more.residual(steps) - here)
-        if not np.all(np.isfinite(change)):
-            gains[name] = 0.0
-            continue
-        along = minimum.jacobian.T @ change
-        stiffness = float(change @ change - along @ np.linalg.solve(minimum.precision, along))
-        pull = -float(minimum.residual @ change)
-        low = -_MOST_TIMES if any(parts) else 0.0
-        times = float(np.clip(pull / max(stiffness, 1e-12), low, _MOST_TIMES))
-        gains[name] = times * pull - 0.5 * times**2 * stiffness
-    return gains
+    more = hypothesis.with_effects(*hypothesis.effects, effect)
+    parts = [p.prior.normal is not None for p in effect.parameters]
+    steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
+    change = fitted.whitened(more.residual(steps) - hypothesis.residual(minimum.z))
+    if not np.all(np.isfinite(change)):
+        return 0.0
+    along = minimum.jacobian.T @ change
+    stiffness = float(change @ change - along @ np.linalg.solve(minimum.precision, along))
+    pull = -float(minimum.residual @ change)
+    low = -_MOST_TIMES if any(parts) else 0.0
+    times = float(np.clip(pull / max(stiffness, 1e-12), low, _MOST_TIMES))
+    return times * pull - 0.5 * times**2 * stiffness
 
 
 def _begin_pair(task: tuple[Fitted, BaseEffect]) -> StartedFit:
