@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+
+from multilayer.errors import InputError, Problem
 
 
 def is_file(path: Path) -> bool:
@@ -21,6 +24,24 @@ def exists(path: Path) -> bool:
         return False
 
 
+ENDLESS = "is a pipe or a device, which may have no end; a file is wanted"
+_GIVEN = re.compile(r"/dev/(stdin|fd/\d+)|/proc/(self|\d+)/fd/\d+")
+
+
 def is_endless(path: Path) -> bool:
-    """Tell whether there is something else than a file or a folder: a pipe or a device, which may have no end."""
-    return exists(path) and not (is_file(path) or path.is_dir())
+    """Tell whether there is a pipe or a device, which may have no end.
+
+    What the shell gives a command, as by ``multilayer check <(...)``, is as good as a file.
+    """
+    return exists(path) and not (is_file(path) or path.is_dir()) and not _GIVEN.fullmatch(str(path))
+
+
+def refuse_endless(path: Path) -> None:
+    """Refuse a pipe or a device, see `is_endless`.
+
+    Raises
+    ------
+    InputError
+    """
+    if is_endless(path):
+        raise InputError(Problem(ENDLESS, file=path))

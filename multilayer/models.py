@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
@@ -46,13 +46,14 @@ class Model(BaseModel):
                 yield name, _Shown(shown_value(value, field_unit(info)))
 
 
-def _refuse_truth(value: Any) -> Any:
+def _refuse_bool(value: Any) -> Any:
     if isinstance(value, bool):  # which is a whole number in Python, and to pydantic
         raise PydanticCustomError("int_type", "must be a whole number")
     return value
 
 
-WholeNumber = Annotated[int, BeforeValidator(_refuse_truth)]
+NO_BOOL = BeforeValidator(_refuse_bool)
+"""Annotation of whole numbers, after their bounds, which schemas would not show otherwise."""
 
 
 class InWords(ModelMetaclass):

@@ -27,8 +27,7 @@ from multilayer.bounds import CONTACTS, LAYERS
 from multilayer.config.kinds import OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
-from multilayer.errors import InputError, Problem, show, suggest
-from multilayer.files import is_endless
+from multilayer.errors import InputError, show, suggest
 from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
@@ -301,8 +300,6 @@ def _parse_stack(value: Any, info: ValidationInfo) -> Stack:
         return Stack.model_validate(value, context=info.context)
     file = Path((info.context or {}).get("folder", Path())) / str(value)
     try:
-        if is_endless(file):
-            raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
         return load_stack(file)
     except InputError as error:
         reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)

@@ -30,6 +30,7 @@ from multilayer.config.compose import (
     place_of,
 )
 from multilayer.errors import InputError, Problem, show
+from multilayer.files import refuse_endless
 from multilayer.writing.manifest import note_input
 
 DataPath = tuple[str | int, ...]
@@ -94,9 +95,10 @@ def read_yaml(path: Path | str, *, keep_problems: bool = False) -> Document:
         When the file cannot be read or is refused, see `parse_yaml`.
     """
     file, most = Path(path), YAML_BYTES.most
+    refuse_endless(file)
     try:
         with file.open("rb") as stream:
-            raw = stream.read(most + 1)  # its size need not be known: it may be a pipe, or a device without end
+            raw = stream.read(most + 1)  # its size need not be known: it may be a pipe
     except (OSError, ValueError) as error:
         raise InputError(Problem(_unreadable(file, error), file=file)) from None
     if len(raw) > most:

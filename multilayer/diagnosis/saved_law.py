@@ -23,9 +23,9 @@ from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
-from multilayer.files import is_endless
+from multilayer.files import refuse_endless
 from multilayer.inference.priors import WIDEST, Prior
-from multilayer.models import Model, WholeNumber
+from multilayer.models import NO_BOOL, Model
 from multilayer.writing.manifest import note_input
 
 RECORD = "diagnosis.json"
@@ -78,7 +78,7 @@ class SavedTerm(Model):
     """A term of a simple law: its kind, and its parameters in their order; `order` of a power of i w."""
 
     kind: Literal["power", "lossy", "fractional", "relaxation", "resonance"]
-    order: Annotated[WholeNumber, Field(ge=-2, le=2)] = 0
+    order: Annotated[int, Field(ge=-2, le=2), NO_BOOL] = 0
     parameters: dict[str, Interval]
 
 
@@ -321,8 +321,7 @@ def from_record(file: Path, taken: Callable[[dict[str, Any]], T]) -> T:
         When the file is too large, cannot be read, or holds no such record.
     """
     try:
-        if is_endless(file):
-            raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
+        refuse_endless(file)
         FILE_BYTES.check(file.stat().st_size, remedy="run diagnose again")
         return taken(json.loads(file.read_text(encoding="utf-8")))
     except OSError as error:

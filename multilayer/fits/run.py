@@ -25,7 +25,7 @@ from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 from multilayer.writing.folders import is_unfinished
-from multilayer.writing.manifest import differences, read_manifest
+from multilayer.writing.manifest import differences, listed, read_manifest
 
 SUMMARY_COLUMNS = ("campaign", "fit", "E1_pa", "E2_pa", "accepted", "of", "remark")
 
@@ -161,7 +161,9 @@ class FitRun:
     def done_in(self, folder: Path) -> bool:
         """Tell whether a folder holds the whole result of the same input, options and version, which can be read."""
         manifest = read_manifest(folder)
-        if manifest is None or is_unfinished(folder) or differences(folder, manifest):
+        if manifest is None or self.record_name not in listed(manifest):
+            return False
+        if is_unfinished(folder) or differences(folder, manifest):
             return False
         try:
             record = json.loads((folder / self.record_name).read_text(encoding="utf-8"))

@@ -298,7 +298,7 @@ def _entire_functions(square: ComplexArray) -> tuple[ComplexArray, ComplexArray]
     match len(square):
         case 1:
             powers = np.multiply.accumulate(np.broadcast_to(square, (_TERMS, *square.shape)))
-            sums = _weighed(_SERIES[:, 1:], powers)
+            sums = _weighted_sums(_SERIES[:, 1:], powers)
         case 2:
             sums = _entire_functions_of_two(square)
         case _:
@@ -315,8 +315,8 @@ def _entire_functions_of_two(square: ComplexArray) -> ComplexArray:
     p[0], p[1] = 0, 1
     for n in range(2, _TERMS + 1):
         p[n] = trace * p[n - 1] + minus_det * p[n - 2]
-    sums = _weighed(_SERIES[:, 1:], p[1:])[:, None, None] * square
-    of_eye = minus_det * _weighed(_SERIES[:, 1:], p[:-1])
+    sums = _weighted_sums(_SERIES[:, 1:], p[1:])[:, None, None] * square
+    of_eye = minus_det * _weighted_sums(_SERIES[:, 1:], p[:-1])
     for i in range(2):
         sums[:, i, i] += of_eye
     return sums
@@ -330,15 +330,15 @@ def _entire_functions_of_many(square: ComplexArray) -> ComplexArray:
     second = multiply(square, square)
     powers = np.array([square, second, multiply(second, square), multiply(second, second)])
     eye = np.eye(len(square)).reshape(square.shape[:2] + (1,) * (square.ndim - 2))
-    sums = _weighed(_SERIES[:, 9:], powers)
+    sums = _weighted_sums(_SERIES[:, 9:], powers)
     for n in (4, 0):
         sums += _SERIES[:, n + 4].reshape(-1, *(1,) * square.ndim) * eye
         sums = np.einsum("ij...,njk...->nik...", powers[3], sums)
-        sums += _weighed(_SERIES[:, n + 1 : n + 4], powers[:3])
+        sums += _weighted_sums(_SERIES[:, n + 1 : n + 4], powers[:3])
     return sums
 
 
-def _weighed(weights: RealArray, terms: ComplexArray) -> ComplexArray:
+def _weighted_sums(weights: RealArray, terms: ComplexArray) -> ComplexArray:
     """Return sums of terms, each with real weights, shape (n_sums, ...); no BLAS, whose rounding depends on shapes."""
     flat = np.ascontiguousarray(terms).reshape(len(terms), -1).view(float)
     sums: RealArray = np.einsum("kn,nm->km", weights, flat)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from multilayer.bounds import TEXT_BYTES, TEXT_LINES
 from multilayer.errors import InputError, Problem
-from multilayer.files import is_endless
+from multilayer.files import refuse_endless
 from multilayer.measurements.accelerometers import acceleration_factor, voltage_factor
 from multilayer.writing.manifest import note_input
 
@@ -61,8 +61,7 @@ def data_lines(file: Path) -> list[Line]:
     """Return the lines that are neither blank nor comments; a ``#`` in a quoted cell begins no comment."""
     note_input(file)
     try:
-        if is_endless(file):
-            raise InputError(Problem("is a pipe or a device, which may have no end; a file is wanted", file=file))
+        refuse_endless(file)
         TEXT_BYTES.check(file.stat().st_size, file, "save it in a binary format")
         raw = file.read_bytes()
         TEXT_LINES.check(raw.count(b"\n"), file, "save it in a binary format")

@@ -274,9 +274,7 @@ def limit_of(limit: Limit, i: int, setting: Setting, mistakes: list[Mistake]) ->
 
 
 def _bound(written: Any, unit: str) -> float:
-    if unit == "dB" and isinstance(written, str):
-        written = written.strip().removesuffix("dB")
-    value = parse_quantity(written, "" if unit == "dB" else unit)
+    value = parse_quantity(written, unit)
     if not np.isfinite(value):
         raise ValueError(f"{show(written)} is not finite")
     return value

@@ -20,7 +20,7 @@ from pydantic import (
 from multilayer.config.validate import read
 from multilayer.errors import InputError
 from multilayer.json_schema import QUANTITY_TEXT, Written, model_schema
-from multilayer.models import Model, WholeNumber, refuse
+from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.optimisation.aims import SIZES, Aim, Catalogue, Goal, Limit, Mistake, Setting, goal_of, limit_of
 from multilayer.optimisation.design import Space, space_of
 from multilayer.optimisation.predict import size_of
@@ -63,8 +63,8 @@ def _listed(value: Any) -> Any:
 class SearchSettings(Model):
     """Effort of the search: descents that are begun for each goal, and the seed of where they begin."""
 
-    starts: Annotated[WholeNumber, Field(ge=1, le=1000)] = 8
-    seed: Annotated[WholeNumber, Field(ge=0)] = 0
+    starts: Annotated[int, Field(ge=1, le=1000), NO_BOOL] = 8
+    seed: Annotated[int, Field(ge=0), NO_BOOL] = 0
 
 
 class OptimisationFile(SimulatedStack):

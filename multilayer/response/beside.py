@@ -15,7 +15,7 @@ from multilayer.errors import InputError
 from multilayer.media.gas import Gas
 from multilayer.media.openings import Passage, hole_passage, slit_passage
 from multilayer.media.validity import warn_outside
-from multilayer.models import Model, WholeNumber, refuse
+from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.response.diffuse_field import WeightingName, diffuse_field
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
 from multilayer.response.plane_wave import plane_wave
@@ -127,7 +127,7 @@ class _Opening(Model):
 
     name: str | None = None
     depth: Length
-    count: Annotated[WholeNumber, Field(ge=1)] = 1
+    count: Annotated[int, Field(ge=1), NO_BOOL] = 1
 
     what: ClassVar[str]
 

@@ -92,8 +92,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
     mapping
         By name: ``stack``, ``links`` where there are some, and the others by their name or as ``slit 1``, by the order
         of `Construction.beside`. What links add to the transmission, below 0 where the wall transmits less with them,
-        is taken from the wave that arrives, or given back to it: they add as much to the absorption, up to all of it.
-        So the wall's losses count as they are without links.
+        is taken from the wave that arrives, or given back to it: they add as much to the absorption, between none and
+        all of that wave. So the wall's losses count as they are without links.
     """
     own = stack_shares(wall, frequency, sound, window)
     left = 1.0
@@ -112,7 +112,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
         )
         assert own.transmission is not None  # by validation
         added = linked - own.transmission
-        found["links"] = Shares(left * added, left * np.minimum(added, np.maximum(1 - own.absorption, 0.0)))
+        absorbed = np.clip(added, -own.absorption, np.maximum(1 - own.absorption, 0.0))
+        found["links"] = Shares(left * added, left * absorbed)
     for i, path in enumerate(wall.beside, start=1):
         name = path.name or f"{path.type} {i}"
         if isinstance(path, Flanking):

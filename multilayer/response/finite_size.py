@@ -21,6 +21,7 @@ _NODES, _WEIGHTS = leggauss(24)
 _RADIANS = 32.0  # of phase that a panel of nodes resolves to many digits
 _LEAST_PANELS = 2
 _AT_ONCE = 2**20  # values of the integrand
+_MOST_KEPT = 2**19  # coefficients of series that are kept, 8 MB; there are 32 of these at most
 
 Radiation: TypeAlias = Callable[[IndexArray, RealArray], ComplexArray]
 
@@ -109,18 +110,18 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
     callable
         Takes indices of wavenumbers and trace wavenumbers, two arrays of one shape.
     """
-    if largest > 0 and meetings > 2 and meetings * wavenumber.size > _n_terms(window, largest):
-        return _series(window, wavenumber.tobytes(), largest)
+    n = _n_terms(window, largest)
+    if largest > 0 and meetings > 2 and meetings * wavenumber.size > n:
+        made = _kept_series if n * wavenumber.size < _MOST_KEPT else _series
+        return made(window, np.asarray(wavenumber, dtype=float).tobytes(), largest)
     return lambda which, trace: _integrals(window, wavenumber[which], trace)
 
 
-@lru_cache(maxsize=4)
 def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
     """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
 
-    Kept for the next stack, since the layers make no difference: a sweep meets one panel again and again. Only J0
-    depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the largest
-    argument give all digits, and all wavenumbers of the fluid share the samples of J0.
+    Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
+    largest argument give all digits, and all wavenumbers of the fluid share the samples of J0.
     """
     n, wavenumber = _n_terms(window, largest), np.frombuffer(wavenumbers)
     x = chebpts1(n)
@@ -137,6 +138,10 @@ def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
         return np.asarray(chebval(2 * (trace / largest) ** 2 - 1, coefficients[:, which], tensor=False))
 
     return at
+
+
+# the layers make no difference: a sweep meets one panel again and again
+_kept_series = lru_cache(maxsize=32)(_series)
 
 
 def _n_terms(window: Window, largest: float) -> int:

@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from multilayer.config.validate import read
 from multilayer.measurements.description import BurstShape, Uncertainty
-from multilayer.models import Model, WholeNumber, refuse, refuse_unknown_keys
+from multilayer.models import NO_BOOL, Model, refuse, refuse_unknown_keys
 from multilayer.rig.effect_base import Mistake, Mounting, Surroundings
 from multilayer.rig.effects import EFFECTS, EffectField
 from multilayer.rig.excitation import LONGEST_TAIL, Timing, ring_down
@@ -107,7 +107,7 @@ class RigFile(Model):
 
     version: Literal[1]
     rig: Literal["two-plate"]
-    seed: Annotated[WholeNumber, Field(ge=0)] = 0
+    seed: Annotated[int, Field(ge=0), NO_BOOL] = 0
     sampling_rate: Frequency = 25600.0
     specimen: SpecimenSettings
     top_plate: TopPlateSettings = TopPlateSettings()
@@ -115,7 +115,7 @@ class RigFile(Model):
     burst: BurstShape = BurstShape(cycles=10.0, level_rms=5.0)
     frequencies: Frequencies
     configurations: Configurations
-    repeats: Annotated[WholeNumber, Field(ge=1, le=1000)] = 3
+    repeats: Annotated[int, Field(ge=1, le=1000), NO_BOOL] = 3
     noise: NoiseSettings = NoiseSettings()
     uncertainty: Uncertainty = Uncertainty()
     remount: Remount | None = None

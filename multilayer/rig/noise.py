@@ -10,7 +10,7 @@ from pydantic import Field
 from scipy import fft
 
 from multilayer.arrays import RealArray
-from multilayer.models import Model, WholeNumber
+from multilayer.models import NO_BOOL, Model
 from multilayer.units import Acceleration, Frequency, Ratio
 
 HEADROOM = 1.25  # range of a converter that sets itself, over the crest
@@ -21,7 +21,7 @@ class Hum(Model):
 
     frequency: Frequency = 50.0
     level: Acceleration
-    harmonics: Annotated[WholeNumber, Field(ge=1, le=50)] = 3
+    harmonics: Annotated[int, Field(ge=1, le=50), NO_BOOL] = 3
 
 
 class NoiseSettings(Model):
@@ -47,7 +47,7 @@ class NoiseSettings(Model):
     base: Ratio | None = None
     pink: Ratio = 0.0
     hum: Hum | None = None
-    bits: Annotated[WholeNumber, Field(ge=4, le=32)] | None = 24
+    bits: Annotated[int, Field(ge=4, le=32), NO_BOOL] | None = 24
     full_scale: Acceleration | None = None
 
 

@@ -19,7 +19,7 @@ from pydantic import (
 from multilayer.bounds import SAMPLES
 from multilayer.config.validate import read
 from multilayer.errors import InputError, show
-from multilayer.models import WholeNumber, as_mistakes, refuse
+from multilayer.models import NO_BOOL, as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.response.construction import Construction
 from multilayer.response.duct import unfit_lining
@@ -112,8 +112,8 @@ class SimulationFile(SimulatedStack, Construction):
     duct: Duct | None = None
     sweep: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = Field(default_factory=dict)
     tolerances: dict[str, Any] = Field(default_factory=dict)
-    samples: Annotated[WholeNumber, Field(ge=2, le=SAMPLES.usual)] = 200
-    seed: Annotated[WholeNumber, Field(ge=0)] = 0
+    samples: Annotated[int, Field(ge=2, le=SAMPLES.usual), NO_BOOL] = 200
+    seed: Annotated[int, Field(ge=0), NO_BOOL] = 0
 
     _cases: tuple[Case, ...] = PrivateAttr(default=())
     _scatter: dict[str, Tolerance] = PrivateAttr(default_factory=dict)

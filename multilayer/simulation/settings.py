@@ -23,7 +23,7 @@ from multilayer.arrays import RealArray
 from multilayer.bounds import FREQUENCIES
 from multilayer.errors import show
 from multilayer.json_schema import NUMBER_TEXT, any_of
-from multilayer.models import Model, WholeNumber, refuse, refuse_unknown_keys
+from multilayer.models import NO_BOOL, Model, refuse, refuse_unknown_keys
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
 from multilayer.response.duct import Lined
@@ -36,7 +36,7 @@ class FrequencyRange(Model, populate_by_name=True):
 
     start: Annotated[Frequency, Field(alias="from")] = 100.0
     stop: Annotated[Frequency, Field(alias="to")] = 5000.0
-    points: Annotated[WholeNumber, Field(ge=1, le=FREQUENCIES.usual)] = 200
+    points: Annotated[int, Field(ge=1, le=FREQUENCIES.usual), NO_BOOL] = 200
     spacing: Literal["log", "linear"] = "log"
 
     @model_validator(mode="before")

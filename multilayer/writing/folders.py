@@ -14,11 +14,14 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
+from multilayer.bounds import YAML_BYTES
 from multilayer.errors import InputError
+from multilayer.files import is_endless
 from multilayer.writing import disk
 from multilayer.writing.manifest import MANIFEST, digest_of, listed, manifest_text, noted_inputs, read_manifest
 from multilayer.writing.workspace import (
@@ -70,7 +73,7 @@ def write_files(
     inputs : mapping, optional
         What the result was made from, SHA-256 by path; all that was noted when left out.
     beside : mapping, optional
-        Contents of files outside the folder that belong to it, by absolute path.
+        Contents of files that belong to the folder, by absolute path: beside it, or in a hidden folder there.
     gone : iterable of Path
         Such files of the old result that the new one does not have.
 
@@ -194,14 +197,15 @@ def _replace(space: Workspace, files: Iterable[str], beside: Mapping[Path, bytes
     for number, (path, content) in enumerate(beside.items()):
         path.parent.mkdir(exist_ok=True)
         disk.write(space.folder / _BESIDE / str(number), content)
-    targets = [str(path) for path in (*beside, *gone)]
-    journal = {"new": os.stat(new).st_ino, "targets": targets, "n_new": len(beside)}  # noqa: PTH116
+    targets = [*beside, *gone]
+    names = [path.relative_to(place.parent).as_posix() for path in targets]
+    journal = {"new": os.stat(new).st_ino, "targets": names, "n_new": len(beside)}  # noqa: PTH116
     disk.write(space.folder / f"{JOURNAL}.part", json.dumps(journal).encode())
     os.rename(space.folder / f"{JOURNAL}.part", space.folder / JOURNAL)  # noqa: PTH104
     disk.sync(space.folder)
     try:
         for number, target in enumerate(targets):
-            _move(Path(target), space.folder / _OLD / str(number))
+            _move(target, space.folder / _OLD / str(number))
         _swap(space, files)
     finally:
         _settle(space)
@@ -259,8 +263,15 @@ def _link_others(path: Path, place: Path, new: Path, stale: set[str]) -> None:
 
 def _stale(place: Path, new: Path) -> set[str]:
     """Return the files of the last result that the new one does not have, and that nobody has changed since."""
-    names = {name for name, digest in listed(read_manifest(place)).items() if digest_of(place / name) == digest}
-    return names - listed(read_manifest(new)).keys()
+    old = {name: digest for name, digest in listed(read_manifest(place)).items() if _is_inside(place / name, place)}
+    unchanged = {name for name, digest in old.items() if digest_of(place / name) == digest}
+    return unchanged - listed(read_manifest(new)).keys()
+
+
+def _is_inside(path: Path, place: Path) -> bool:
+    """Tell whether a path leads into a folder, and by no link out of it."""
+    folder = resolved(path.parent)
+    return folder == place or place in folder.parents
 
 
 def _only(files: Iterable[str], new: Path) -> None:
@@ -282,20 +293,15 @@ def _move_in(committed: Path, place: Path) -> None:
         for path in sorted(committed.rglob("*")):
             if path.is_file() and path != committed / MANIFEST:
                 target = place / path.relative_to(committed)
-                _refuse_outside(target.parent, place)
+                if not _is_inside(target, place):
+                    text = f"leads by a link out of {place}, where results are to be written"
+                    raise InputError(f"{target.parent}: {text}; replace the link by a folder")
                 target.parent.mkdir(parents=True, exist_ok=True)
                 _move(path, target)
         disk.sync(place)
         _move(committed / MANIFEST, place / MANIFEST)
     disk.sync(place)
     disk.remove(committed)
-
-
-def _refuse_outside(folder: Path, place: Path) -> None:
-    """Refuse a folder of results whose links lead out of it."""
-    inner = resolved(folder)
-    if inner != place and place not in inner.parents:
-        raise InputError(f"{folder}: is a link that leads out of {place}, where results are to be written; remove it")
 
 
 def _move(source: Path, target: Path) -> None:
@@ -357,22 +363,29 @@ def _journal(space: Workspace) -> _Journal | None:
     """
     path = space.folder / JOURNAL
     try:
-        read = json.loads(path.read_text(encoding="utf-8"))
-        journal = _Journal(int(read["new"]), [Path(str(target)) for target in read["targets"]], int(read["n_new"]))
+        if not is_endless(path) and path.stat().st_size <= YAML_BYTES.most:
+            read = json.loads(path.read_text(encoding="utf-8"))
+            names = [PurePosixPath(name) for name in read["targets"]]
+            if all(_belongs(name, space.place) for name in names):
+                return _Journal(int(read["new"]), [space.place.parent / name for name in names], int(read["n_new"]))
     except FileNotFoundError:
         return None
-    except (ValueError, LookupError, TypeError, RecursionError):
-        journal = None
-    if journal is None or not all(_belongs(target, space.place) for target in journal.targets):
-        raise InputError(f"{path}: no run of multilayer wrote this; remove {space.folder}")
-    return journal
+    except (ValueError, LookupError, TypeError, OverflowError, RecursionError):
+        pass
+    raise InputError(f"{path}: no run of multilayer wrote this; remove {space.folder}")
 
 
-def _belongs(target: Path, place: Path) -> bool:
-    """Tell whether a file belongs to a folder of results: by its name, and beside it or in a hidden folder there."""
-    folder = resolved(target.parent)
-    is_beside = folder == place.parent or (folder.parent == place.parent and folder.name.startswith("."))
-    return is_beside and target.name.startswith(f"{place.name}.")
+def _belongs(name: PurePosixPath, place: Path) -> bool:
+    """Tell whether a file beside a folder of results, or in a hidden folder there, has a name that belongs to it.
+
+    Raises
+    ------
+    ValueError
+        For what is no name of a file.
+    """
+    os.fsencode(name)
+    is_beside = len(name.parts) == 1 or (len(name.parts) == 2 and re.fullmatch(r"\.\w+", name.parts[0]) is not None)
+    return is_beside and name.name.startswith(f"{place.name}.") and "\0" not in name.name
 
 
 def _is_new(folder: Path, number: int) -> bool:

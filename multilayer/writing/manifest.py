@@ -124,7 +124,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 def _leaves(name: str) -> bool:
     """Tell whether a name leads out of the folder that it is looked for in."""
     path = Path(name)
-    return path.is_absolute() or ".." in path.parts
+    return bool(path.anchor) or ".." in path.parts
 
 
 def listed(manifest: Mapping[str, Any] | None) -> dict[str, str]:

@@ -23,6 +23,7 @@ from multilayer.writing import disk
 _LONGEST = 100  # bytes of a name that are kept as they are
 _BEYOND = 1 << 30  # place of the locked byte: Windows lets nobody read a locked one
 _LOCK = "lock"
+_is_junction: Callable[[Path], bool] = getattr(os.path, "isjunction", lambda path: False)  # Windows, Python 3.12
 COMMITTED, JOURNAL = "committed", "journal.json"
 """Names in the hidden folder of what the next run has to finish before it clears anything."""
 
@@ -183,9 +184,11 @@ def claim(place: Path, recover: Callable[[Workspace], None] | None = None) -> Wo
         if recover is not None:
             recover(space)
         space.clear()
-    except OSError as error:
+    except BaseException as error:
         give_up(place)
-        raise unusable(place, error) from None
+        if isinstance(error, OSError):
+            raise unusable(place, error) from None
+        raise
     return space
 
 
@@ -236,11 +239,11 @@ def is_claimed(place: Path) -> bool:
 def _locked(place: Path, folder: Path) -> int:
     """Return the open and locked lock of a hidden folder, which is made."""
     while True:
-        refuse_link(folder)
+        _refuse_link(folder)
         folder.mkdir(parents=True, exist_ok=True)
         try:
             for entry in folder.iterdir():
-                refuse_link(entry)
+                _refuse_link(entry)
             handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         except FileNotFoundError:  # the run before has removed the folder in between
             continue
@@ -256,14 +259,14 @@ def _locked(place: Path, folder: Path) -> int:
     return handle
 
 
-def refuse_link(path: Path) -> None:
+def _refuse_link(path: Path) -> None:
     """Refuse a symbolic link where runs leave files and folders: it may lead to anything, which would be cleared away.
 
     Raises
     ------
     InputError
     """
-    if path.is_symlink():
+    if path.is_symlink() or _is_junction(path):
         raise InputError(f"{path}: is a link, which no run of multilayer leaves; somebody else made it, remove it")
 
 

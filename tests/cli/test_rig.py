@@ -94,6 +94,14 @@ class TestWritten:
         assert not (tmp_path / "foam.truth.json").exists()
         assert json.loads((tmp_path / ".truth" / "foam.truth.json").read_text())["effect"] == "preload"
 
+    def test_a_hidden_folder_of_the_user_that_is_a_link(self, file, tmp_path):
+        (tmp_path / "secure").mkdir()
+        (tmp_path / ".truth").symlink_to("secure")
+        for _ in range(2):
+            done = run("rig", file, "--out", tmp_path / "foam", "--quiet-truth")
+            assert (done.status, done.err) == (0, "")
+        assert json.loads((tmp_path / "secure" / "foam.truth.json").read_text())["effect"] == "preload"
+
     def test_default_folder(self, file, tmp_path):
         done = run("rig", file, cwd=tmp_path)
         assert done.status == 0

@@ -1,6 +1,7 @@
 """Bounds: told, raised by the environment, and listed in the manual as they are."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -48,9 +49,16 @@ def test_a_refusal_says_how_many_what_and_what_to_do():
     )
 
 
-def test_a_file_without_end_is_not_read(monkeypatch):
+def test_a_file_that_is_too_large_is_not_read(monkeypatch, tmp_path):
     monkeypatch.setenv(FACTOR, "0.001")
+    (tmp_path / "large.yaml").write_text("#" * 20_000)
     with pytest.raises(InputError, match=rf"10 001 {YAML_BYTES.of} are too many"):
+        read_yaml(tmp_path / "large.yaml")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such device")
+def test_a_file_without_end_is_not_read():
+    with pytest.raises(InputError, match="is a pipe or a device"):
         read_yaml("/dev/zero")
 
 

@@ -150,6 +150,18 @@ def test_what_links_send_on_is_absorbed(periodic: bool):
     assert_allclose(shares.absorption, shares.transmission, rtol=1e-6)  # nothing is lost in between
 
 
+@pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")  # close to each other
+@pytest.mark.parametrize("window", [None, Window(3.0, 3.0)])
+@pytest.mark.parametrize("links", [{"kind": "line", "periodic": True}, {"kind": "line"}, {"kind": "point"}])
+def test_a_wall_absorbs_no_less_than_nothing(links: dict, window: Window | None):
+    leaf = {"type": "elastic_plate", "thickness": 0.0125, "density": 700.0, "young_modulus": 3e9, "poisson_ratio": 0.2}
+    layers = [{"name": "front", **leaf}, {"type": "fluid", "thickness": 0.09}, {"name": "back", **leaf}]
+    wall = Construction(layers=layers, termination="ambient", links=[{**links, **BETWEEN, "spacing": 0.3}])
+    absorbed = wall_shares(wall, np.geomspace(50.0, 2000.0, 20), Sound(0.0), window).absorption
+    assert np.all(absorbed >= -1e-12)
+    assert window is not None or np.all(absorbed <= 1 + 1e-12)
+
+
 def test_close_links_warn():
     with pytest.warns(ValidityWarning, match="spacing / bending wavelength of a leaf from 0.5"):
         linked_transmission(WALL, [LineLinks(**BETWEEN, spacing=0.01)], FREQUENCY)

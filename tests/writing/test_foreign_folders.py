@@ -2,6 +2,7 @@
 
 import json
 import os
+import subprocess
 import sys
 from hashlib import sha256
 from pathlib import Path
@@ -74,30 +75,55 @@ def test_links_in_the_hidden_folder(name, home, place, refused):
     assert {path.name: path.read_text() for path in home.iterdir()} == {"precious": "precious"}
 
 
-@pytest.mark.parametrize("target", ["{home}/precious", "{home}/foam.truth.json", "../home/precious", "{place}/../rc"])
+@pytest.mark.parametrize(
+    "target",
+    ["{home}/precious", "{home}/foam.truth.json", "../home/precious", "../foam.rc", ".a/.b/foam.rc", "rc", ".rc"],
+)
 @pytest.mark.parametrize("n_new", [0, 1])
 def test_a_journal_of_files_elsewhere(target, n_new, home, place, refused):
     folder = hidden(place)
     for name in ("old", "beside"):
         (folder / name).mkdir()
         (folder / name / "0").write_text("evil")
-    named = target.format(home=home, place=place)
+    named = target.format(home=home)
     (folder / "journal.json").write_text(json.dumps({"new": 1, "targets": [named], "n_new": n_new}))
     refused(place, "no run of multilayer wrote this; remove")
     assert {path.name: path.read_text() for path in home.iterdir()} == {"precious": "precious"}
     assert {path.name for path in place.parent.iterdir()} == {"foam", ".foam.multilayer"}
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{", '{"new": {}, "targets": [], "n_new": 0}', "[" * 100_000, "\ud800"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{", "[" * 100_000, "\ud800", None, '{"new": {}, "targets": [], "n_new": 0}',
+     '{"new": 1e999, "targets": [], "n_new": 0}', '{"new": 1, "targets": ["foam.\\u0000"], "n_new": 0}',
+     '{"new": 1, "targets": ["foam.\\ud800"], "n_new": 0}', '{"new": 1, "targets": [3], "n_new": 0}'],
+)  # fmt: skip
 def test_a_journal_that_is_none(text, place, refused):
-    (hidden(place) / "journal.json").write_text(text, errors="surrogatepass")
+    file = hidden(place) / "journal.json"
+    os.mkfifo(file) if text is None else file.write_text(text, errors="surrogatepass")
     refused(place, "no run of multilayer wrote this")
+
+
+def test_a_place_that_was_refused_is_refused_again(place):
+    (hidden(place) / "journal.json").write_text("{")
+    for _ in range(2):
+        with pytest.raises(InputError, match="no run of multilayer wrote this"):
+            write_files(place, FILES, made_by="fit")
+
+
+def test_what_an_old_manifest_lists_behind_a_link(home, place):
+    (place / "figures").symlink_to(home)
+    manifest(place, {"figures/precious": sha256(b"precious").hexdigest()})
+    (hidden(place) / "committed").mkdir()
+    (hidden_folder(place) / "committed" / "manifest.json").write_text('{"results": {}}')
+    write_files(place, FILES, made_by="fit")  # finishes that first
+    assert (home / "precious").read_text() == "precious"
 
 
 def test_a_folder_of_results_with_a_link_out_of_it(home, place, monkeypatch):
     monkeypatch.setattr(disk, "_exchange", lambda: None)
     (place / "figures").symlink_to(home)
-    with pytest.raises(InputError, match="leads out of"):
+    with pytest.raises(InputError, match="leads by a link out of"):
         write_files(place, {"figures/precious": "evil"}, made_by="fit")
     assert (home / "precious").read_text() == "precious"
 
@@ -136,22 +162,40 @@ SOLID = (
 FLUID = "type: fluid, thickness: 10 mm"
 
 
+SIMULATION = "version: 1\nlayers: [{{{layer}}}]\ntermination: rigid\n{more}frequency: [100]\nincidence: normal\n"
+FIT = "kind: fit\nversion: 1\ncampaign: referred\n"
+REFERENCES = {
+    "reference": (SIMULATION.format(layer=FLUID, more="reference: referred\n"), "reference: "),
+    "library": (SIMULATION.format(layer=FLUID, more="library: referred\n"), "library: "),
+    "law": (SIMULATION.format(layer=SOLID, more=""), "layers.0.young_modulus"),
+    "campaign": (FIT, "referred"),
+}
+
+
 @pytest.mark.parametrize("is_device", [False, True])
-@pytest.mark.parametrize(
-    ("layer", "more", "place"),
-    [(FLUID, "reference: referred\n", "reference: "), (SOLID, "", "layers.0.young_modulus")],
-)
-def test_a_reference_without_end(layer, more, place, is_device, tmp_path):
+@pytest.mark.parametrize("name", REFERENCES)
+def test_a_reference_without_end(name, is_device, tmp_path):
     referred = tmp_path / "referred"
     referred.symlink_to("/dev/zero") if is_device else os.mkfifo(referred)
-    file = tmp_path / "simulation.yaml"
-    file.write_text(
-        f"version: 1\nlayers: [{{{layer}}}]\ntermination: rigid\n{more}frequency: [100]\nincidence: normal\n"
-    )
+    text, place = REFERENCES[name]
+    file = tmp_path / "file.yaml"
+    file.write_text(text)
     done = run("check", file)
     assert done.status == 2
     assert place in done.err
-    assert "a pipe or a device" in done.err
+    assert "is a pipe or a device" in done.err
+
+
+def test_what_the_shell_gives_is_read(tmp_path):
+    table = b"name,sigma [N s/m4],phi,alpha_inf,Lambda [um],Lambda' [um]\nwool,10000,0.98,1.1,100,200\n"
+    out, into = os.pipe()
+    os.write(into, table)
+    os.close(into)
+    call = [sys.executable, "-m", "multilayer", "materials", "--from", f"/dev/fd/{out}", "--out", "made.yaml"]
+    done = subprocess.run(call, pass_fds=[out], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
+    os.close(out)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "wool" in (tmp_path / "made.yaml").read_text()
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from multilayer.experiments.stacks.field_priors import MistakeError
 from multilayer.experiments.stacks.measurements import Measurement, MeasurementField
 from multilayer.experiments.stacks.observations import Observation, observe
 from multilayer.experiments.stacks.unknowns import Target, Unknown, UnknownFile, resolve
-from multilayer.models import Model, WholeNumber, refuse
+from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.simulation.file import Reference
 from multilayer.stack import Stack
 
@@ -41,9 +41,9 @@ class Observed(Protocol):
 class SearchSettings(Model):
     """Effort of the search for minima."""
 
-    candidates: Annotated[WholeNumber, Field(ge=1, le=100_000)] = 256
-    starts: Annotated[WholeNumber, Field(ge=1, le=1000)] = 8
-    seed: Annotated[WholeNumber, Field(ge=0)] = 0
+    candidates: Annotated[int, Field(ge=1, le=100_000), NO_BOOL] = 256
+    starts: Annotated[int, Field(ge=1, le=1000), NO_BOOL] = 8
+    seed: Annotated[int, Field(ge=0), NO_BOOL] = 0
 
 
 class StackFitFile(Model):

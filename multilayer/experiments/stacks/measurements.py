@@ -147,9 +147,7 @@ _MOST_NOISE = 1e100  # its square is still a number
 
 
 def _amount(written: Any, unit: str) -> float:
-    # pint distinguishes dB of powers and of amplitudes: here dB is the unit of the column
-    text = written.strip().removesuffix("dB") if unit == "dB" and isinstance(written, str) else written
-    value = parse_quantity(text, "" if unit == "dB" else unit)
+    value = parse_quantity(written, unit)
     if not 0 <= value < _MOST_NOISE:
         raise ValueError(f"{show(written)} is no standard deviation: it must be at least 0 and below {_MOST_NOISE:g}")
     return value

@@ -18,7 +18,7 @@ from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.media.laws.template import law_template
-from multilayer.models import Model, WholeNumber, refuse
+from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.paths import Located, locate, unit_of, with_values
 from multilayer.stack import Stack
 
@@ -60,7 +60,7 @@ class UnknownFile(Model):
     loguniform: tuple[Any, Any] | None = None
     bounds: Any = None
     law: Annotated[str | None, Written(lambda _: {"enum": [*LAWS.names(), None]})] = None
-    elements: Annotated[WholeNumber, Field(ge=1)] | None = None
+    elements: Annotated[int, Field(ge=1), NO_BOOL] | None = None
     fixed: dict[str, Any] = Field(default_factory=dict)
     nuisance: bool = False
 

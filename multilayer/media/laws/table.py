@@ -14,7 +14,7 @@ from pydantic_core import CoreSchema
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.bounds import TEXT_BYTES
 from multilayer.errors import InputError
-from multilayer.files import is_endless
+from multilayer.files import ENDLESS, is_endless
 from multilayer.media.laws.base import LossModulus, ModulusLaw
 from multilayer.units import Frequency, Pressure
 from multilayer.writing.manifest import note_input
@@ -89,7 +89,7 @@ def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
     note_input(path)
     try:
         if is_endless(path):
-            raise ValueError("a pipe or a device, which may have no end")
+            raise ValueError(f"it {ENDLESS}")
         if (size := path.stat().st_size) > TEXT_BYTES.most:
             raise ValueError(str(TEXT_BYTES.refusal(size)))
         lines = path.read_text(encoding="utf-8").splitlines()[1:]

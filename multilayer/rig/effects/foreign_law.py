@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.models import WholeNumber
+from multilayer.models import NO_BOOL
 from multilayer.rig.effect_base import GRAVITY, Effect, Geometry, Moment, Mounting, Size, above_zero
 from multilayer.rig.specimen import SpecimenSettings
 from multilayer.units import DIMENSIONLESS, Unit
@@ -58,7 +58,7 @@ class ForeignLaw(Effect):
     frequency: Annotated[float, Field(gt=0, le=50e3), Unit("Hz")] = 500.0
     exponent: Annotated[float, Field(ge=0, le=1), Unit(DIMENSIONLESS)] = 0.5
     loss_factor: Annotated[float, Field(gt=0, le=2), Unit(DIMENSIONLESS)] = 0.05
-    number: Annotated[WholeNumber, Field(ge=0), Unit(DIMENSIONLESS)] = 0
+    number: Annotated[int, Field(ge=0), NO_BOOL, Unit(DIMENSIONLESS)] = 0
 
     known = False
     drawn = Size("size", 0.02, 1.0)
