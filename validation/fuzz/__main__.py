@@ -117,9 +117,8 @@ def _run(asked: argparse.Namespace, folder: Path) -> None:
         n, seconds, used = tallies[-1].counts["tried"], monotonic() - began, _processor_time() - used
         rate = f"{n / seconds:.0f} per second, {n / used:.0f} per second of a processor"
         print(f"{title}: {n} in {seconds:.0f} s, {rate}", file=sys.stderr, flush=True)
-    if not tallies:
-        return
-    print("\n".join([HEAD, *(tally.row for tally in tallies)]))
+        head = [HEAD] if len(tallies) == 1 else []
+        print("\n".join([*head, tallies[-1].row]), flush=True)  # a long run may not come to its end
     for tally in tallies:
         for kind, cases in sorted(tally.failures.items(), key=lambda item: -len(item[1])):
             index, text = min(cases)
