@@ -322,7 +322,7 @@ def from_record(file: Path, taken: Callable[[dict[str, Any]], T]) -> T:
     """
     try:
         refuse_endless(file)
-        FILE_BYTES.check(file.stat().st_size, remedy="run diagnose again")
+        FILE_BYTES.check(file.stat().st_size, file, "run diagnose again")
         return taken(json.loads(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(Problem(f"cannot be read: {error.strerror}", file=file)) from None
