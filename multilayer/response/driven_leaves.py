@@ -188,6 +188,14 @@ def _from(leaf: Leaf, system: System) -> tuple[Contact, ...]:
 def _inverse(matrices: ComplexArray) -> ComplexArray:
     """Return the inverses of entry-first matrices."""
     n = len(matrices)
+    if n == 1:
+        return 1 / matrices
+    if n == 2:
+        (a, b), (c, d) = matrices
+        inverse = np.empty_like(matrices)
+        over = 1 / (a * d - b * c)
+        inverse[0, 0], inverse[0, 1], inverse[1, 0], inverse[1, 1] = d * over, -b * over, -c * over, a * over
+        return inverse
     work = np.empty((n, 2 * n, *matrices.shape[2:]), dtype=complex)
     work[:, :n] = -np.eye(n)[(..., *(None,) * (matrices.ndim - 2))]
     work[:, n:] = matrices

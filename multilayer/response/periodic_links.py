@@ -161,19 +161,32 @@ class PeriodicLinks:
 
     def _add_harmonic(self, sums: _Sums, which: IndexArray, kappa: RealArray, *, is_specular: bool) -> None:
         """Add what the leaves do in a harmonic beyond what they would do as plates alone, and what radiates."""
+        is_near = kappa <= self._farthest[which]
+        is_slow = (kappa > (1 - _BESIDE) * self._sound[which]) & (not is_specular)
+        for slow, chosen in ((True, is_near & is_slow), (False, is_near & ~is_slow)):
+            if not np.any(chosen):
+                continue
+            points: slice | IndexArray = slice(None) if np.all(chosen) else np.flatnonzero(chosen)
+            there, there_kappa = which[points], kappa[points]
+            answer, passed = self._driven.answers(there, there_kappa, slow=slow)
+            for i, plate in enumerate(self._of_plates(there, there_kappa)):
+                answer[i, i] -= plate
+            sums.mobility[..., points] += answer / self._spacing
+            if not slow:
+                self._radiate(sums, points, there, there_kappa, passed, is_specular=is_specular)
+
+    def _radiate(
+        self,
+        sums: _Sums,
+        fast: slice | IndexArray,
+        there: IndexArray,
+        kappa: RealArray,
+        passed: ComplexArray,
+        *,
+        is_specular: bool,
+    ) -> None:
+        """Add what harmonics that are faster than sound send on."""
         gas = self._stack.ambient.gas
-        near = np.flatnonzero(kappa <= self._farthest[which])
-        there, kappa = which[near], kappa[near]
-        sums.mobility[..., near] -= _on_diagonal(self._of_plates(there, kappa)) / self._spacing
-        is_slow = (kappa > (1 - _BESIDE) * self._sound[there]) & (not is_specular)
-        if np.any(is_slow):
-            answer, _ = self._driven.answers(there[is_slow], kappa[is_slow], slow=True)
-            sums.mobility[..., near[is_slow]] += answer / self._spacing
-        if np.all(is_slow):
-            return
-        fast, there, kappa = near[~is_slow], there[~is_slow], kappa[~is_slow]
-        answer, passed = self._driven.answers(there, kappa, slow=False)
-        sums.mobility[..., fast] += answer / self._spacing
         sent = -np.tensordot(self._apart, passed, 1) / self._spacing
         harmonic = Wave(self._frequency[there], kappa, gas)
         conductance = np.real(1 / wave_impedance(harmonic, gas.density, gas.sound_speed))
