@@ -115,7 +115,7 @@ class _Walk:
         elif kind == _CELL:
             self._arrays(content, at, count, depth)
         elif kind == _SPARSE:
-            self._all_numbers(content, at)
+            self._sparse(content, at, shape, 2 if flags[0] & _COMPLEX else 1)
         elif kind <= _LAST_NUMERIC:
             self._parts(content, at, count, 2 if flags[0] & _COMPLEX else 1, is_text=kind == 4)
         elif kind == _FUNCTION:
@@ -142,9 +142,20 @@ class _Walk:
             if held != count and not (is_text and kind >= 16):  # characters may take several bytes
                 raise _UnsoundError(f"an array of {count} numbers holds {held}")
 
-    def _all_numbers(self, content: memoryview, at: int) -> None:
-        while at < len(content):
-            _, _, at = self._numbers(content, at)
+    def _sparse(self, content: memoryview, at: int, shape: tuple[int, ...], parts: int) -> None:
+        """Walk a sparse matrix: rows, where the columns begin among these, and numbers, some of them to spare."""
+        rows, at = self._of_type(content, at, _INT32, "rows of its numbers")
+        begins, at = self._of_type(content, at, _INT32, "begins of its columns")
+        held = begins[-1] if begins else -1
+        is_rising = list(begins) == sorted(begins) and begins[:1] == (0,)
+        if len(shape) != 2 or len(begins) != shape[1] + 1 or not is_rising or held > len(rows):
+            raise _UnsoundError("the columns of a sparse array do not fit its rows")
+        if not all(0 <= row < shape[0] for row in rows[:held]):
+            raise _UnsoundError(f"a sparse array of {shape[0]} rows has numbers elsewhere")
+        for _ in range(parts):
+            _, numbers, at = self._numbers(content, at)
+            if numbers < held:
+                raise _UnsoundError(f"a sparse array of {held} numbers holds {numbers}")
 
     def _struct(self, content: memoryview, at: int, count: int, depth: int, *, is_object: bool) -> None:
         if is_object:

@@ -42,6 +42,7 @@ COUNTS = {
     "numbers": 500,
     "sizes": len(NAMES),
 }  # of each target, unless --count says more
+_MOST_LISTED = 100  # tries of one failure
 MEMORY = Path("/dev/shm")  # a file on a disk takes as long to write as to be read and checked
 
 
@@ -121,8 +122,9 @@ def _run(asked: argparse.Namespace, folder: Path) -> None:
         print("\n".join([*head, tallies[-1].row]), flush=True)  # a long run may not come to its end
     for tally in tallies:
         for kind, cases in sorted(tally.failures.items(), key=lambda item: -len(item[1])):
-            index, text = min(cases)
-            print(f"\n- {tally.target}: **{kind}**, {len(cases)} times; first `--seed {tally.seed} --only {index}`:")
+            _, text = min(cases)
+            which = ", ".join(str(index) for index, _ in sorted(cases)[:_MOST_LISTED])
+            print(f"\n- {tally.target}: **{kind}**, {len(cases)} times; `--seed {tally.seed} --only` {which}:")
             print(f"  `{text[:300]}`")
 
 
