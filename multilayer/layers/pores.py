@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import Field, model_validator
@@ -62,8 +63,7 @@ class PoreLayer(FieldSets):
     @classmethod
     def governed_fields(cls) -> frozenset[str]:
         """Return every field that some model takes, those excepted that all models of this layer take."""
-        some = {name for model in PORE_MODELS.values() for fields in model.field_sets for name in fields}
-        return frozenset(name for name in some & set(cls.model_fields) if not cls.model_fields[name].is_required())
+        return _governed(cls)
 
     @model_validator(mode="after")
     def _static_above_dynamic(self) -> Self:
@@ -113,3 +113,9 @@ class AnyPoreLayer(StructuredPoreLayer):
     entropy_time: Duration | None = None
     median_pore_size: Length | None = None
     pore_size_deviation: Ratio | None = None
+
+
+@cache  # asked for at every draw of a tolerance
+def _governed(layer: type[PoreLayer]) -> frozenset[str]:
+    some = {name for model in PORE_MODELS.values() for fields in model.field_sets for name in fields}
+    return frozenset(name for name in some & set(layer.model_fields) if not layer.model_fields[name].is_required())
