@@ -110,8 +110,7 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
     callable
         Takes indices of wavenumbers and trace wavenumbers, two arrays of one shape.
     """
-    n = _n_terms(window, largest)
-    if largest > 0 and meetings > 2 and meetings * wavenumber.size > n:
+    if largest > 0 and meetings > 2 and meetings * wavenumber.size > (n := _n_terms(window, largest)):
         made = _kept_series if n * wavenumber.size < _MOST_KEPT else _series
         return made(window, np.asarray(wavenumber, dtype=float).tobytes(), largest)
     return lambda which, trace: _integrals(window, wavenumber[which], trace)
