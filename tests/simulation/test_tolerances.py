@@ -5,8 +5,9 @@ import pytest
 from scipy.stats import kstest, norm, uniform
 
 from multilayer.errors import InputError
-from multilayer.simulation import SimulationFile
-from multilayer.simulation.tolerances import draw
+from multilayer.paths import locate
+from multilayer.simulation import SimulationFile, tolerances
+from multilayer.simulation.tolerances import allowed, draw
 from tests.simulation.files import FOAM
 
 THICKNESS, POROSITY = "layers.foam.thickness", "layers.foam.porosity"
@@ -99,3 +100,29 @@ def test_seed(simulation):
 def test_independent(simulation):
     thickness, porosity = drawn(simulation({THICKNESS: "10 %", POROSITY: "1 %"})).values()
     assert abs(np.corrcoef(thickness, porosity)[0, 1]) < 0.05
+
+
+@pytest.mark.parametrize(
+    "tolerances",
+    [
+        {THICKNESS: "10 %", POROSITY: "1 %"},
+        {THICKNESS: "10 %", POROSITY: "5 %"},  # above 1 at one corner
+        {f"{LAW}.relaxed_modulus": "5 %", f"{LAW}.unrelaxed_modulus": "5 %", THICKNESS: {"normal": "30 %"}},
+        {f"{LAW}.relaxed_modulus": "20 %", f"{LAW}.unrelaxed_modulus": "20 %"},  # refused where they cross
+    ],
+)
+def test_a_box_is_judged_as_each_draw_by_itself(simulation, tolerances):
+    law = {"law": "fractional_zener", "relaxed_modulus": 1e5, "unrelaxed_modulus": 1.2e5, "order": 0.5}
+    file = simulation(tolerances, young_modulus={**law, "relaxation_time": 1e-3})
+    rng, paths = np.random.default_rng(4), list(tolerances)
+    fields = {path: locate(file.stack, path) for path in paths}
+    values = {path: file.scatter[path].values(fields[path].value, rng.uniform(-1, 1, 200)) for path in paths}
+    each = [allowed(fields, {path: values[path][i : i + 1] for path in paths}).item() for i in range(200)]
+    np.testing.assert_array_equal(allowed(fields, values), each)
+
+
+def test_draws_within_bounds_are_not_checked_one_by_one(simulation, monkeypatch):
+    checked = []
+    monkeypatch.setattr(tolerances, "_fits", lambda owner, values: checked.append(values) or True)
+    drawn(simulation({THICKNESS: "10 %", LAW: "10 %"}, young_modulus="1e5+2e4j"), 100_000)
+    assert len(checked) == 4  # corners of a box of two fields
