@@ -49,7 +49,7 @@ MEMORY = Path("/dev/shm")  # a file on a disk takes as long to write as to be re
 def targets(
     kinds: list[str], seed: int, folder: Path, pattern: str = "*"
 ) -> Iterator[tuple[str, str, Callable[[int], Outcome]]]:
-    """Give kind, title and target of everything that is asked for; of YAML files those whose path fits a pattern."""
+    """Give kind, title and target of what is asked for; of files those whose path, or whose format, fits a pattern."""
     only = "" if pattern == "*" else f"`{pattern}`: "
     if "yaml" in kinds:
         files = _fitting(write_corpus(folder / "yaml"), folder / "yaml", pattern)
@@ -70,6 +70,8 @@ def targets(
         yield "records", "results that were written, read again", RecordTarget(folder / "records", seed)
     if "files" in kinds:
         for number, name in enumerate(FORMATS):
+            if not fnmatch(name, pattern):
+                continue
             place = folder / f"flips{number}"
             place.mkdir()
             yield "files", f"{name}: bits flipped, cut short", FlipTarget(name, place, seed)
@@ -92,7 +94,9 @@ def main() -> None:
         metavar="KIND",
         help=f"of {', '.join(COUNTS)}; all of them when left out",
     )
-    parser.add_argument("--files", default="*", metavar="PATTERN", help="YAML files to be spoiled, as 'walls/*'")
+    parser.add_argument(
+        "--files", default="*", metavar="PATTERN", help="YAML files to be spoiled, as 'walls/*', or formats, as 'TDMS'"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, help="tries of each target")
     parser.add_argument("--minutes", type=float, help="longest time for each target")
