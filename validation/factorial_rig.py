@@ -100,7 +100,7 @@ def _reduced(
         for used in range(_ROUND, len(order) + _ROUND, _ROUND):
             yield values[:, order[used - _ROUND : used]]
 
-    basis, _ = grow(assembly, rounds(), _TOLERANCE)
+    _, (basis,), _ = grow([assembly], rounds(), _TOLERANCE)
     found = basis.solve(values)
     # points that the basis has not seen; where it has seen all, the last
     checked = order[used:][:_CHECKS] if used < len(order) else order[-_CHECKS:]

@@ -19,7 +19,7 @@ from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
-from multilayer.diagnosis.free_rim import COARSE, free_rim
+from multilayer.diagnosis.free_rim import COARSE, fit_samples, free_rim
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely, lack_of_fit
 from multilayer.diagnosis.place_fits import (
     PlaceFit,
@@ -37,6 +37,7 @@ from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
+from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
@@ -171,7 +172,12 @@ def fit_nominal(
     if len(others) == len(given):
         return fit(joint, minima[0].z), minima
     rigs, start = free_rim(joint, minima)  # what a given free rim changes, no effect need change again
-    nominal = fit(replace(joint, rigs=rigs, finite=rigs), start)
+    rims = tuple(effect for effect in given if effect.needs_finite_elements)
+    whole = replace(joint, rigs=rigs, finite=rigs, given=(*others, *rims))
+    nominal = fit(whole, np.concatenate([start, np.zeros(len(parameters_of(rims)))]))
+    if any(effect.name == FiniteSize.name for effect in rims):
+        rigs, rough = fit_samples(nominal, executor)
+        nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
     return nominal, [nominal.minimum]
 
 
@@ -207,6 +213,9 @@ def fits_one_by_one(
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     started = run_all(call, [*first, *tasks.values()], executor)
     rigs, fits = started.pop(0) if finite else ({}, {})
+    rim = fits.get((FiniteSize.name,))
+    if rim is not None and rim.log_evidence > nominal.log_evidence:
+        rigs, fits[FiniteSize.name,] = fit_samples(rim, executor)
     fits |= finish_all(dict(zip(tasks, started, strict=True)), executor, list(fits.values()))
     fits = polish_fits(fits, executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}

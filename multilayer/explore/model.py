@@ -6,7 +6,7 @@ holds 99.7 % of what is thought of beforehand, whatever the unknown. The page re
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,15 +16,16 @@ from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
-from multilayer.diagnosis.free_rim import free_rim
+from multilayer.diagnosis.free_rim import about, for_samples, free_rim, solid_of
 from multilayer.diagnosis.tube.diagnose import fitted_nominal
 from multilayer.diagnosis.tube.file import load_diagnosis
 from multilayer.doors import for_log
 from multilayer.errors import InputError
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
 from multilayer.fits.sources import Source
@@ -169,19 +170,25 @@ class ModelExplorer(Questions):
         if unknown:
             raise InputError(f"there is no effect '{for_log(unknown[0])}' here")
         effects = [self.model.effects[name] for name in chosen]
-        if any(effect.needs_finite_elements for effect in effects):
-            self._add_finite_elements()
         z = _numbers(request.get("z"), len(self.hypothesis.nominal_parameters), "z")
         for effect in effects:
             z += _numbers(chosen[effect.name], len(effect.parameters), effect.name)
+        if any(effect.needs_finite_elements for effect in effects):
+            self._add_finite_elements(effects, np.array(z))
         hypothesis, typed = self.hypothesis.with_effects(*effects), request.get("typed")
         return hypothesis, np.array(z) if typed is None else _with_typed(hypothesis, np.array(z), typed)
 
-    def _add_finite_elements(self) -> None:
-        """Give the campaign the finite elements that some effects need, once: they take as long as many fits."""
+    def _add_finite_elements(self, effects: Sequence[Acting], z: RealArray) -> None:
+        """Give the campaign the finite elements that some effects need, once: they take as long as many fits.
+
+        They are made about the sample that is asked for first.
+        """
         problem = self.hypothesis
         if isinstance(problem, CampaignProblem) and not problem.finite:
-            rigs, _ = free_rim(problem, self.model.minima)
+            rigs, law = free_rim(problem, self.model.minima)
+            if any(effect.name == FiniteSize.name for effect in effects):
+                asked = replace(problem, finite=rigs).with_effects(*effects)
+                rigs = about(asked, for_samples(asked, law), solid_of(asked, z))
             self.hypothesis = replace(problem, finite=rigs)
 
     def _shown(self, hypothesis: Hypothesis, z: RealArray, request: Mapping[str, Any]) -> Answer:

@@ -171,6 +171,23 @@ def _full_terms(rig: TwoPlateRig, section: Section) -> dict[str, Sparse]:
     return terms
 
 
+def sample_stiffness(rig: TwoPlateRig, section: Section) -> list[list[Sparse]]:
+    """Return the matrices ``sample_0`` to ``sample_2`` on the free unknowns, in parts: one for each elastic constant.
+
+    Each part times its constant, added up, is the matrix of `assemble`.
+
+    Returns
+    -------
+    list of list of sparse matrix, shape (n, n)
+        By power of the thickness (3) and elastic constant (5), in the order of `transversely_isotropic`.
+    """
+    sample = basis_of(section.mesh, section.elements("sample"))
+    parts, fields = operators(sample, rig.stiffness_profile), 3 if rig.porosity is not None else 2
+    free = _free(rig, section, basis_of(section.mesh).doflocs)
+    by_constant = [solid_parts(parts, unit) for unit in np.eye(5)]
+    return [[csr_matrix(blocks(fields, one[power])[free][:, free]) for one in by_constant] for power in range(3)]
+
+
 def solid_parts(
     parts: Operators, elastic_constants: RealArray
 ) -> tuple[dict[tuple[int, int], Sparse], dict[tuple[int, int], Sparse], dict[tuple[int, int], Sparse]]:

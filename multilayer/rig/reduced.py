@@ -10,8 +10,8 @@ the next round, before they join it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -19,8 +19,9 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError
-from multilayer.rig.assembly import Assembly, Parameters, assemble, coefficients
+from multilayer.rig.assembly import Assembly, Parameters, assemble, coefficients, sample_stiffness
 from multilayer.rig.fractions import LossyFractions, PartialFractions
+from multilayer.rig.operators import Sparse
 from multilayer.rig.solve import Combination
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ _CHUNK = 4_000_000  # numbers in a batch of small matrices
 _LEAST_LOSS = 0.01
 _REMEMBERED = 64  # sets of frequencies
 _ABOUT = 0.3  # loss factor of the modulus about which a lossy rig is expanded
+SAMPLE = ("sample_0", "sample_1", "sample_2")  # names of the sample's stiffness, by power of the thickness
+Solid: TypeAlias = tuple[float, float]  # Poisson's ratio and E_r/E_z
 Fractions: TypeAlias = PartialFractions | LossyFractions
 
 
@@ -53,29 +56,12 @@ class ReducedBasis:
     reading: RealArray
 
     @classmethod
-    def of(cls, assembly: Assembly, snapshots: RealArray) -> ReducedBasis:
-        """Return the projection onto the span of snapshots, shape (n_unknowns, n_snapshots)."""
-        scaled = snapshots / np.linalg.norm(snapshots, axis=0)
-        vectors, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
-        v = vectors[:, sizes > _RANK * sizes[0]]
-        matrices = np.array([v.T @ (matrix @ v) for matrix in assembly.matrices])
-        return cls(matrices, assembly.loads @ v, assembly.reading @ v)
+    def of(cls, assembly: Assembly, vectors: RealArray) -> ReducedBasis:
+        """Return the projection onto orthonormal vectors, shape (n_unknowns, n)."""
+        return cls(projected(assembly.matrices, vectors), assembly.loads @ vectors, assembly.reading @ vectors)
 
-    def trimmed(self, values: ComplexArray, truth: ComplexArray, tolerance: float) -> ReducedBasis:
-        """Return the smallest basis whose error at points of known transmissibility stays below `tolerance`.
-
-        Vectors are kept in the order of their singular values, largest first.
-        """
-        low, high = 0, len(self.reading)  # the error is above at the first, below at the second
-        while high - low > 1:
-            middle = (low + high) // 2
-            if relative_error(self._first(middle).solve(values), truth) < tolerance:
-                high = middle
-            else:
-                low = middle
-        return self._first(high)
-
-    def _first(self, n: int) -> ReducedBasis:
+    def first(self, n: int) -> ReducedBasis:
+        """Return the projection onto the first vectors."""
         return ReducedBasis(self.matrices[:, :n, :n], self.loads[:, :n], self.reading[:n])
 
     def solve(self, values: ComplexArray) -> ComplexArray:
@@ -100,12 +86,27 @@ def relative_error(values: ComplexArray, truth: ComplexArray) -> float:
     return float(np.max(np.abs(values - truth) / np.maximum(np.abs(truth), FLOOR)))
 
 
-def grow(assembly: Assembly, rounds: Iterator[ComplexArray], tolerance: float) -> tuple[ReducedBasis, float]:
-    """Return a basis that reaches `tolerance`, and its estimated largest relative error.
+def projected(matrices: Sequence[Sparse], vectors: RealArray) -> RealArray:
+    """Return matrices in the span of orthonormal vectors, shape (len(matrices), n, n)."""
+    return np.array([vectors.T @ (matrix @ vectors) for matrix in matrices])
+
+
+def span(snapshots: RealArray) -> RealArray:
+    """Return orthonormal vectors of the span of snapshots, shape (n_unknowns, n): those most in use first."""
+    scaled = snapshots / np.linalg.norm(snapshots, axis=0)
+    vectors, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(vectors[:, sizes > _RANK * sizes[0]])
+
+
+def grow(
+    assemblies: Sequence[Assembly], rounds: Iterator[ComplexArray], tolerance: float
+) -> tuple[RealArray, list[ReducedBasis], float]:
+    """Return vectors that reach `tolerance`, the projections onto them, and their estimated largest relative error.
 
     Parameters
     ----------
-    assembly : Assembly
+    assemblies : sequence of Assembly
+        Of rigs on one mesh that differ in their matrices; points are dealt out to them in turn.
     rounds : iterator of complex array, shape (n_terms, n_points)
         Coefficients of the points to solve, round by round; when they end the last error stands.
     tolerance : float
@@ -115,24 +116,45 @@ def grow(assembly: Assembly, rounds: Iterator[ComplexArray], tolerance: float) -
     MultilayerError
         When many rounds do not reach it.
     """
-    full = Combination(assembly)
+    full = [Combination(assembly) for assembly in assemblies]
     snapshots: list[RealArray] = []
-    basis, error = None, np.inf
+    vectors, bases, error = np.empty((0, 0)), list[ReducedBasis](), np.inf
     for number, values in enumerate(rounds):
-        exact = np.array([full.primal_and_dual(column) for column in values.T])
-        truth = np.asarray(1 + exact[:, 0] @ assembly.reading, dtype=complex)
-        if basis is not None:
-            error = relative_error(basis.solve(values), truth)
-        if basis is not None and error < tolerance:
-            basis = basis.trimmed(values, truth, tolerance)
-            return basis, relative_error(basis.solve(values), truth)
-        snapshots.append(exact.reshape(-1, assembly.size).T)
+        shares = [values[:, i :: len(full)] for i in range(len(full))]
+        exact = [
+            np.array([solver.primal_and_dual(column) for column in share.T])
+            for solver, share in zip(full, shares, strict=True)
+        ]
+        truths = [
+            np.asarray(1 + part[:, 0] @ assembly.reading, dtype=complex)
+            for part, assembly in zip(exact, assemblies, strict=True)
+        ]
+
+        def largest_error(some: Sequence[ReducedBasis], shares: Any = shares, truths: Any = truths) -> float:
+            triples = zip(some, shares, truths, strict=True)
+            return max(relative_error(basis.solve(share), truth) for basis, share, truth in triples)
+
+        error = largest_error(bases) if bases else np.inf
+        if error < tolerance:
+            n = _fewest(lambda n, bases=bases: largest_error([b.first(n) for b in bases]) < tolerance, len(vectors.T))  # type: ignore[misc]
+            bases = [basis.first(n) for basis in bases]
+            return vectors[:, :n], bases, largest_error(bases)
+        snapshots += [part.reshape(-1, part.shape[-1]).T for part in exact]
         if number == _MOST_ROUNDS:
             raise MultilayerError(f"the reduced basis of the rig stays at an error of {error:.1g}; narrow its range")
         both = np.concatenate(snapshots, axis=1)
-        basis = ReducedBasis.of(assembly, np.concatenate([both.real, both.imag], axis=1))
-    assert basis is not None
-    return basis, error
+        vectors = span(np.concatenate([both.real, both.imag], axis=1))
+        bases = [ReducedBasis.of(assembly, vectors) for assembly in assemblies]
+    return vectors, bases, error
+
+
+def _fewest(is_enough: Callable[[int], bool], most: int) -> int:
+    """Return how many vectors are enough, where `most` are and none are not."""
+    low, high = 0, most
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return high
 
 
 def reduce_along(rig: TwoPlateRig, assembly: Assembly, at: Parameters, tolerance: float = 1e-5) -> ComplexArray:
@@ -141,7 +163,7 @@ def reduce_along(rig: TwoPlateRig, assembly: Assembly, at: Parameters, tolerance
     n = values.shape[1]
     order = np.argsort(_radical_inverse(n))
     rounds = (values[:, order[i : i + _ROUND]] for i in range(0, n, _ROUND))
-    basis, _ = grow(assembly, rounds, tolerance)
+    _, (basis,), _ = grow([assembly], rounds, tolerance)
     return basis.solve(values)
 
 
@@ -208,6 +230,8 @@ class ReducedRig:
     error : float
         Largest error against full solutions at points drawn within the ranges, relative to the modulus of the
         transmissibility (that below 1e-4 counts as 1e-4).
+    constants : array, shape (3, 5, n, n), optional
+        The sample's stiffness by power of the thickness and elastic constant, for `with_solid`; see `of_solids`.
     """
 
     rig: TwoPlateRig
@@ -215,6 +239,7 @@ class ReducedRig:
     basis: ReducedBasis
     ranges: Ranges
     error: float
+    constants: RealArray | None = None
     _fractions: dict[tuple[Any, ...], Fractions] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
@@ -228,11 +253,53 @@ class ReducedRig:
         MultilayerError
             When the tolerance is not reached.
         """
-        softest = ranges.modulus[0] * min(1.0, *ranges.density) / max(ranges.density)
-        assembly = assemble(rig, rig.section(ranges.frequency[1], softest))
+        section = rig.section(ranges.frequency[1], _softest(ranges))
+        assembly = assemble(rig, section)
         rounds = (coefficients(rig, assembly.names, ranges.draw(_ROUND, k)) for k in count())
-        basis, error = grow(assembly, rounds, tolerance)
+        _, (basis,), error = grow([assembly], rounds, tolerance)
         return cls(rig, assembly.names, basis, ranges, error)
+
+    @classmethod
+    def of_solids(
+        cls, rig: TwoPlateRig, ranges: Ranges, solids: Sequence[Solid], tolerance: float = 1e-5
+    ) -> ReducedRig:
+        """Return the reduced model of a rig that holds for other samples of the same size, too.
+
+        Parameters
+        ----------
+        rig : TwoPlateRig
+        ranges : Ranges
+        solids : sequence of (float, float)
+            Poisson's ratio and E_r/E_z of samples that the basis is made for, besides the rig's. Between these it
+            holds as well: the equations are linear in the elastic constants.
+        tolerance : float
+
+        Raises
+        ------
+        InputError, MultilayerError
+            As `build`.
+        """
+        section = rig.section(ranges.frequency[1], _softest(ranges))
+        assemblies = [assemble(one, section) for one in (rig, *(_of_solid(rig, solid) for solid in solids))]
+        names = assemblies[0].names
+        rounds = (coefficients(rig, names, ranges.draw(2 * _ROUND, k)) for k in count())
+        vectors, bases, error = grow(assemblies, rounds, tolerance)
+        constants = np.array([projected(parts, vectors) for parts in sample_stiffness(rig, section)])
+        return cls(rig, names, bases[0], ranges, error, constants)
+
+    def with_solid(self, solid: Solid) -> ReducedRig:
+        """Return the reduced model with another sample, for one made by `of_solids`.
+
+        Parameters
+        ----------
+        solid : (float, float)
+            Poisson's ratio and E_r/E_z.
+        """
+        assert self.constants is not None, "made by `of_solids`"
+        rig, matrices = _of_solid(self.rig, solid), self.basis.matrices.copy()
+        for power, name in enumerate(SAMPLE):
+            matrices[self.names.index(name)] = np.tensordot(rig.elastic_constants, self.constants[power], 1)
+        return replace(self, rig=rig, basis=replace(self.basis, matrices=matrices), _fractions={})
 
     def transmissibility(
         self,
@@ -322,9 +389,18 @@ class ReducedRig:
     def _expand(self, frequency: RealArray, density: float, thickness: float, plate_mass: float) -> Fractions:
         at = Parameters(frequency, 0.0, density, thickness, plate_mass)
         rest, loads = self.basis.combined(coefficients(self.rig, self.names, at))
-        of_modulus = {"sample_0": thickness, "sample_1": 1.0, "sample_2": 1 / thickness}
+        of_modulus = dict(zip(SAMPLE, (thickness, 1.0, 1 / thickness), strict=True))
         stiffness = np.tensordot([of_modulus.get(name, 0.0) for name in self.names], self.basis.matrices, 1)
         if self._lossless:
             return PartialFractions.of(stiffness, rest.real, loads.real, self.basis.reading)
         centre = complex(np.sqrt(np.prod(self.ranges.modulus)) * (1 + _ABOUT * 1j))
         return LossyFractions.of(stiffness, rest, loads, self.basis.reading, centre)
+
+
+def _softest(ranges: Ranges) -> float:
+    """Return the modulus of the shortest wavelength, Pa."""
+    return ranges.modulus[0] * min(1.0, *ranges.density) / max(ranges.density)
+
+
+def _of_solid(rig: TwoPlateRig, solid: Solid) -> TwoPlateRig:
+    return rig.replaced(poisson_ratio=solid[0], transverse_ratio=solid[1])

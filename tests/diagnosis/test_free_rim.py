@@ -8,12 +8,17 @@ import pytest
 
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects.finite_size import FiniteSize
-from multilayer.diagnosis.free_rim import free_rim
+from multilayer.diagnosis.fitting import fit_effects
+from multilayer.diagnosis.free_rim import fit_samples, free_rim, solid_of
 from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import two_plate_rig
+from multilayer.experiments.two_plate.motion import Neighbourhood
 from multilayer.fits.sources import read_fit
 from multilayer.rig.shape_factor import static_shape_factor
+from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench
+from tests.rig.virtual import rig_file
 
 
 def changed(shape, stated, errors, stiffness):
@@ -67,3 +72,46 @@ def test_elements_of_a_diagnosis_are_right_to_a_tenth_of_what_solvers_differ_by(
     error = np.abs(rigs[data.name].transmissibility(f, modulus) / exact - 1)
     assert np.max(error) < MODEL_ERROR / 10
     assert len(f) > 5
+
+
+@pytest.fixture(scope="module")
+def stiffer_along_its_radius():
+    """Return the fit of a campaign whose sample has E_r/E_z of 0.8, and the finite elements about it."""
+    settings = {"frequencies": [150.0, 300.0, 600.0, 900.0, 1200.0, 1500.0], "noise": {"white": 0.002}}
+    made = make_campaign(rig_file({"effect": "finite_size", "perturbation": -0.2}, **settings))
+    nominal, minima = fit_nominal(made.campaign, made.recordings)
+    problem = nominal.hypothesis_as(CampaignProblem)
+    rigs, start = free_rim(problem, minima)
+    effects = {"finite_size": FiniteSize()}
+    with_elements = replace(nominal, hypothesis=replace(problem, finite=rigs))
+    static = fit_effects(with_elements, effects, start)[("finite_size",)]
+    return static, *fit_samples(static)
+
+
+def test_a_sample_that_is_stiffer_along_its_radius_is_known_by_its_waves(stiffer_along_its_radius):
+    """One configuration, whose static stiffness alone does not tell the radius from the modulus."""
+    static, _, fitted = stiffer_along_its_radius
+    assert static.minimum.cost_per_datum > 2
+    assert fitted.minimum.cost_per_datum < 1
+    value, low, high = fitted.interval("finite_size.radial_stiffness")
+    assert low < 0.8 < high
+    assert value == pytest.approx(0.8, abs=0.02)
+    assert high - low < 0.1
+
+
+def test_the_change_by_another_sample_is_that_of_finite_elements_of_it(stiffer_along_its_radius):
+    _, rigs, fitted = stiffer_along_its_radius
+    ((name, rig),) = rigs.items()
+    problem = fitted.hypothesis_as(CampaignProblem)
+    error, log_radial = solid_of(problem, fitted.minimum.z) + np.array([0.01, -0.02])
+    f, setting = problem.data[0].frequency[::5], problem.settings[0]
+    values = {"poisson_error": np.array([[error]]), "radial_stiffness": np.array([[np.exp(log_radial)]])}
+    modulus = problem.modulus(fitted.minimum.z, f)[None]
+    times = modulus * changed(setting.shape, problem.campaign.specimen.poisson_ratio, *(v[0] for v in values.values()))
+    found = Neighbourhood(rig, 0.0, 0.0).log_motion(
+        f, times, np.zeros((1, 1)), np.zeros((1, 1)), None, tuple(values.values())
+    )
+    described = two_plate_rig(problem.campaign, problem.campaign.configuration(name))
+    sample = {"poisson_ratio": described.poisson_ratio * (1 + error), "transverse_ratio": float(np.exp(log_radial))}
+    exact = described.replaced(resolution=2.0, **sample).transmissibility(f, modulus[0])
+    assert np.max(np.abs(np.exp(found[0]) / exact - 1)) < MODEL_ERROR / 3

@@ -1,5 +1,7 @@
 """The finite-element rig against closed forms, the stack solver, and itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -155,6 +157,18 @@ def test_the_reduced_basis_is_the_full_solution(name):
     full = full_solution(assembly, coefficients(rig, assembly.names, at))
     found = reduced.transmissibility(at.frequency, at.modulus, at.density, at.thickness, at.plate_mass)
     assert relative(found, full) < 1e-4
+
+
+@pytest.mark.parametrize("name", ["plain", "pores"])
+def test_one_basis_holds_for_several_samples(name):
+    rig, ranges = disc(**(PORES if name == "pores" else {})), Ranges((90.0, 1600.0), (1e5, 5e5), (0.1, 0.4))
+    reduced = ReducedRig.of_solids(rig, ranges, [(0.4, 1.0), (0.2, 1.0), (0.3, 2.0), (0.3, 0.5)], 1e-4)
+    with pytest.raises(AssertionError, match="made by `of_solids`"):
+        replace(reduced, constants=None).with_solid((0.2, 1.0))
+    for ratio, radial in [(0.3, 1.0), (0.35, 1.0), (0.25, 1.6), (0.38, 0.6)]:
+        full = rig.replaced(poisson_ratio=ratio, transverse_ratio=radial)
+        found = reduced.with_solid((ratio, radial)).transmissibility(FREQUENCY[1:], MODULUS)
+        assert relative(found, full.transmissibility(FREQUENCY[1:], MODULUS)) < 1e-3
 
 
 def test_partial_fractions_are_the_reduced_solution():

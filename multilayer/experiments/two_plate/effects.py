@@ -165,6 +165,9 @@ class Chain:
     open_rim : tuple of array or None
         Width of the rim that is not bonded at the upper face, as a share of the radius, and what of it is open at the
         lower face as well, 0 or 1, or a value between.
+    solid : tuple of array or None
+        Relative error of the stated Poisson's ratio, and E_r/E_z, of a disc with a free rim; the modulus is times its
+        static stiffness over that of the stated one.
     """
 
     modulus: ComplexArray
@@ -177,6 +180,7 @@ class Chain:
     spring: Numeric | None = None
     resistivity: Numeric | None = None
     open_rim: tuple[RealArray, RealArray] | None = None
+    solid: tuple[RealArray, RealArray] | None = None
 
     def with_(self, **changes: object) -> Chain:
         """Return a chain with other values."""

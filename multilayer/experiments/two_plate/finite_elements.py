@@ -37,6 +37,10 @@ class FiniteRig:
         Relative to the nominal ones.
     extrapolate : bool
         Whether moduli beyond the range of the reduced model are allowed.
+    stiffening : float
+        Moduli are given times this: of a disc's static stiffness over that of the stated one.
+    solids : SolidSteps, optional
+        Samples of another Poisson's ratio and stiffness along the radius, for a rig that has these as unknowns.
     """
 
     reduced: ReducedRig
@@ -44,6 +48,8 @@ class FiniteRig:
     thickness: float = 1.0
     plate_mass: float = 1.0
     extrapolate: bool = False
+    stiffening: float = 1.0
+    solids: SolidSteps | None = None
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -58,7 +64,8 @@ class FiniteRig:
     def transmissibility(self, frequency: ArrayLike, modulus: ArrayLike) -> ComplexArray:
         """Return top over base motion; see `PlaneWaveRig.transmissibility`."""
         shift = (self.density, self.thickness, self.plate_mass)
-        return self.reduced.transmissibility(frequency, modulus, *shift, extrapolate=self.extrapolate)
+        moduli = np.asarray(modulus) / self.stiffening
+        return self.reduced.transmissibility(frequency, moduli, *shift, extrapolate=self.extrapolate)
 
     def holds(self, modulus: ComplexArray) -> bool:
         """Tell whether moduli lie within the range of the reduced model."""
@@ -85,6 +92,81 @@ class FiniteRig:
         factor = 1 + (amount if relative else amount / self.reduced.rig.thickness)
         name = "plate_mass" if quantity == "top_plate_mass" else quantity
         return replace(self, **{name: getattr(self, name) * factor})
+
+
+@dataclass(frozen=True)
+class SolidSteps:
+    """Rigs with samples near a given one, for the change of ln(transmissibility) to second order.
+
+    Attributes
+    ----------
+    centre : (float, float)
+        Relative error of Poisson's ratio, and ln(E_r/E_z), of the rig that holds these steps.
+    steps : (float, float)
+    rigs : mapping
+        By steps taken in each: (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1).
+    """
+
+    centre: tuple[float, float]
+    steps: tuple[float, float]
+    rigs: Mapping[tuple[int, int], FiniteRig]
+
+    def log_change(
+        self, frequency: RealArray, modulus: ComplexArray, here: ComplexArray, error: Numeric, log_stiffness: Numeric
+    ) -> ComplexArray:
+        """Return the change of ln(top/base), shape (..., n), by another sample.
+
+        Parameters
+        ----------
+        frequency : array, shape (n,)
+            Hz.
+        modulus : complex array, shape (..., n)
+            Times the sample's static stiffness over that of the stated one.
+        here : complex array, shape (..., n)
+            Transmissibility at the centre.
+        error, log_stiffness : array, shape (..., 1)
+        """
+        x, y = (
+            (value - c) / step for value, c, step in zip((error, log_stiffness), self.centre, self.steps, strict=True)
+        )
+        change = {key: np.log(rig.transmissibility(frequency, modulus) / here) for key, rig in self.rigs.items()}
+        mixed = change[1, 1] - change[1, 0] - change[0, 1]
+        by_error, by_stiffness = parabola(change[1, 0], change[-1, 0], x), parabola(change[0, 1], change[0, -1], y)
+        return np.asarray(by_error + by_stiffness + mixed * x * y)
+
+
+def parabola(ahead: ComplexArray, behind: ComplexArray, x: Numeric) -> ComplexArray:
+    """Return the parabola through 0 at 0, and the values at steps of 1 and -1, at x."""
+    return np.asarray(0.5 * (ahead - behind) * x + 0.5 * (ahead + behind) * x**2)
+
+
+def with_solids(
+    rig: FiniteRig,
+    stiffening: Callable[[float, float], float],
+    centre: tuple[float, float],
+    steps: tuple[float, float],
+) -> FiniteRig:
+    """Return a rig whose sample has another Poisson's ratio and stiffness along the radius, with `FiniteRig.solids`.
+
+    Parameters
+    ----------
+    rig : FiniteRig
+        As the campaign describes it, its reduced model made for several samples (`ReducedRig.of_solids`).
+    stiffening : callable
+        Gives the static stiffness of a disc over that of the stated one, from the relative error of Poisson's ratio and
+        E_r/E_z.
+    centre, steps : (float, float)
+        Of that error and of ln(E_r/E_z).
+    """
+    stated = rig.reduced.rig.poisson_ratio
+
+    def stepped(i: int, j: int) -> FiniteRig:
+        error, radial = centre[0] + i * steps[0], float(np.exp(centre[1] + j * steps[1]))
+        reduced = rig.reduced.with_solid((stated * (1 + error), radial))
+        return replace(rig, reduced=reduced, stiffening=stiffening(error, radial), solids=None)
+
+    around = {(i, j): stepped(i, j) for i, j in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1))}
+    return replace(stepped(0, 0), solids=SolidSteps(centre, steps, around))
 
 
 @dataclass(frozen=True)

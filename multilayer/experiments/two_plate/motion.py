@@ -14,6 +14,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.experiments.two_plate.effects import Chain, Setting
+from multilayer.experiments.two_plate.finite_elements import FiniteRig, parabola
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.pumped_disc import pumped_disc_factor
@@ -69,8 +70,12 @@ class Neighbourhood:
         density: RealArray,
         thickness: RealArray,
         plate_mass: RealArray | None = None,
+        solid: tuple[RealArray, RealArray] | None = None,
     ) -> ComplexArray:
-        """Return ln(top/base), shape (..., n); `density`, `thickness` and `plate_mass` of shape (..., 1)."""
+        """Return ln(top/base), shape (..., n); `density`, `thickness`, `plate_mass` and `solid` of shape (..., 1).
+
+        `solid` is `Chain.solid`; it acts where the rig has others around it (`FiniteRig.solids`).
+        """
         if self.rig.takes_arrays:
             moved = self.rig.shifted("density", density, relative=True).shifted("thickness", thickness, relative=False)
             if plate_mass is not None:
@@ -78,24 +83,23 @@ class Neighbourhood:
             return np.asarray(np.log(moved.transmissibility(frequency, modulus)))
         here = self.rig.transmissibility(frequency, modulus)
         total = np.log(here)
+        if isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
+            error, radial = (0.0, 1.0) if solid is None else solid
+            total = total + self.rig.solids.log_change(frequency, modulus, here, error, np.log(radial))
         if self.mass_step and plate_mass is not None and np.any(plate_mass):
             # uncertain by so few thousandths that its products with the other changes are negligible
             ahead, behind = (np.log(rig.transmissibility(frequency, modulus) / here) for rig in self._plates)
-            total = total + _parabola(ahead, behind, plate_mass / self.mass_step)
+            total = total + parabola(ahead, behind, plate_mass / self.mass_step)
         if not (np.any(density) or np.any(thickness)):
             return np.asarray(total)
         change = {(i, j): np.log(rig.transmissibility(frequency, modulus) / here) for rig, i, j in self._around}
         x = density / self.density_step
-        total = total + _parabola(change[1, 0], change[-1, 0], x)
+        total = total + parabola(change[1, 0], change[-1, 0], x)
         if self.thickness_step:
             y = thickness / self.thickness_step
             mixed = change[1, 1] - change[1, 0] - change[0, 1]
-            total = total + _parabola(change[0, 1], change[0, -1], y) + mixed * x * y
+            total = total + parabola(change[0, 1], change[0, -1], y) + mixed * x * y
         return np.asarray(total)
-
-
-def _parabola(ahead: ComplexArray, behind: ComplexArray, x: RealArray) -> ComplexArray:
-    return np.asarray(0.5 * (ahead - behind) * x + 0.5 * (ahead + behind) * x**2)
 
 
 def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
@@ -172,7 +176,7 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
     if near.rig.scales:
         # stiffness and all masses times one factor leave the motion unchanged: the plate's mass is exact
         modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
-    return near.log_motion(frequency, modulus, density, thicker, mass)
+    return near.log_motion(frequency, modulus, density, thicker, mass, chain.solid)
 
 
 def constrained_modulus_ratio(poisson_ratio: float) -> float:
