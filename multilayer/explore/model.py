@@ -25,7 +25,7 @@ from multilayer.doors import for_log
 from multilayer.errors import InputError
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
+from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
 from multilayer.fits.sources import Source
@@ -178,7 +178,7 @@ class ModelExplorer(Questions):
         hypothesis, typed = self.hypothesis.with_effects(*effects), request.get("typed")
         return hypothesis, np.array(z) if typed is None else _with_typed(hypothesis, np.array(z), typed)
 
-    def _add_finite_elements(self, effects: Sequence[Acting], z: RealArray) -> None:
+    def _add_finite_elements(self, effects: Sequence[BaseEffect], z: RealArray) -> None:
         """Give the campaign the finite elements that some effects need, once: they take as long as many fits.
 
         They are made about the sample that is asked for first.
