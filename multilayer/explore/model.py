@@ -15,7 +15,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
-from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.free_rim import about, for_samples, free_rim, solid_of
@@ -186,8 +186,9 @@ class ModelExplorer(Questions):
         problem = self.hypothesis
         if isinstance(problem, CampaignProblem) and not problem.finite:
             rigs, law = free_rim(problem, self.model.minima)
-            if any(effect.name == FiniteSize.name for effect in effects):
-                asked = replace(problem, finite=rigs).with_effects(*effects)
+            acting = [effect for effect in effects if isinstance(effect, Effect)]
+            if any(effect.name == FiniteSize.name for effect in acting):
+                asked = replace(problem, finite=rigs).with_effects(*acting)
                 rigs = about(asked, for_samples(asked, law), solid_of(asked, z))
             self.hypothesis = replace(problem, finite=rigs)
 
