@@ -112,24 +112,18 @@ class SolidSteps:
     rigs: Mapping[tuple[int, int], FiniteRig]
 
     def log_change(
-        self, frequency: RealArray, modulus: ComplexArray, here: ComplexArray, error: Numeric, log_stiffness: Numeric
+        self, change: Mapping[tuple[int, int], ComplexArray], error: Numeric, log_stiffness: Numeric
     ) -> ComplexArray:
         """Return the change of ln(top/base), shape (..., n), by another sample.
 
         Parameters
         ----------
-        frequency : array, shape (n,)
-            Hz.
-        modulus : complex array, shape (..., n)
-            Times the sample's static stiffness over that of the stated one.
-        here : complex array, shape (..., n)
-            Transmissibility at the centre.
+        change : mapping
+            The same of each of `rigs`, at moduli that are times the sample's static stiffness over the stated one's.
         error, log_stiffness : array, shape (..., 1)
         """
-        x, y = (
-            (value - c) / step for value, c, step in zip((error, log_stiffness), self.centre, self.steps, strict=True)
-        )
-        change = {key: np.log(rig.transmissibility(frequency, modulus) / here) for key, rig in self.rigs.items()}
+        coordinates = zip((error, log_stiffness), self.centre, self.steps, strict=True)
+        x, y = ((value - centre) / step for value, centre, step in coordinates)
         mixed = change[1, 1] - change[1, 0] - change[0, 1]
         by_error, by_stiffness = parabola(change[1, 0], change[-1, 0], x), parabola(change[0, 1], change[0, -1], y)
         return np.asarray(by_error + by_stiffness + mixed * x * y)

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows
 from multilayer.experiments.two_plate.effects import Chain, Setting
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, parabola
 from multilayer.experiments.two_plate.plane_waves import Rig
@@ -81,24 +81,32 @@ class Neighbourhood:
             if plate_mass is not None:
                 moved = moved.shifted("top_plate_mass", plate_mass, relative=True)
             return np.asarray(np.log(moved.transmissibility(frequency, modulus)))
-        here = self.rig.transmissibility(frequency, modulus)
-        total = np.log(here)
+        # most points of a derivative have the modulus of another: fractions of these are summed once
+        kept, place = distinct_rows(modulus.real, modulus.imag) if modulus.ndim == 2 else (..., ...)
+        distinct = modulus[kept]
+        here = self.rig.transmissibility(frequency, distinct)
+
+        def change(rig: Rig) -> ComplexArray:
+            return np.asarray(np.log(rig.transmissibility(frequency, distinct) / here)[place])
+
+        total = np.log(here)[place]
         if isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
             error, radial = (0.0, 1.0) if solid is None else solid
-            total = total + self.rig.solids.log_change(frequency, modulus, here, error, np.log(radial))
+            around = {steps: change(rig) for steps, rig in self.rig.solids.rigs.items()}
+            total = total + self.rig.solids.log_change(around, error, np.log(radial))
         if self.mass_step and plate_mass is not None and np.any(plate_mass):
             # uncertain by so few thousandths that its products with the other changes are negligible
-            ahead, behind = (np.log(rig.transmissibility(frequency, modulus) / here) for rig in self._plates)
+            ahead, behind = map(change, self._plates)
             total = total + parabola(ahead, behind, plate_mass / self.mass_step)
         if not (np.any(density) or np.any(thickness)):
             return np.asarray(total)
-        change = {(i, j): np.log(rig.transmissibility(frequency, modulus) / here) for rig, i, j in self._around}
+        around = {(i, j): change(rig) for rig, i, j in self._around}
         x = density / self.density_step
-        total = total + parabola(change[1, 0], change[-1, 0], x)
+        total = total + parabola(around[1, 0], around[-1, 0], x)
         if self.thickness_step:
             y = thickness / self.thickness_step
-            mixed = change[1, 1] - change[1, 0] - change[0, 1]
-            total = total + parabola(change[0, 1], change[0, -1], y) + mixed * x * y
+            mixed = around[1, 1] - around[1, 0] - around[0, 1]
+            total = total + parabola(around[0, 1], around[0, -1], y) + mixed * x * y
         return np.asarray(total)
 
 
