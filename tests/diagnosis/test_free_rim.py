@@ -15,8 +15,9 @@ from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import two_plate_rig
 from multilayer.experiments.two_plate.motion import Neighbourhood
 from multilayer.fits.sources import read_fit
-from multilayer.rig.shape_factor import static_shape_factor
+from multilayer.rig.shape_factor import relative_shape_factor, static_shape_factor
 from multilayer.rig.synthesis import make_campaign
+from multilayer.rig.two_plate import TwoPlateRig
 from multilayer.testing.benches import joint_bench
 from tests.rig.virtual import rig_file
 
@@ -72,6 +73,19 @@ def test_elements_of_a_diagnosis_are_right_to_a_tenth_of_what_solvers_differ_by(
     error = np.abs(rigs[data.name].transmissibility(f, modulus) / exact - 1)
     assert np.max(error) < MODEL_ERROR / 10
     assert len(f) > 5
+
+
+@pytest.mark.parametrize(("error", "stiffness"), [(0.15, 1.0), (-0.15, 1.0), (0.0, 1.3), (0.0, 1 / 1.3)])
+def test_what_the_static_stiffness_of_another_sample_misses(error: float, stiffness: float):
+    """Per cents below the first waves along the radius, and most of it above, as the docstring of `FiniteSize` says."""
+    f, modulus, shape, stated = np.linspace(100.0, 1500.0, 40), 1.5e5 * (1 + 0.2j), 0.45, 0.4
+    size = {"radius": 0.0225, "thickness": 0.025, "density": 95.0, "plate_thickness": 1e-3}
+    other = TwoPlateRig(poisson_ratio=stated * (1 + error), transverse_ratio=stiffness, **size)
+    factor = relative_shape_factor(stated, shape, np.array(error), np.array(stiffness))
+    static = TwoPlateRig(poisson_ratio=stated, **size).transmissibility(f, modulus * factor)
+    missed = np.abs(np.log(static / other.transmissibility(f, modulus)))
+    assert 0.02 < np.max(missed[f < 400]) < 0.08
+    assert np.max(missed) > 0.5
 
 
 @pytest.fixture(scope="module")
