@@ -12,8 +12,9 @@ from multilayer.diagnosis.fitting import fit_effects
 from multilayer.diagnosis.free_rim import fit_samples, free_rim, solid_of
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.effects import Chain
 from multilayer.experiments.two_plate.finite_elements import two_plate_rig
-from multilayer.experiments.two_plate.motion import Neighbourhood
+from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
 from multilayer.fits.sources import read_fit
 from multilayer.rig.shape_factor import relative_shape_factor, static_shape_factor
 from multilayer.rig.synthesis import make_campaign
@@ -129,3 +130,31 @@ def test_the_change_by_another_sample_is_that_of_finite_elements_of_it(stiffer_a
     sample = {"poisson_ratio": described.poisson_ratio * (1 + error), "transverse_ratio": float(np.exp(log_radial))}
     exact = described.replaced(resolution=2.0, **sample).transmissibility(f, modulus[0])
     assert np.max(np.abs(np.exp(found[0]) / exact - 1)) < MODEL_ERROR / 3
+
+
+@pytest.mark.parametrize("added", ["glue", "spring"])
+def test_glue_and_a_spring_act_on_the_stiffness_of_the_disc(stiffer_along_its_radius, added):
+    """Below the resonance, as finite elements with a spring to the base, or a soft layer at each face, have it.
+
+    The layer gives in shear, too, which lets the faces slide: 12 % more, which the law does not know.
+    """
+    static, _, _ = stiffer_along_its_radius
+    problem = static.hypothesis_as(CampaignProblem)
+    (setting,), (experiment,) = problem.settings, problem.experiments
+    f = problem.data[0].frequency[:4]
+    modulus = problem.modulus(static.minimum.z, f)
+    thickness, soft, stiffness = 2e-4, 4e4, 2e4
+    density, height = problem.campaign.specimen.density, setting.configuration.specimen_thickness
+    plain = Chain(modulus, density, height, setting.plate_mass)
+    chain = plain.glued(np.array(soft / thickness)) if added == "glue" else plain.with_(spring=np.array(stiffness))
+    found = [np.log(top_over_base(experiment.near, setting, f, one)) for one in (chain, plain)]
+    rig = two_plate_rig(problem.campaign, setting.configuration)
+    glue = {
+        "adhesive_thickness": thickness,
+        "adhesive_modulus": soft,
+        "adhesive_density": 1.0,
+        "adhesive_poisson_ratio": 0.0,
+    }
+    other = rig.replaced(**(glue if added == "glue" else {"flanking_stiffness": stiffness}))
+    exact = [np.log(one.transmissibility(f, modulus)) for one in (other, rig)]
+    np.testing.assert_allclose(found[0] - found[1], exact[0] - exact[1], rtol=0.15 if added == "glue" else 0.06)

@@ -174,10 +174,12 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
     if chain.skin is not None:
         share = 2 * chain.skin[0] / height
         modulus = modulus / (1 - share + share / chain.skin[1])
+    # in series or in parallel with the disc, whose apparent modulus is g(nu, S) times its own
+    held = static_shape_factor(max(setting.campaign.specimen.poisson_ratio, 0.0), setting.shape, resolution=_RESOLUTION)
     if chain.glue is not None:
-        modulus = modulus / (1 + 2 * modulus / (height * chain.glue))
+        modulus = modulus / (1 + 2 * held * modulus / (height * chain.glue))
     if chain.spring is not None:
-        modulus = modulus + chain.spring * height / setting.area
+        modulus = modulus + chain.spring * height / (held * setting.area)
     heavier = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass - 1
     denser = chain.density / setting.campaign.specimen.density - 1
     density, thicker, mass = (np.asarray(x).real for x in (denser, chain.thickness - height, heavier))
