@@ -75,11 +75,18 @@ def fit_samples(fitted: Fitted, executor: Executor | None = None) -> tuple[dict[
         others so far act by their static stiffness.
     executor : Executor, optional
         Where elements are made; in this process when left out.
+
+    Notes
+    -----
+    Where no elements can be made, of a law far from any sample's, both are returned as they are.
     """
-    problem = fitted.hypothesis_as(CampaignProblem)
-    made, z = for_samples(problem, fitted.minimum.z, executor), np.array(fitted.minimum.z)
+    problem, z = fitted.hypothesis_as(CampaignProblem), np.array(fitted.minimum.z)
+    rigs = dict(problem.finite)
+    try:
+        made = for_samples(problem, z, executor)
+    except MultilayerError:
+        return rigs, fitted
     z[_places(problem)] = 0.0
-    rigs = dict[str, Rig]()
     for steps in _STEPS:
         centre = solid_of(problem, z)
         rigs = about(problem, made, centre, steps)

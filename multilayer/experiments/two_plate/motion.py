@@ -74,7 +74,8 @@ class Neighbourhood:
     ) -> ComplexArray:
         """Return ln(top/base), shape (..., n); `density`, `thickness`, `plate_mass` and `solid` of shape (..., 1).
 
-        `solid` is `Chain.solid`; it acts where the rig has others around it (`FiniteRig.solids`).
+        `solid` is `Chain.solid`, that of the rig itself where left out; another acts where the rig has others around it
+        (`FiniteRig.solids`).
         """
         if self.rig.takes_arrays:
             moved = self.rig.shifted("density", density, relative=True).shifted("thickness", thickness, relative=False)
@@ -90,10 +91,9 @@ class Neighbourhood:
             return np.asarray(np.log(rig.transmissibility(frequency, distinct) / here)[place])
 
         total = np.log(here)[place]
-        if isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
-            error, radial = (0.0, 1.0) if solid is None else solid
+        if solid is not None and isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
             around = {steps: change(rig) for steps, rig in self.rig.solids.rigs.items()}
-            total = total + self.rig.solids.log_change(around, error, np.log(radial))
+            total = total + self.rig.solids.log_change(around, solid[0], np.log(solid[1]))
         if self.mass_step and plate_mass is not None and np.any(plate_mass):
             # uncertain by so few thousandths that its products with the other changes are negligible
             ahead, behind = map(change, self._plates)
