@@ -212,7 +212,7 @@ def fits_one_by_one(
     # finite elements take as long as many fits, and the other fits do not need them
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     started = run_all(call, [*first, *tasks.values()], executor)
-    rigs, fits = started.pop(0) if finite else ({}, {})
+    rigs, fits = started.pop(0) if finite else (nominal.hypothesis_as(CampaignProblem).finite, {})
     rim = fits.get((FiniteSize.name,))
     if rim is not None and rim.log_evidence > nominal.log_evidence:
         rigs, fits[FiniteSize.name,] = fit_samples(rim, executor)
@@ -247,7 +247,7 @@ def _with_rim_place(
     Only where no known effect has these elements, and a rim matters.
     """
     problem = nominal.hypothesis_as(CampaignProblem)
-    is_known = any(effect.needs_finite_elements for effect in effects.values())
+    is_known = any(effect.needs_finite_elements for effect in (*effects.values(), *problem.given))
     if is_known or SampleShape.name not in places or not FiniteSize().applies(problem.campaign):
         return nominal, places
     rigs, start = free_rim(problem, minima)
