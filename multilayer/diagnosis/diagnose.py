@@ -176,7 +176,8 @@ def fit_nominal(
     whole = replace(joint, rigs=rigs, finite=rigs, given=(*others, *rims))
     nominal = fit(whole, np.concatenate([start, np.zeros(len(parameters_of(rims)))]))
     if any(effect.name == FiniteSize.name for effect in rims):
-        rigs, rough = fit_samples(nominal, executor)
+        rough = fit_samples(nominal, executor)
+        rigs = rough.hypothesis_as(CampaignProblem).finite
         nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
     return nominal, [nominal.minimum]
 
@@ -215,7 +216,8 @@ def fits_one_by_one(
     rigs, fits = started.pop(0) if finite else (nominal.hypothesis_as(CampaignProblem).finite, {})
     rim = fits.get((FiniteSize.name,))
     if rim is not None and rim.log_evidence > nominal.log_evidence:
-        rigs, fits[FiniteSize.name,] = fit_samples(rim, executor)
+        fits[FiniteSize.name,] = rim = fit_samples(rim, executor)
+        rigs = rim.hypothesis_as(CampaignProblem).finite
     fits |= finish_all(dict(zip(tasks, started, strict=True)), executor, list(fits.values()))
     fits = polish_fits(fits, executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}

@@ -65,8 +65,8 @@ def _silent(text: str) -> None:
     pass
 
 
-def fit_samples(fitted: Fitted, executor: Executor | None = None) -> tuple[dict[str, Rig], Fitted]:
-    """Return finite elements about the sample that explains the data best, and the coarse fit with these.
+def fit_samples(fitted: Fitted, executor: Executor | None = None) -> Fitted:
+    """Return a coarse fit with finite elements about the sample that explains the data best.
 
     Parameters
     ----------
@@ -78,23 +78,21 @@ def fit_samples(fitted: Fitted, executor: Executor | None = None) -> tuple[dict[
 
     Notes
     -----
-    Where no elements can be made, of a law far from any sample's, both are returned as they are.
+    Where no elements can be made, of a law far from any sample's, the fit is returned as it is.
     """
     problem, z = fitted.hypothesis_as(CampaignProblem), np.array(fitted.minimum.z)
-    rigs = dict(problem.finite)
     try:
         made = for_samples(problem, z, executor)
     except MultilayerError:
-        return rigs, fitted
+        return fitted
     z[_places(problem)] = 0.0
     for steps in _STEPS:
         centre = solid_of(problem, z)
-        rigs = about(problem, made, centre, steps)
-        fitted = at_minimum(replace(problem, finite=rigs), z, *COARSELY)
+        fitted = at_minimum(replace(problem, finite=about(problem, made, centre, steps)), z, *COARSELY)
         z = fitted.minimum.z
         if steps == _STEPS[-1] and np.all(np.abs(solid_of(problem, z) - centre) < _NEAR * np.array(steps)):
             break
-    return rigs, fitted
+    return fitted
 
 
 def for_samples(problem: CampaignProblem, z: RealArray, executor: Executor | None = None) -> dict[str, FiniteRig]:

@@ -10,7 +10,7 @@ the next round, before they join it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -130,15 +130,10 @@ def grow(
             for part, assembly in zip(exact, assemblies, strict=True)
         ]
 
-        def largest_error(some: Sequence[ReducedBasis], shares: Any = shares, truths: Any = truths) -> float:
-            triples = zip(some, shares, truths, strict=True)
-            return max(relative_error(basis.solve(share), truth) for basis, share, truth in triples)
-
-        error = largest_error(bases) if bases else np.inf
+        error = _largest_error(bases, shares, truths) if bases else np.inf
         if error < tolerance:
-            n = _fewest(lambda n, bases=bases: largest_error([b.first(n) for b in bases]) < tolerance, len(vectors.T))  # type: ignore[misc]
-            bases = [basis.first(n) for basis in bases]
-            return vectors[:, :n], bases, largest_error(bases)
+            bases = _trimmed(bases, shares, truths, tolerance)
+            return vectors[:, : len(bases[0].reading)], bases, _largest_error(bases, shares, truths)
         snapshots += [part.reshape(-1, part.shape[-1]).T for part in exact]
         if number == _MOST_ROUNDS:
             raise MultilayerError(f"the reduced basis of the rig stays at an error of {error:.1g}; narrow its range")
@@ -148,13 +143,26 @@ def grow(
     return vectors, bases, error
 
 
-def _fewest(is_enough: Callable[[int], bool], most: int) -> int:
-    """Return how many vectors are enough, where `most` are and none are not."""
-    low, high = 0, most
+def _largest_error(
+    bases: Sequence[ReducedBasis], shares: Sequence[ComplexArray], truths: Sequence[ComplexArray]
+) -> float:
+    """Return the largest error of all bases, each at its points of known transmissibility."""
+    triples = zip(bases, shares, truths, strict=True)
+    return max(relative_error(basis.solve(values), truth) for basis, values, truth in triples)
+
+
+def _trimmed(
+    bases: Sequence[ReducedBasis], shares: Sequence[ComplexArray], truths: Sequence[ComplexArray], tolerance: float
+) -> list[ReducedBasis]:
+    """Return the bases with as few of the first vectors as keep the error below `tolerance`."""
+    low, high = 0, len(bases[0].reading)  # the error is above at the first, below at the second
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if is_enough(middle) else (middle, high)
-    return high
+        if _largest_error([basis.first(middle) for basis in bases], shares, truths) < tolerance:
+            high = middle
+        else:
+            low = middle
+    return [basis.first(high) for basis in bases]
 
 
 def reduce_along(rig: TwoPlateRig, assembly: Assembly, at: Parameters, tolerance: float = 1e-5) -> ComplexArray:

@@ -100,7 +100,8 @@ def stiffer_along_its_radius():
     effects = {"finite_size": FiniteSize()}
     with_elements = replace(nominal, hypothesis=replace(problem, finite=rigs))
     static = fit_effects(with_elements, effects, start)[("finite_size",)]
-    return static, *fit_samples(static)
+    fitted = fit_samples(static)
+    return static, fitted.hypothesis_as(CampaignProblem).finite, fitted
 
 
 def test_a_sample_that_is_stiffer_along_its_radius_is_known_by_its_waves(stiffer_along_its_radius):

@@ -124,14 +124,18 @@ class SolidSteps:
         """
         coordinates = zip((error, log_stiffness), self.centre, self.steps, strict=True)
         x, y = ((value - centre) / step for value, centre, step in coordinates)
-        mixed = change[1, 1] - change[1, 0] - change[0, 1]
-        by_error, by_stiffness = parabola(change[1, 0], change[-1, 0], x), parabola(change[0, 1], change[0, -1], y)
-        return np.asarray(by_error + by_stiffness + mixed * x * y)
+        return paraboloid(change, x, y)
 
 
 def parabola(ahead: ComplexArray, behind: ComplexArray, x: Numeric) -> ComplexArray:
     """Return the parabola through 0 at 0, and the values at steps of 1 and -1, at x."""
     return np.asarray(0.5 * (ahead - behind) * x + 0.5 * (ahead + behind) * x**2)
+
+
+def paraboloid(at: Mapping[tuple[int, int], ComplexArray], x: Numeric, y: Numeric) -> ComplexArray:
+    """Return the paraboloid through 0 at (0, 0), and the values at steps (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1)."""
+    mixed = at[1, 1] - at[1, 0] - at[0, 1]
+    return np.asarray(parabola(at[1, 0], at[-1, 0], x) + parabola(at[0, 1], at[0, -1], y) + mixed * x * y)
 
 
 def with_solids(

@@ -5,7 +5,7 @@ The equations of rods stand in `media.rod`, those of air in `media.pumped_disc`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -14,7 +14,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows
 from multilayer.experiments.two_plate.effects import Chain, Setting
-from multilayer.experiments.two_plate.finite_elements import FiniteRig, parabola
+from multilayer.experiments.two_plate.finite_elements import FiniteRig, parabola, paraboloid
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.pumped_disc import pumped_disc_factor
@@ -50,10 +50,10 @@ class Neighbourhood:
     mass_step: float = 0.0
 
     @cached_property
-    def _around(self) -> list[tuple[Rig, int, int]]:
-        """The rigs at the steps, with the steps taken in density and in thickness."""
+    def _around(self) -> dict[tuple[int, int], Rig]:
+        """The rigs at the steps, by those taken in density and in thickness."""
         steps = [(1, 0), (-1, 0)] + ([(0, 1), (0, -1), (1, 1)] if self.thickness_step else [])
-        return [(self._stepped(i, j), i, j) for i, j in steps]
+        return {(i, j): self._stepped(i, j) for i, j in steps}
 
     def _stepped(self, i: int, j: int) -> Rig:
         rig = self.rig.shifted("density", i * self.density_step, relative=True) if i else self.rig
@@ -90,24 +90,22 @@ class Neighbourhood:
         def change(rig: Rig) -> ComplexArray:
             return np.asarray(np.log(rig.transmissibility(frequency, distinct) / here)[place])
 
+        def changes(rigs: Mapping[tuple[int, int], Rig]) -> dict[tuple[int, int], ComplexArray]:
+            return {steps: change(rig) for steps, rig in rigs.items()}
+
         total = np.log(here)[place]
         if solid is not None and isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
-            around = {steps: change(rig) for steps, rig in self.rig.solids.rigs.items()}
-            total = total + self.rig.solids.log_change(around, solid[0], np.log(solid[1]))
+            total = total + self.rig.solids.log_change(changes(self.rig.solids.rigs), solid[0], np.log(solid[1]))
         if self.mass_step and plate_mass is not None and np.any(plate_mass):
             # uncertain by so few thousandths that its products with the other changes are negligible
             ahead, behind = map(change, self._plates)
             total = total + parabola(ahead, behind, plate_mass / self.mass_step)
         if not (np.any(density) or np.any(thickness)):
             return np.asarray(total)
-        around = {(i, j): change(rig) for rig, i, j in self._around}
-        x = density / self.density_step
-        total = total + parabola(around[1, 0], around[-1, 0], x)
+        around, x = changes(self._around), density / self.density_step
         if self.thickness_step:
-            y = thickness / self.thickness_step
-            mixed = around[1, 1] - around[1, 0] - around[0, 1]
-            total = total + parabola(around[0, 1], around[0, -1], y) + mixed * x * y
-        return np.asarray(total)
+            return np.asarray(total + paraboloid(around, x, thickness / self.thickness_step))
+        return np.asarray(total + parabola(around[1, 0], around[-1, 0], x))
 
 
 def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, chain: Chain) -> ComplexArray:
@@ -137,7 +135,7 @@ def top_over_base(near: Neighbourhood, setting: Setting, frequency: RealArray, c
         rim = _open_rim_factor(setting, frequency, chain, sensor, (ratio, 1.0))
         return np.asarray(moved * rim * _air_factor(setting, frequency, chain, ratio, 1.0))
     # another geometry, for a planned experiment: a rod of the static stiffness of the disc
-    held = static_shape_factor(max(ratio, 0.0), setting.shape, resolution=_RESOLUTION)
+    held = _shape_factor(setting)
     moved = _chain_motion(setting, frequency, chain, held, sensor)
     rim = _open_rim_factor(setting, frequency, chain, sensor, (0.0, held))
     return moved * rim * _air_factor(setting, frequency, chain, ratio, 1.0)
@@ -175,11 +173,10 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
         share = 2 * chain.skin[0] / height
         modulus = modulus / (1 - share + share / chain.skin[1])
     # in series or in parallel with the disc, whose apparent modulus is g(nu, S) times its own
-    held = static_shape_factor(max(setting.campaign.specimen.poisson_ratio, 0.0), setting.shape, resolution=_RESOLUTION)
     if chain.glue is not None:
-        modulus = modulus / (1 + 2 * held * modulus / (height * chain.glue))
+        modulus = modulus / (1 + 2 * _shape_factor(setting) * modulus / (height * chain.glue))
     if chain.spring is not None:
-        modulus = modulus + chain.spring * height / (held * setting.area)
+        modulus = modulus + chain.spring * height / (_shape_factor(setting) * setting.area)
     heavier = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass - 1
     denser = chain.density / setting.campaign.specimen.density - 1
     density, thicker, mass = (np.asarray(x).real for x in (denser, chain.thickness - height, heavier))
@@ -187,6 +184,12 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
         # stiffness and all masses times one factor leave the motion unchanged: the plate's mass is exact
         modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
     return near.log_motion(frequency, modulus, density, thicker, mass, chain.solid)
+
+
+def _shape_factor(setting: Setting) -> float:
+    """Return g(nu, S) of the sample in slow compression: its apparent modulus over its own."""
+    ratio = max(setting.campaign.specimen.poisson_ratio, 0.0)  # g is known from 0 on, where it is 1
+    return static_shape_factor(ratio, setting.shape, resolution=_RESOLUTION)
 
 
 def constrained_modulus_ratio(poisson_ratio: float) -> float:
