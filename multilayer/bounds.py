@@ -118,7 +118,7 @@ RESULT_BYTES = Bound(4 * 10**9, "bytes of memory that a simulation needs", "what
 ACROSS_PANEL = Bound(
     20_000,
     "radians of phase across a finite panel",
-    "1600 wavelengths there and back; a minute in a diffuse field",
+    "1600 wavelengths there and back; 15 s for 16 third octaves of a diffuse field",
     True,
 )
 FILE_BYTES = Bound(400_000_000, "bytes of a data file", "an hour of two channels at 25 kHz and 16 bits", True)
