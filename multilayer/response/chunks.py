@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from multilayer.arrays import ArrayLike, RealArray
@@ -34,7 +36,7 @@ def frequency_axis(frequency: ArrayLike) -> RealArray:
 
 
 def in_chunks(
-    compute: Callable[[RealArray], T], stack: Stack, frequency: RealArray, n_angles: int, workers: int = 1
+    compute: Callable[[NDArray[Any]], T], stack: Stack, frequency: NDArray[Any], n_angles: int, workers: int = 1
 ) -> list[T]:
     """Return the results of `compute` for consecutive pieces of the frequency axis.
 
@@ -44,7 +46,8 @@ def in_chunks(
         Takes a part of `frequency`.
     stack : Stack
         With arrays in its fields, which may follow the frequency axis, everything is computed at once.
-    frequency : array, shape (n_frequency,) or ()
+    frequency : array, shape (n_frequency,) or (); or (n_bands, n_points), the points of a band in one piece
+        Hz, or their indices.
     n_angles : int
         How many points each frequency stands for.
     workers : int
@@ -53,8 +56,8 @@ def in_chunks(
     # threads hand the interpreter to each other between operations: long ones cost them less
     points = POINTS if workers == 1 else 2 * POINTS
     many = max(1, len(stack.layers) // _MOST_LAYERS)  # all layers' matrices are held at once
-    step = max(1, points // (max(n_angles, 1) * many))
-    if frequency.ndim != 1 or len(frequency) <= step or has_arrays(stack):
+    step = max(1, points // (max(n_angles, 1) * many * max(1, math.prod(frequency.shape[1:]))))
+    if not frequency.ndim or len(frequency) <= step or has_arrays(stack):
         return [compute(frequency)]
     pieces = [frequency[i : i + step] for i in range(0, len(frequency), step)]
     if workers == 1:

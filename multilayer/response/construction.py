@@ -74,7 +74,9 @@ def _lets_through(stack: Stack) -> bool:
     return stack.termination not in ("rigid", "free")
 
 
-def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window | None = None) -> Mapping[str, Shares]:
+def paths(
+    wall: Construction, frequency: RealArray, sound: Sound, window: Window | None = None, together: int = 1
+) -> Mapping[str, Shares]:
     """Return how much each path transmits and absorbs, of the power that meets the whole wall.
 
     Parameters
@@ -86,6 +88,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
     sound : Sound
     window : Window, optional
         Size of the stack; patches have their own.
+    together : int
+        So many frequencies after each other are averaged by the caller; of links only their mean is exact.
 
     Returns
     -------
@@ -109,6 +113,8 @@ def paths(wall: Construction, frequency: RealArray, sound: Sound, window: Window
             max_angle=sound.max_angle,
             weighting=sound.weighting,
             window=window,
+            together=together,
+            alone=own.transmission,
         )
         assert own.transmission is not None  # by validation
         added = linked - own.transmission
@@ -130,9 +136,11 @@ def _scaled(shares: Shares, factor: float) -> Shares:
     return Shares(through, factor * shares.absorption)
 
 
-def wall_shares(wall: Construction, frequency: RealArray, sound: Sound, window: Window | None = None) -> Shares:
+def wall_shares(
+    wall: Construction, frequency: RealArray, sound: Sound, window: Window | None = None, together: int = 1
+) -> Shares:
     """Return how much a wall transmits and absorbs, all paths together; parameters as of `paths`."""
-    found = list(paths(wall, frequency, sound, window).values())
+    found = list(paths(wall, frequency, sound, window, together).values())
     through = [shares.transmission for shares in found if shares.transmission is not None]
     absorbed = np.sum([shares.absorption for shares in found], axis=0)
     return Shares(np.sum(through, axis=0) if through else None, absorbed)

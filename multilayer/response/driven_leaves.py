@@ -26,9 +26,9 @@ from multilayer.response.links import Leaf
 from multilayer.response.system import between_gas, solve_or_explain
 from multilayer.stack import Stack
 
-_NODES = 512  # of waves that radiate, and of those that do not; each
+_FEWEST, _MOST = 17, 513  # nodes of waves that radiate, and of those that do not; each
 _FIRST_NODE = 3e-5  # |k3|/k of the node beside grazing, where the air's impedance is infinite
-_ROUGH = 1e-3  # error in the middle between two nodes, as a share, from which on nothing is interpolated there
+_ROUGH = 1e-3  # error in the middle between two of every other node, as a share, that asks for more nodes
 _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; its pressure answers
 
 
@@ -40,23 +40,48 @@ class _Table:
     ----------
     most : array, shape (n_frequency,)
         The last node of each frequency.
-    rows : complex array, shape (n_frequency * n_nodes, n_values)
+    first, steps : array of int, shape (n_frequency,)
+        The row of each frequency's first node, and how many nodes follow that one.
+    rows : complex array, shape (n_rows, n_values)
+    is_rough : bool array, shape (n_rows,)
+        Whether interpolation fails between a node and the next.
     """
 
     most: RealArray
+    first: IndexArray
+    steps: IndexArray
     rows: ComplexArray
+    is_rough: BoolArray
 
-    def at(self, which: IndexArray, place: RealArray) -> ComplexArray:
-        """Return values, shape (n_values, n), by indices of frequencies and places, 0 to the last node."""
-        first = np.clip(place.astype(int) - 1, 0, _NODES - 4)
-        t, start = place - first, which * _NODES + first
+    @classmethod
+    def of(cls, most: RealArray, parts: Sequence[tuple[IndexArray, ComplexArray, BoolArray]]) -> _Table:
+        """Return the table of all frequencies by parts with as many nodes each.
+
+        Parameters
+        ----------
+        most : array, shape (n_frequency,)
+        parts : sequence
+            Indices of n frequencies; values, shape (n_values, n, n_nodes); `is_rough`, shape (n, n_nodes).
+        """
+        first, steps, filled = np.zeros(len(most), dtype=int), np.zeros(len(most), dtype=int), 0
+        for which, values, _ in parts:
+            n = values.shape[-1]
+            first[which], steps[which] = filled + n * np.arange(len(which)), n - 1
+            filled += n * len(which)
+        rows = np.concatenate([values.reshape(len(values), -1).T for _, values, _ in parts])
+        return cls(most, first, steps, rows, np.concatenate([is_rough.ravel() for _, _, is_rough in parts]))
+
+    def at(self, which: IndexArray, normal: RealArray) -> tuple[ComplexArray, BoolArray]:
+        """Return values, shape (n_values, n), of frequencies by their indices, and whether interpolation fails."""
+        steps = self.steps[which]
+        place = np.sqrt(np.clip((normal - _FIRST_NODE) / (self.most[which] - _FIRST_NODE), 0.0, 1.0)) * steps
+        node = np.minimum(place.astype(int), steps - 1)
+        start = np.clip(node - 1, 0, steps - 3)
+        t, row = place - start, self.first[which] + start
         weights = (-(t - 1) * (t - 2) * (t - 3) / 6, t * (t - 2) * (t - 3) / 2,
                    -t * (t - 1) * (t - 3) / 2, t * (t - 1) * (t - 2) / 6)  # fmt: skip
-        return np.asarray(sum(weight[:, None] * self.rows[start + i] for i, weight in enumerate(weights))).T
-
-    def place(self, which: IndexArray, normal: RealArray) -> RealArray:
-        """Return the places of values of ``|k3|/k``."""
-        return np.asarray(np.sqrt(np.minimum(normal / self.most[which], 1.0)) * (_NODES - 1))
+        values = sum(weight[:, None] * self.rows[row + i] for i, weight in enumerate(weights))
+        return np.asarray(values).T, self.is_rough[self.first[which] + node]
 
 
 class DrivenLeaves:
@@ -80,7 +105,6 @@ class DrivenLeaves:
         self._pairs = np.triu_indices(len(leaves))
         self._radiating = self._tabled(np.ones_like(frequency), slow=False)
         self._slow = self._tabled(np.sqrt((farthest / self._sound) ** 2 - 1), slow=True)
-        self._is_rough = self._rough_between()
 
     def answers(self, which: IndexArray, wavenumber: RealArray, *, slow: bool) -> tuple[ComplexArray, ComplexArray]:
         """Return what a pressure of 1 Pa on each leaf does.
@@ -104,45 +128,62 @@ class DrivenLeaves:
         table = self._slow if slow else self._radiating
         square = (wavenumber / self._sound[which]) ** 2 - 1
         normal = np.maximum(np.sqrt(np.maximum(square if slow else -square, 0.0)), _FIRST_NODE)
-        place = table.place(which, normal)
-        mobility, passed = self._interpolated(table, which, place, normal)
-        if not slow:
-            rough = self._is_rough[which, np.minimum(place.astype(int), _NODES - 2)]
-            if np.any(rough):
-                mobility[..., rough], passed[:, rough] = self.solved(which[rough], wavenumber[rough])
+        values, is_rough = table.at(which, normal)
+        mobility, passed = self._answers(values, normal)
+        if np.any(is_rough):
+            mobility[..., is_rough], passed[:, is_rough] = self.solved(which[is_rough], wavenumber[is_rough])
         return mobility, passed
 
-    def _interpolated(
-        self, table: _Table, which: IndexArray, place: RealArray, normal: RealArray
-    ) -> tuple[ComplexArray, ComplexArray]:
-        values = table.at(which, place) / normal
+    def _answers(self, values: ComplexArray, normal: RealArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return mobilities and pressures behind by the values of a table."""
         impedance = np.empty((len(self._leaves), len(self._leaves), len(normal)), dtype=complex)
         rows, columns = self._pairs
-        impedance[rows, columns] = impedance[columns, rows] = values[:-1]
+        impedance[rows, columns] = impedance[columns, rows] = values[:-1] / normal
         mobility = _inverse(impedance)
-        return mobility, values[-1] * mobility[-1]
-
-    def _rough_between(self) -> BoolArray:
-        """Tell between which nodes of waves that radiate interpolation fails, shape (n_frequency, n_nodes - 1)."""
-        shape = (len(self._frequency), _NODES - 1)
-        which = np.repeat(np.arange(shape[0]), shape[1])
-        place = np.tile(np.arange(shape[1]) + 0.5, shape[0])
-        normal = np.maximum((place / shape[1]) ** 2, _FIRST_NODE)
-        mobility, passed = self._interpolated(self._radiating, which, place, normal)
-        exact, behind = self.solved(which, self._sound[which] * np.sqrt(1 - normal**2))
-        # one leaf may move another next to nothing, through a thick layer: that is small beside what both do themselves
-        size = np.sqrt(np.abs(np.einsum("iin->in", exact)))
-        off = np.max(np.abs(mobility - exact) / (size[:, None] * size), axis=(0, 1))
-        off = np.maximum(off, np.max(np.abs(passed - behind), axis=0) / np.max(np.abs(behind), axis=0))
-        return np.asarray(off > _ROUGH).reshape(shape)
+        return mobility, values[-1] / normal * mobility[-1]
 
     def _tabled(self, most: RealArray, *, slow: bool) -> _Table:
-        """Return impedances of the leaves, and pressure behind over the last leaf's velocity, times ``|k3|/k``."""
-        normal = np.maximum(most[:, None] * np.linspace(0, 1, _NODES) ** 2, _FIRST_NODE).ravel()
-        which = np.repeat(np.arange(len(most)), _NODES)
-        mobility, passed = self.solved(which, self._sound[which] * np.sqrt(1 + (1 if slow else -1) * normal**2))
+        """Return impedances of the leaves, and pressure behind over the last leaf's velocity, times ``|k3|/k``.
+
+        Nodes of each frequency are doubled until every other one, by interpolation between the rest, is as it is
+        solved; all of them are kept, so that errors are some hundred times smaller than those that are looked at.
+        """
+        which, parts = np.arange(len(most)), list[tuple[IndexArray, ComplexArray, BoolArray]]()
+        values = self._values(which, most, np.linspace(0, 1, _FEWEST), slow=slow)[0]
+        while len(which):
+            n = values.shape[-1]
+            middles = (np.arange(n - 1) + 0.5) / (n - 1)
+            between, exact, behind = self._values(which, most, middles, slow=slow)
+            here = np.arange(len(which))
+            coarse = _Table.of(most[which], [(here, values, np.zeros((len(which), n), dtype=bool))])
+            normal = _normal(most[which], middles)
+            mobility, passed = self._answers(coarse.at(np.repeat(here, n - 1), normal)[0], normal)
+            # one leaf may move another next to nothing, through a thick layer: small beside what both do themselves
+            size = np.sqrt(np.abs(np.einsum("iin->in", exact)))
+            off = np.max(np.abs(mobility - exact) / (size[:, None] * size), axis=(0, 1))
+            if not slow:  # nothing of others is sent on
+                off = np.maximum(off, np.max(np.abs(passed - behind), axis=0) / np.max(np.abs(behind), axis=0))
+            is_rough = ~(off.reshape(len(which), -1) <= _ROUGH)
+            all_values = np.empty((len(values), len(which), 2 * n - 1), dtype=complex)
+            all_values[..., ::2], all_values[..., 1::2] = values, between
+            again = np.any(is_rough, axis=1) & (2 * n - 1 < _MOST)
+            both = np.repeat(is_rough, 2, axis=1)
+            done = np.pad(both, ((0, 0), (0, 1)))[~again]
+            parts.append((which[~again], all_values[:, ~again], done))
+            which, values = which[again], all_values[:, again]
+        return _Table.of(most, parts)
+
+    def _values(
+        self, which: IndexArray, most: RealArray, places: RealArray, *, slow: bool
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Return values of a table, shape (n_values, n_which, n_places), and what they follow from, as of `solved`."""
+        normal = _normal(most[which], places)
+        there = np.repeat(which, len(places))
+        wavenumber = self._sound[there] * np.sqrt(1 + (1 if slow else -1) * normal**2)
+        mobility, passed = self.solved(there, wavenumber)
         behind = passed[-1] / mobility[-1, -1]
-        return _Table(most, (normal * np.concatenate([_inverse(mobility)[self._pairs], behind[None]])).T)
+        values = normal * np.concatenate([_inverse(mobility)[self._pairs], behind[None]])
+        return values.reshape(-1, len(which), len(places)), mobility, passed
 
     def solved(self, which: IndexArray, wavenumber: RealArray) -> tuple[ComplexArray, ComplexArray]:
         """Return what `answers` returns, without interpolation."""
@@ -178,6 +219,11 @@ def front_velocity(system: System, index: int, coefficients: ComplexArray) -> Co
     """Return the normal velocity of the front of a layer, by the layer's index and the coefficients of its waves."""
     layer = system.layers[index]
     return normal_velocity(layer, face_states(layer, coefficients)[0])
+
+
+def _normal(most: RealArray, places: RealArray) -> RealArray:
+    """Return ``|k3|/k`` at places from 0, beside grazing, to 1, shape (n_frequency * n_places,)."""
+    return np.asarray((_FIRST_NODE + (most[:, None] - _FIRST_NODE) * places**2).ravel())
 
 
 def _from(leaf: Leaf, system: System) -> tuple[Contact, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeGuard
@@ -215,7 +216,8 @@ def _of_excitation(
 def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
     window = task.window
     if _is_built(stack):
-        return _of_wall(wall_shares(stack, frequency, _sound(task.incidence), window))
+        together = math.prod(task.frequency.shape[1:])
+        return _of_wall(wall_shares(stack, frequency, _sound(task.incidence), window, together))
     if isinstance(task.incidence, DiffuseIncidence):
         asked = task.incidence.diffuse
         field = diffuse_field(

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from multilayer.errors import InputError
 from multilayer.response import Window, diffuse_field
 from multilayer.response import linked_transmission as linked
+from multilayer.response.bands import band_points
 from multilayer.response.construction import Construction
 from multilayer.response.driven_leaves import DrivenLeaves
 from multilayer.response.linked_transmission import linked_transmission
@@ -35,10 +36,9 @@ def transmission(layers, lines=(LINES,), frequency=FREQUENCY, **field):
     return linked_transmission(Stack(layers=layers, termination="ambient"), lines, frequency, **field)
 
 
-def enough_angles(monkeypatch):
-    """Take more angles than usual, which err by some tenths of a decibel at single frequencies."""
-    monkeypatch.setattr(linked, "_MOST", 64)
-    monkeypatch.setattr(linked, "_ENOUGH", 0.01)
+def enough_directions(monkeypatch):
+    """Take more directions than usual, which err by some tenths of a decibel at single frequencies."""
+    monkeypatch.setattr(linked, "_LATTICES", ((34, 21), (89, 55), (4181, 2584)))
 
 
 def decibels(one, other):
@@ -50,7 +50,7 @@ def decibels(one, other):
 )
 def test_a_wall_that_is_solved_as_a_whole(studs, monkeypatch):
     """`validation.walls.periodic` shares nothing with it but the formulae of the wool."""
-    enough_angles(monkeypatch)
+    enough_directions(monkeypatch)
     monkeypatch.setattr(walls, "_THETAS", 96)
     monkeypatch.setattr(walls, "_AZIMUTHS", 96)
     layers = [{**layer, "loss_factor": studs.loss_factor} if layer is not WOOL else layer for layer in WALL]
@@ -62,7 +62,7 @@ def test_a_wall_that_is_solved_as_a_whole(studs, monkeypatch):
 @pytest.mark.parametrize(("compliance", "fasteners"), [(0.0, 0.3), (1e-6, 0.5)])
 def test_a_wall_with_fasteners_that_is_solved_as_a_whole(compliance, fasteners, monkeypatch):
     """A plain sum over both kinds of harmonics, of so many that 0.5 % of the plates' mobility are left out."""
-    enough_angles(monkeypatch)
+    enough_directions(monkeypatch)
     monkeypatch.setattr(walls, "_THETAS", 48)
     monkeypatch.setattr(walls, "_AZIMUTHS", 48)
     studs = walls.Studs(0.4, compliance, 0.05, fasteners)
@@ -136,16 +136,24 @@ def test_answers_of_leaves_between_nodes(name):
         assert off.max() < 5e-3
 
 
-def test_more_angles_change_little(monkeypatch):
+def test_more_directions_change_little(monkeypatch):
     soft = LineLinks(between=("front", "back"), spacing=0.6, compliance=1e-6, periodic=True)
     frequency = np.geomspace(100, 4000, 25)
     usual = [transmission(WALL, [line], frequency) for line in (LINES, soft)]
-    monkeypatch.setattr(linked, "_MOST", 64)
-    monkeypatch.setattr(linked, "_ENOUGH", 1e-9)
+    enough_directions(monkeypatch)
     more = [transmission(WALL, [line], frequency) for line in (LINES, soft)]
     gap = decibels(np.array(usual), np.array(more))
     assert np.sqrt(np.mean(gap**2)) < 0.15
     assert np.abs(gap).max() < 1.0
+
+
+def test_means_over_bands_take_fewer_directions(monkeypatch):
+    bands = band_points(np.array([125.0, 500.0, 2000.0]), "third octaves")
+    of_bands = transmission(WALL, frequency=bands.ravel(), together=bands.shape[1]).reshape(bands.shape)
+    enough_directions(monkeypatch)
+    exact = transmission(WALL, frequency=bands.ravel()).reshape(bands.shape)
+    assert np.abs(decibels(of_bands.mean(axis=1), exact.mean(axis=1))).max() < 0.1
+    assert np.abs(decibels(of_bands, exact)).max() > 0.1  # errors of single frequencies cancel
 
 
 def test_extremes(monkeypatch):
@@ -178,6 +186,13 @@ def test_lines_far_apart_are_refused_where_they_take_too_many_harmonics():
         transmission(WALL, [held], np.array([5e4]))
 
 
+def test_a_window_at_one_frequency():
+    """Where its radiation is integrated for each direction."""
+    window, frequency = Window(4.0, 2.5), np.array([3000.0, 3001.0])
+    alone = transmission(WALL, frequency=frequency[:1], window=window)
+    assert_allclose(alone, transmission(WALL, frequency=frequency, window=window)[:1], rtol=1e-6)
+
+
 @pytest.mark.parametrize("window", [None, Window(4.0, 2.5)])
 def test_soft_lines_carry_nothing(window):
     soft = LineLinks(between=("front", "back"), spacing=0.6, compliance=1e3, periodic=True)
@@ -196,7 +211,7 @@ def test_lines_far_apart_do_not_know_of_each_other():
 
 def test_both_sides_of_a_wall_are_alike_in_a_diffuse_field(monkeypatch):
     """By reciprocity: as much goes from all directions to all directions either way."""
-    enough_angles(monkeypatch)
+    enough_directions(monkeypatch)
     layers = [FOAM, {"name": "front", **BOARD}, WOOL, {"name": "back", **BOARD, "thickness": 0.02}]
     one, other = (transmission(order, max_angle=90.0) for order in (layers, layers[::-1]))
     assert np.abs(decibels(one, other)).max() < 0.15
