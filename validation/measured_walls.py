@@ -105,7 +105,7 @@ def foretold(layers: list[dict[str, Any]], *links: dict[str, Any]) -> RealArray:
     points = band_points(CENTRES, "third octaves")[:, _POINTS]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ValidityWarning)  # Miki's range, and single links close to each other
-        tau = wall_shares(wall, points.ravel(), Sound(), SIZE).transmission
+        tau = wall_shares(wall, points.ravel(), Sound(), SIZE, points.shape[-1]).transmission
     assert tau is not None  # between two rooms
     return loss(tau.reshape(points.shape))
 

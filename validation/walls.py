@@ -150,8 +150,11 @@ def _downwards(square: ComplexArray) -> ComplexArray:
     return np.asarray(np.where(root.imag > 0, -root, root))
 
 
-def ours(frequency: RealArray, studs: Studs, *, alike: bool = False) -> tuple[RealArray, RealArray]:
-    """Return tau of the wall, with single links or periodic ones, and of its layers without links."""
+def ours(bands: RealArray, studs: Studs, *, alike: bool = False) -> tuple[RealArray, RealArray]:
+    """Return tau of the wall, with single links or periodic ones, and of its layers without links.
+
+    Frequencies of bands are those of `band_points`; both results have their shape.
+    """
     board = {"type": "elastic_plate", "loss_factor": studs.loss_factor, **BOARD}
     wool = {"type": "equivalent_fluid", "model": "miki", "thickness": DEPTH, "flow_resistivity": RESISTIVITY}
     links = {"kind": "line", "between": ("front", "back"), "spacing": studs.spacing, "compliance": studs.compliance}
@@ -160,9 +163,9 @@ def ours(frequency: RealArray, studs: Studs, *, alike: bool = False) -> tuple[Re
     wall = Construction(layers=layers, termination="ambient", links=[links])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ValidityWarning)  # Miki's formulae below their range, in both
-        parts = paths(wall, frequency, Sound(max_angle=MAX_ANGLE))
-    airborne = np.asarray(parts["stack"].transmission)
-    return airborne + np.asarray(parts["links"].transmission), airborne
+        parts = paths(wall, bands.ravel(), Sound(max_angle=MAX_ANGLE), together=bands.shape[-1])
+    airborne = np.asarray(parts["stack"].transmission).reshape(bands.shape)
+    return airborne + np.asarray(parts["links"].transmission).reshape(bands.shape), airborne
 
 
 def sharp_davy(frequency: RealArray, studs: Studs) -> RealArray:
@@ -190,9 +193,9 @@ def row(studs: Studs) -> str:
     centres = band_centres(_FROM, 4000, "third octaves")
     points = band_points(centres, "third octaves")
     reference = loss(np.array([periodic(band, studs) for band in points]))
-    whole, airborne = (tau.reshape(points.shape) for tau in ours(points.ravel(), studs))
+    whole, airborne = ours(points, studs)
     gap = loss(whole) - reference
-    alike = loss(ours(points.ravel(), studs, alike=True)[0].reshape(points.shape)) - reference
+    alike = loss(ours(points, studs, alike=True)[0]) - reference
     low = centres <= 2000
     simple = (loss(airborne + sharp_davy(points, studs)) - reference)[low]
     worst = int(np.argmax(np.abs(gap)))

@@ -232,7 +232,7 @@ def _from(leaf: Leaf, system: System) -> tuple[Contact, ...]:
 
 
 def _inverse(matrices: ComplexArray) -> ComplexArray:
-    """Return the inverses of entry-first matrices."""
+    """Return the inverses of symmetric entry-first matrices."""
     n = len(matrices)
     if n == 1:
         return 1 / matrices
@@ -242,6 +242,13 @@ def _inverse(matrices: ComplexArray) -> ComplexArray:
         over = 1 / (a * d - b * c)
         inverse[0, 0], inverse[0, 1], inverse[1, 0], inverse[1, 1] = d * over, -b * over, -c * over, a * over
         return inverse
+    if n == 3:
+        (a, b, c), (_, d, e), (_, _, f) = matrices
+        first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+        fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
+        over = 1 / (a * first + b * second + c * third)
+        rows = (first, second, third), (second, fourth, fifth), (third, fifth, sixth)
+        return np.array(rows) * over
     work = np.empty((n, 2 * n, *matrices.shape[2:]), dtype=complex)
     work[:, :n] = -np.eye(n)[(..., *(None,) * (matrices.ndim - 2))]
     work[:, n:] = matrices
