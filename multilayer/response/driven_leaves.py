@@ -248,7 +248,7 @@ def _inverse(matrices: ComplexArray) -> ComplexArray:
         fourth, fifth, sixth = a * f - c * c, b * c - a * e, a * d - b * b
         over = 1 / (a * first + b * second + c * third)
         rows = (first, second, third), (second, fourth, fifth), (third, fifth, sixth)
-        return np.array(rows) * over
+        return np.asarray(np.array(rows) * over)
     work = np.empty((n, 2 * n, *matrices.shape[2:]), dtype=complex)
     work[:, :n] = -np.eye(n)[(..., *(None,) * (matrices.ndim - 2))]
     work[:, n:] = matrices
