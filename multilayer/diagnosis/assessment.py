@@ -174,7 +174,7 @@ def assess(
     tell("effects in pairs")
     comparison, shrinkages = _on_held_out_data(comparison, executor) if comparison.is_gap else (comparison, {})
     tell("held-out data")
-    columns = signatures(nominal, effects)
+    columns = signatures(nominal, effects, executor)
     alike = similarity(nominal.minimum, tuple(effects), columns)
     decision = decide(comparison, shrinkages)
     drawn = _drawn(comparison, decision, shrinkages, executor)

@@ -18,8 +18,17 @@ from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
-from multilayer.diagnosis.fitting import Fitted, begin_tasks, finish_all, fit, fit_effects, polish_fits, rough_fit
-from multilayer.diagnosis.free_rim import COARSE, fit_samples, free_rim
+from multilayer.diagnosis.fitting import (
+    Fitted,
+    begin_tasks,
+    best_ends,
+    fit,
+    fit_effects,
+    polish_fits,
+    rough_fit,
+    worth_finishing,
+)
+from multilayer.diagnosis.free_rim import COARSE, elements_of_samples, fit_samples, free_rim
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely, lack_of_fit
 from multilayer.diagnosis.place_fits import (
     PlaceFit,
@@ -176,7 +185,8 @@ def fit_nominal(
     whole = replace(joint, rigs=rigs, finite=rigs, given=(*others, *rims))
     nominal = fit(whole, np.concatenate([start, np.zeros(len(parameters_of(rims)))]))
     if any(effect.name == FiniteSize.name for effect in rims):
-        rough = fit_samples(nominal, executor)
+        samples = elements_of_samples(nominal)
+        rough = fit_samples(nominal, dict(zip(samples, run_all(call, [*samples.values()], executor), strict=True)))
         rigs = rough.hypothesis_as(CampaignProblem).finite
         nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
     return nominal, [nominal.minimum]
@@ -214,11 +224,16 @@ def fits_one_by_one(
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     started = run_all(call, [*first, *tasks.values()], executor)
     rigs, fits = started.pop(0) if finite else (nominal.hypothesis_as(CampaignProblem).finite, {})
-    rim = fits.get((FiniteSize.name,))
-    if rim is not None and rim.log_evidence > nominal.log_evidence:
-        fits[FiniteSize.name,] = rim = fit_samples(rim, executor)
+    rim, begun = fits.get((FiniteSize.name,)), dict(zip(tasks, started, strict=True))
+    samples = elements_of_samples(rim) if rim is not None and rim.log_evidence > nominal.log_evidence else {}
+    ends = worth_finishing(begun, list(fits.values()))
+    # elements for other samples take as long as several fits, and the other fits do not need them
+    first = [*samples.values()]
+    reached = run_all(call, [*first, *(end for _, end in ends)], executor)
+    if rim is not None and samples:
+        fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, reached, strict=False)))
         rigs = rim.hypothesis_as(CampaignProblem).finite
-    fits |= finish_all(dict(zip(tasks, started, strict=True)), executor, list(fits.values()))
+    fits |= best_ends(begun, ends, reached[len(samples) :])
     fits = polish_fits(fits, executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}

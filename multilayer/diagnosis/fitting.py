@@ -373,13 +373,27 @@ def finish_all(
     behind : float
         Fits are given up above so many times the least cost in a first valley, or the number of data where larger.
     """
+    ends = worth_finishing(started, rivals, behind)
+    return best_ends(started, ends, run_all(call, [end for _, end in ends], executor))
+
+
+def worth_finishing(
+    started: Mapping[K, StartedFit], rivals: Sequence[Fitted] = (), behind: float = _BEHIND
+) -> list[tuple[K, Callable[[], Fitted]]]:
+    """Return the descents of `finish_all`, by the keys of their fits."""
     costs = {key: fit.provisional.minimum.cost for key, fit in started.items()}
     n = max((len(fit.provisional.minimum.residual) for fit in started.values()), default=0)
     finished = [behind * fit.minimum.cost for fit in rivals]
     least = max(min([*costs.values(), *finished], default=0.0), n)
-    tasks = [(key, end) for key, fit in started.items() if not costs[key] > behind * least for end in fit.ends]
+    return [(key, end) for key, fit in started.items() if not costs[key] > behind * least for end in fit.ends]
+
+
+def best_ends(
+    started: Mapping[K, StartedFit], tasks: Sequence[tuple[K, Callable[[], Fitted]]], fits: Sequence[Fitted]
+) -> dict[K, Fitted]:
+    """Return the fits of `finish_all` from what its descents reach."""
     ends: dict[K, list[Fitted]] = {}
-    for (key, _), end in zip(tasks, run_all(call, [end for _, end in tasks], executor), strict=True):
+    for (key, _), end in zip(tasks, fits, strict=True):
         ends.setdefault(key, []).append(end)
     return {
         key: replace(best_of(ends[key]), valleys=fit.starts) if key in ends else fit.provisional

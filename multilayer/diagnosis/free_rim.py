@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -13,7 +12,6 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import COARSELY, Fitted, at_minimum
 from multilayer.errors import MultilayerError
-from multilayer.executors import call, run_all
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.effects import Setting
 from multilayer.experiments.two_plate.finite_elements import Fineness, FiniteRig, with_solids
@@ -65,7 +63,22 @@ def _silent(text: str) -> None:
     pass
 
 
-def fit_samples(fitted: Fitted, executor: Executor | None = None) -> Fitted:
+def elements_of_samples(fitted: Fitted) -> dict[str, Callable[[], FiniteRig | None]]:
+    """Return, by configuration, what makes finite elements that hold for several samples, moduli about those of a fit.
+
+    A task returns None where no elements can be made, of a law far from any sample's.
+    """
+    pairs = stated_samples(fitted.hypothesis_as(CampaignProblem), fitted.minimum.z)
+    return {name: partial(_made, *pair) for name, pair in pairs.items()}
+
+
+def stated_samples(problem: CampaignProblem, z: RealArray) -> dict[str, tuple[FiniteRig, ComplexArray]]:
+    """Return, by configuration, the finite elements of the stated sample, and its moduli at coordinates, Pa."""
+    rigs = [(setting, problem.finite[setting.data.name]) for setting in problem.settings]
+    return {s.data.name: (rig, problem.modulus(z, s.frequency)) for s, rig in rigs if isinstance(rig, FiniteRig)}
+
+
+def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None]) -> Fitted:
     """Return a coarse fit with finite elements about the sample that explains the data best.
 
     Parameters
@@ -73,45 +86,21 @@ def fit_samples(fitted: Fitted, executor: Executor | None = None) -> Fitted:
     fitted : Fitted
         With `FiniteSize` among its effects, given ones or not, and the finite elements of the stated sample: those of
         others so far act by their static stiffness.
-    executor : Executor, optional
-        Where elements are made; in this process when left out.
-
-    Notes
-    -----
-    Where no elements can be made, of a law far from any sample's, the fit is returned as it is.
+    made : mapping
+        What the tasks of `elements_of_samples` return; with a None among it, the fit is returned as it is.
     """
     problem, z = fitted.hypothesis_as(CampaignProblem), np.array(fitted.minimum.z)
-    try:
-        made = for_samples(problem, z, executor)
-    except MultilayerError:
+    rigs = {name: rig for name, rig in made.items() if rig is not None}
+    if len(rigs) < len(made):
         return fitted
     z[_places(problem)] = 0.0
     for steps in _STEPS:
         centre = solid_of(problem, z)
-        fitted = at_minimum(replace(problem, finite=about(problem, made, centre, steps)), z, *COARSELY)
+        fitted = at_minimum(replace(problem, finite=about(problem, rigs, centre, steps)), z, *COARSELY)
         z = fitted.minimum.z
         if steps == _STEPS[-1] and np.all(np.abs(solid_of(problem, z) - centre) < _NEAR * np.array(steps)):
             break
     return fitted
-
-
-def for_samples(problem: CampaignProblem, z: RealArray, executor: Executor | None = None) -> dict[str, FiniteRig]:
-    """Return finite elements by configuration that hold for several samples, their moduli about those at coordinates.
-
-    Parameters
-    ----------
-    problem : CampaignProblem
-        With the finite elements of the stated sample.
-    z : array, shape (n,)
-        Coordinates, the law's first.
-    executor : Executor, optional
-    """
-    finite = {name: rig for name, rig in problem.finite.items() if isinstance(rig, FiniteRig)}
-    tasks = [
-        partial(_for_samples, finite[setting.data.name], problem.modulus(z, setting.frequency))
-        for setting in problem.settings
-    ]
-    return {s.data.name: rig for s, rig in zip(problem.settings, run_all(call, tasks, executor), strict=True)}
 
 
 def about(
@@ -126,7 +115,7 @@ def about(
     ----------
     problem : CampaignProblem
     made : mapping
-        As `for_samples` returns it.
+        By configuration, as `for_samples` returns them.
     centre : array, shape (2,)
         Error of Poisson's ratio and ln(E_r/E_z); the former is kept low enough for all steps to be solids.
     steps : (float, float)
@@ -146,8 +135,21 @@ def _places(problem: CampaignProblem) -> list[int]:
     return [names.index(f"{FiniteSize.name}.{parameter.name}") for parameter in FiniteSize.parameters]
 
 
-def _for_samples(rig: FiniteRig, modulus: ComplexArray) -> FiniteRig:
-    """Return a rig that holds for several samples, with moduli near those given."""
+def _made(rig: FiniteRig, modulus: ComplexArray) -> FiniteRig | None:
+    try:
+        return for_samples(rig, modulus)
+    except MultilayerError:
+        return None
+
+
+def for_samples(rig: FiniteRig, modulus: ComplexArray) -> FiniteRig:
+    """Return a rig that holds for several samples, with moduli near those given.
+
+    Raises
+    ------
+    MultilayerError
+        Where no elements can be made, of moduli far from any sample's.
+    """
     reduced, loss = rig.reduced, modulus.imag / modulus.real
     moduli = (float(modulus.real.min() / _MODULI), float(modulus.real.max() * _MODULI))
     losses = (float(loss.min() / _LOSSES), float(loss.max() * _LOSSES))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 
@@ -11,15 +13,16 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.thresholds import DETECTED
+from multilayer.executors import run_all
 from multilayer.inference.problem import Minimum
 
 
-def signatures(nominal: Fitted, effects: Mapping[str, BaseEffect]) -> RealArray:
+def signatures(nominal: Fitted, effects: Mapping[str, BaseEffect], executor: Executor | None = None) -> RealArray:
     """Return the changes of the whitened residuals by effects of usual size, shape (n_data, n_effects).
 
     Positive parameters are at the median of their prior, signed ones at one standard deviation.
     """
-    columns = [_signature(nominal, effect) for effect in effects.values()]
+    columns = run_all(partial(_signature, nominal), [*effects.values()], executor)
     return np.stack(columns, axis=1) if columns else np.empty((len(nominal.minimum.residual), 0))
 
 

@@ -18,7 +18,7 @@ from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
-from multilayer.diagnosis.free_rim import about, for_samples, free_rim, solid_of
+from multilayer.diagnosis.free_rim import about, for_samples, free_rim, solid_of, stated_samples
 from multilayer.diagnosis.tube.diagnose import fitted_nominal
 from multilayer.diagnosis.tube.file import load_diagnosis
 from multilayer.doors import for_log
@@ -189,7 +189,8 @@ class ModelExplorer(Questions):
             acting = [effect for effect in effects if isinstance(effect, Effect)]
             if any(effect.name == FiniteSize.name for effect in acting):
                 asked = replace(problem, finite=rigs).with_effects(*acting)
-                rigs = about(asked, for_samples(asked, law), solid_of(asked, z))
+                made = {name: for_samples(*pair) for name, pair in stated_samples(asked, law).items()}
+                rigs = about(asked, made, solid_of(asked, z))
             self.hypothesis = replace(problem, finite=rigs)
 
     def _shown(self, hypothesis: Hypothesis, z: RealArray, request: Mapping[str, Any]) -> Answer:

@@ -9,7 +9,7 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import fit_effects
-from multilayer.diagnosis.free_rim import fit_samples, free_rim, solid_of
+from multilayer.diagnosis.free_rim import elements_of_samples, fit_samples, free_rim, solid_of
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.effects import Chain
@@ -100,7 +100,7 @@ def stiffer_along_its_radius():
     effects = {"finite_size": FiniteSize()}
     with_elements = replace(nominal, hypothesis=replace(problem, finite=rigs))
     static = fit_effects(with_elements, effects, start)[("finite_size",)]
-    fitted = fit_samples(static)
+    fitted = fit_samples(static, {name: make() for name, make in elements_of_samples(static).items()})
     return static, fitted.hypothesis_as(CampaignProblem).finite, fitted
 
 
