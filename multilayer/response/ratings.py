@@ -6,6 +6,7 @@ that a rating does not use are ignored, a missing one is an error that names it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -239,14 +240,13 @@ def practical_absorption(absorption: Bands) -> dict[int, float]:
     Each is the mean of three third octaves, rounded to 0.05, at most 1. The octave of 125 Hz is left out where its
     bands are missing.
     """
-    practical = {}
-    for centre in PRACTICAL_OCTAVES:
-        i = THIRD_OCTAVES.index(centre)
-        thirds = THIRD_OCTAVES[i - 1 : i + 2]
-        if centre == 125 and any(band not in absorption for band in thirds):
-            continue
-        practical[centre] = _practical(float(np.mean(np.floor(100 * _values(absorption, thirds) + 0.5 + 1e-9) / 100)))
-    return practical
+    first = [THIRD_OCTAVES.index(centre) - 1 for centre in PRACTICAL_OCTAVES]
+    octaves = {centre: THIRD_OCTAVES[i : i + 3] for centre, i in zip(PRACTICAL_OCTAVES, first, strict=True)}
+    if any(band not in absorption for band in octaves[125]):
+        del octaves[125]
+    thirds = _values(absorption, tuple(band for bands in octaves.values() for band in bands)).reshape(-1, 3)
+    means = np.mean(np.floor(100 * thirds + 0.5 + 1e-9) / 100, axis=1).tolist()
+    return {centre: _practical(mean) for centre, mean in zip(octaves, means, strict=True)}
 
 
 def _practical(mean: float) -> float:
@@ -256,7 +256,7 @@ def _practical(mean: float) -> float:
 
 def _to_twentieths(value: float) -> float:
     """Round to 0.05, halves upwards; a value that is a half but for rounding errors counts as a half."""
-    return float(np.floor(value / 0.05 + 0.5 + 1e-9) * 0.05)
+    return math.floor(value / 0.05 + 0.5 + 1e-9) * 0.05
 
 
 def weighted_absorption(absorption: Bands) -> WeightedAbsorption:
@@ -277,7 +277,8 @@ def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorptio
     # in steps of 0.05: whole numbers, no rounding
     values = np.round(20 * _values(practical, octaves)).astype(int)
     curve = np.round(20 * np.array(list(ABSORPTION_CURVE.values()))).astype(int)
-    shift = next(s for s in range(21) if np.maximum(curve - s - values, 0).sum() <= 2)
+    short = np.maximum(curve - np.arange(21)[:, None] - values, 0).sum(axis=1)
+    shift = int(np.argmax(short <= 2))
     excess = dict(zip(octaves, values - np.maximum(curve - shift, 0), strict=True))
     marks = {"L": (250,), "M": (500, 1000), "H": (2000, 4000)}
     indicators = "".join(mark for mark, bands in marks.items() if any(excess[band] >= 5 for band in bands))
@@ -298,11 +299,10 @@ def sound_absorption_average(absorption: Bands) -> float:
 
 
 def _values(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int, ...]) -> RealArray:
-    table = {float(key): value for key, value in given.items()}
-    missing = [f"{band} Hz" for band in bands if float(band) not in table]
+    missing = [f"{band} Hz" for band in bands if band not in given]
     if missing:
         raise InputError(f"this rating needs the bands {', '.join(missing)} as well")
-    values = np.array([table[float(band)] for band in bands], dtype=float)
+    values = np.array([given[band] for band in bands], dtype=float)
     if not np.all(np.isfinite(values)):
         raise InputError("this rating needs finite values in all of its bands")
     return values

@@ -175,11 +175,12 @@ def run(
             if progress is not None:
                 progress(cases[case].label)
     _warn_once(plan.tasks, dict(sorted(warned.items())))
+    rated = ratings([nominal[i] for i in range(len(cases))], plan.grid)
     return SimulationResult(
         plan.name,
         plan.grid.frequency,
         plan.grid.bands,
-        tuple(_case_result(case, nominal[i], scatter[i], plan.grid) for i, case in enumerate(cases)),
+        tuple(_case_result(case, nominal[i], scatter[i], rated[i]) for i, case in enumerate(cases)),
         plan.simulation.to_dict(),
     )
 
@@ -200,10 +201,10 @@ def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> 
         warn(text, ValidityWarning, stacklevel=3)
 
 
-def _case_result(case: Case, nominal: Arrays, scatter: Mapping[str, Percentiles], grid: Grid) -> CaseResult:
+def _case_result(case: Case, nominal: Arrays, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:
     percentiles = {name: of_column.result() for name, of_column in scatter.items()}
     impedance = case.simulation.ambient.gas.impedance
-    return CaseResult(case.label, case.shown, impedance, nominal, percentiles, ratings(nominal, grid))
+    return CaseResult(case.label, case.shown, impedance, nominal, percentiles, rated)
 
 
 def simulate(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError
@@ -60,27 +62,29 @@ _RATINGS: dict[tuple[str, Width], dict[str, Callable[[Mapping[float, float]], ob
 }
 
 
-def ratings(quantities: Mapping[str, NDArray[Any]], grid: Grid) -> dict[str, str]:
-    """Return the ratings that the bands of a case allow, by name, as text.
+def ratings(cases: Sequence[Mapping[str, NDArray[Any]]], grid: Grid) -> list[dict[str, str]]:
+    """Return the ratings that the bands of each case allow, by name, as text.
 
     Parameters
     ----------
-    quantities : mapping
-        By name, over the frequencies of `grid`.
+    cases : sequence of mapping
+        Quantities by name, over the frequencies of `grid`.
     grid : Grid
         Values at single frequencies are averaged over third octaves; three of them are needed in each.
     """
-    # with transmission, power that is not reflected is not all absorbed: ratings of absorption would mislead
-    of_sound = "transmission_loss" if "transmission_loss" in quantities else "absorption"
-    rated: dict[str, str] = {}
-    for quantity in ("impact_level", of_sound):
-        if quantity not in quantities:
+    rated: list[dict[str, str]] = [{} for _ in cases]
+    for quantity in ("impact_level", "transmission_loss", "absorption"):
+        # with transmission, power that is not reflected is not all absorbed: ratings of absorption would mislead
+        less = {"transmission_loss"} if quantity == "absorption" else set[str]()
+        these = [i for i, case in enumerate(cases) if quantity in case and not less & case.keys()]
+        if not these:
             continue
-        means = grid.by_band(QUANTITIES[quantity].mean, quantities[quantity])
-        bands = {centre: float(mean) for centre, mean in means.items()}
-        for name, function in _RATINGS[quantity, grid.bands or "third octaves"].items():
-            try:
-                rated[name] = str(function(bands))
-            except InputError:  # a band is missing
-                continue
+        means = grid.by_band(QUANTITIES[quantity].mean, np.array([cases[i][quantity] for i in these]))
+        functions, centres = _RATINGS[quantity, grid.bands or "third octaves"], [*means]
+        rows = np.array([*means.values()]).T.tolist() if means else [[]] * len(these)
+        for i, row in zip(these, rows, strict=True):
+            bands = dict(zip(centres, row, strict=True))
+            for name, function in functions.items():
+                with suppress(InputError):  # a band is missing
+                    rated[i][name] = str(function(bands))
     return rated
