@@ -12,13 +12,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import repeat
+from functools import partial
+from itertools import count
 
 import numpy as np
 from scipy.stats import chi2
 
+from multilayer.executors import call, local_pool, run_all
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.experiments.two_plate.ratios import configuration_data
@@ -150,13 +151,15 @@ def one(seed: int, model_error: float, laboratory: np.ndarray) -> tuple[Found, F
 
 def run(campaigns: int, model_error: float, jobs: int) -> list[tuple[Found, Found | None]]:
     """Return the scores of all campaigns."""
-    found = []
-    with ProcessPoolExecutor(jobs) as pool:
-        for pair in pool.map(one, range(campaigns), repeat(model_error), laboratories(campaigns)):
-            found.append(pair)
-            if len(found) % 20 == 0:
-                print(f"model error {model_error:g}: {len(found)} of {campaigns}", file=sys.stderr)  # noqa: T201
-    return found
+    tasks = [partial(one, seed, model_error, made) for seed, made in enumerate(laboratories(campaigns))]
+    number = count(1)
+
+    def tell(_: int) -> None:
+        if (done := next(number)) % 20 == 0:
+            print(f"model error {model_error:g}: {done} of {campaigns}", file=sys.stderr)  # noqa: T201
+
+    with local_pool(jobs) as executor:
+        return run_all(call, tasks, executor, tell)
 
 
 def share(scores: list[Found], quantity: str, level: int) -> tuple[float, float, int]:

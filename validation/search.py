@@ -58,17 +58,14 @@ class Outcome:
 
 def main() -> None:
     """Print the page."""
-    from concurrent.futures import ProcessPoolExecutor
+    from multilayer.executors import local_pool, run_all
 
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--problems", type=int, default=PROBLEMS)
     count = parser.parse_args().problems
-    outcomes: list[Outcome] = []
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for outcome in pool.map(solve, problems(count)):
-            outcomes.append(outcome)
-            sys.stderr.write(f"{outcome}\n")
-    page(outcomes)
+    tasks = [*problems(count)]
+    with local_pool(os.cpu_count() or 1) as executor:
+        page(run_all(solve, tasks, executor, lambda index: print(f"problem {index}", file=sys.stderr)))  # noqa: T201
 
 
 def page(outcomes: list[Outcome]) -> None:
