@@ -10,7 +10,6 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import positive
 from multilayer.diagnosis.effects.levels import LevelEffect, LevelSetting, Values
-from multilayer.diagnosis.levels.paths import depth_of
 from multilayer.media.openings import hole_passage
 from multilayer.stack import Stack
 
@@ -27,5 +26,6 @@ class Leak(LevelEffect):
 
     def beside(self, setting: LevelSetting, stack: Stack, share: RealArray, values: Values) -> RealArray:
         """Return the share of the power with that of the holes."""
-        hole = hole_passage(setting.frequency, values["radius"], depth_of(stack.layers), setting.gas).transmission
+        depth = float(sum(np.mean(layer.depth) for layer in stack.layers))
+        hole = hole_passage(setting.frequency, values["radius"], depth, setting.gas).transmission
         return np.asarray(share + values["share"] * hole)

@@ -9,7 +9,7 @@ import numpy as np
 
 from multilayer.arrays import Numeric, RealArray
 from multilayer.experiments.levels.sound_field import bending_stiffness, surface_density
-from multilayer.layers.base import ElasticLayer, Layer
+from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas
 
@@ -52,8 +52,3 @@ def _critical(leaf: ElasticLayer, mass: Numeric, frequency: RealArray, gas: Gas)
     stiffness = np.abs(bending_stiffness(leaf, Wave(middle, np.zeros(1), gas)))
     critical: Numeric = gas.sound_speed**2 * np.sqrt(mass / np.mean(stiffness))
     return critical
-
-
-def depth_of(layers: tuple[Layer, ...]) -> float:
-    """Return the thickness of all layers together, m."""
-    return float(sum(np.mean(getattr(layer, "thickness", None) or 0.0) for layer in layers))
