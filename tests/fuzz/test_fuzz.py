@@ -1,11 +1,14 @@
 """A little of `validation.fuzz`: input that nobody means ends in a message with its place, or in a sound result."""
 
 import os
+import sys
+import time
 
 import numpy as np
 import pytest
 
 from multilayer.kinds import kind_of
+from validation.fuzz import watch
 from validation.fuzz.commands import command_target
 from validation.fuzz.corpus import write_corpus, write_tables
 from validation.fuzz.extremes import ExtremeTarget
@@ -13,7 +16,7 @@ from validation.fuzz.flips import FORMATS, FlipTarget
 from validation.fuzz.requests import EXAMPLES, MEASURED, ModelRequestTarget, RequestTarget
 from validation.fuzz.sizes import DATA, NAMES, SizeTarget
 from validation.fuzz.tables import TableTarget
-from validation.fuzz.watch import PASSED, REFUSED, Tally, tried, watched
+from validation.fuzz.watch import PASSED, REFUSED, Outcome, Tally, tried, watched
 from validation.fuzz.yaml_mutants import YamlTarget, checked
 
 SEED = 20
@@ -116,3 +119,21 @@ def test_failures_are_seen():
 
     assert tried(overflow).kind.startswith("RuntimeWarning at")
     assert tried(lambda: {}["no"]).kind.startswith("KeyError at")
+
+
+def waits_or_computes(index):
+    """Wait for ever, or compute for longer than what waits is allowed."""
+    if not index:
+        time.sleep(60)
+    until = time.process_time() + 2.0
+    while time.process_time() < until:
+        pass
+    return Outcome(PASSED)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what a process has computed is told by Linux's clocks")
+def test_what_waits_for_ever_is_told_and_what_is_slow_is_not(monkeypatch):
+    monkeypatch.setattr(watch, "_HANGS", 0.5)
+    found = tally(waits_or_computes, range(2))
+    assert [*found.failures] == ["hangs where nothing can stop it"]
+    assert found.counts[PASSED] == 1

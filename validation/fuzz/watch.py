@@ -16,13 +16,14 @@ from dataclasses import dataclass, field
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from time import monotonic
+from time import clock_gettime, monotonic
 
 import multilayer
 from multilayer.errors import InputError, MultilayerError, PlausibilityWarning, PluginWarning, ValidityWarning
 
 SECONDS = 20  # of a processor: a machine that is busy with other things changes no outcome
-_HANGS = 10 * SECONDS  # of a clock, for what waits and computes nothing
+_HANGS = 10 * SECONDS  # of a clock: what has computed nothing in that time waits for ever
+_OF_A_PROCESS = 2  # CPUCLOCK_SCHED of Linux's clock identifiers, see clock_getcpuclockid(3)
 MEGABYTES = 1000
 OURS = (PlausibilityWarning, PluginWarning, ValidityWarning)
 ROOT = str(Path(multilayer.__file__).parent)
@@ -164,20 +165,36 @@ class _Worker:
         self.process = context.Process(target=_try_all, args=(self.target, [*self.left], there))
         self.process.start()
         there.close()
-        self.until = monotonic() + _HANGS
+        self._begin_try()
+
+    def _begin_try(self) -> None:
+        self.until, self.began, self.used = monotonic() + _HANGS, self._processor_time(), 0.0
+
+    def _processor_time(self) -> float:
+        """Return what the process has computed so far, s."""
+        if sys.platform != "linux" or self.process.pid is None or not self.process.is_alive():
+            return 0.0
+        return clock_gettime(~self.process.pid << 3 | _OF_A_PROCESS)
+
+    def _is_starved(self) -> bool:
+        """Tell whether the try goes on, slowly, for other work has the processors; what stops it has not come due."""
+        used = self._processor_time() - self.began
+        goes_on = self.used < used < 2 * SECONDS
+        self.until, self.used = monotonic() + _HANGS, used
+        return goes_on
 
     def ended(self) -> Iterator[tuple[int, Outcome]]:
         """Give the try that has ended, if one has, with its index."""
         if self.results.poll():
             try:
                 outcome = self.results.recv()
-                self.until = monotonic() + _HANGS
+                self._begin_try()
                 yield self.left.popleft(), outcome
                 return
             except EOFError:
                 self.stop()
                 outcome = Outcome("the process died", f"exit code {self.process.exitcode}")
-        elif monotonic() > self.until:
+        elif monotonic() > self.until and not self._is_starved():
             outcome = Outcome("hangs where nothing can stop it")
             self.stop()
         else:
