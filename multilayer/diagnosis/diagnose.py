@@ -230,10 +230,11 @@ def fits_one_by_one(
     # elements for other samples take as long as several fits, and the other fits do not need them
     first = [*samples.values()]
     reached = run_all(call, [*first, *(end for _, end in ends)], executor)
+    made, finished = reached[: len(samples)], reached[len(samples) :]
     if rim is not None and samples:
-        fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, reached, strict=False)))
+        fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, made, strict=True)))
         rigs = rim.hypothesis_as(CampaignProblem).finite
-    fits |= best_ends(begun, ends, reached[len(samples) :])
+    fits |= best_ends(begun, ends, finished)
     fits = polish_fits(fits, executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}

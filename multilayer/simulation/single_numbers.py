@@ -75,8 +75,8 @@ def ratings(cases: Sequence[Mapping[str, NDArray[Any]]], grid: Grid) -> list[dic
     rated: list[dict[str, str]] = [{} for _ in cases]
     for quantity in ("impact_level", "transmission_loss", "absorption"):
         # with transmission, power that is not reflected is not all absorbed: ratings of absorption would mislead
-        less = {"transmission_loss"} if quantity == "absorption" else set[str]()
-        these = [i for i, case in enumerate(cases) if quantity in case and not less & case.keys()]
+        misleads = "transmission_loss" if quantity == "absorption" else None
+        these = [i for i, case in enumerate(cases) if quantity in case and misleads not in case]
         if not these:
             continue
         means = grid.by_band(QUANTITIES[quantity].mean, np.array([cases[i][quantity] for i in these]))
