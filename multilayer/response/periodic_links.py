@@ -22,15 +22,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, IndexArray, RealArray
+from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.matrix.wave import Wave
-from multilayer.response.driven_leaves import DrivenLeaves, front_velocity
+from multilayer.response.driven_leaves import Answers, DrivenLeaves
 from multilayer.response.links import LineLinks, leaves
-from multilayer.response.system import between_gas, solve_or_explain, wave_impedance
+from multilayer.response.system import wave_impedance
 from multilayer.stack import Stack
 
-_FARTHEST = 1.5  # wavenumber of the last harmonic over that of the shortest bending waves
+_FARTHEST = 1.5  # wavenumber of the last harmonic over that of the shortest waves, of bending or sound
 _PLATES = 4.0  # the same along lines with fasteners, of plates alone; what is beyond follows in closed form
 _TOO_MANY = 500  # harmonics of either sign, of lines that hold all along
 _TOO_MANY_POINTS = 20_000  # harmonics, of fasteners
@@ -44,7 +44,12 @@ class _Sums:
     Attributes
     ----------
     mobility : complex array, shape (n_leaves, n_leaves, n)
-        Velocities of the leaves at the lines for unit forces per length there.
+        Velocities of the leaves at the lines for unit forces per length there, times the spacing, beyond those of
+        plates alone.
+    free : complex array, shape (n_leaves, n)
+        Velocities of the leaves without lines, for a wave of 1 Pa that arrives.
+    onward : complex array, shape (n,)
+        Pressure behind without lines, of that wave.
     sent : complex array, shape (n_lines, n)
         Pressures behind, in the direction of the wave that arrives, of unit forces.
     incident : array, shape (n,)
@@ -54,6 +59,8 @@ class _Sums:
     """
 
     mobility: ComplexArray
+    free: ComplexArray
+    onward: ComplexArray
     sent: ComplexArray
     incident: RealArray
     scattered: ComplexArray
@@ -61,9 +68,9 @@ class _Sums:
     @classmethod
     def none(cls, n_leaves: int, n_lines: int, n: int) -> _Sums:
         """Return sums of no harmonics."""
-        shapes = (n_leaves, n_leaves, n), (n_lines, n), (n_lines, n_lines, n)
-        mobility, sent, scattered = (np.zeros(shape, dtype=complex) for shape in shapes)
-        return cls(mobility, sent, np.ones(n), scattered)
+        shapes = (n_leaves, n_leaves, n), (n_leaves, n), (n,), (n_lines, n), (n_lines, n_lines, n)
+        mobility, free, onward, sent, scattered = (np.zeros(shape, dtype=complex) for shape in shapes)
+        return cls(mobility, free, onward, sent, np.ones(n), scattered)
 
 
 class PeriodicLinks:
@@ -86,8 +93,8 @@ class PeriodicLinks:
     Notes
     -----
     Lines hold the leaves' normal motions together, all along or at their fasteners, and nothing else: their mass and
-    their resistance to bending and rotation are left out. Beyond all waves that radiate, and 1.5 times the wavenumber
-    of the shortest bending waves, the leaves are taken as plates alone.
+    their resistance to bending and rotation are left out. Beyond 1.5 times the wavenumber of the shortest waves, of
+    bending or sound, the leaves are taken as plates alone.
     """
 
     def __init__(self, stack: Stack, links: Sequence[LineLinks], frequency: RealArray) -> None:
@@ -101,14 +108,16 @@ class PeriodicLinks:
         self._compliance = np.diag([these.compliance for these in links])
         omega = 2 * np.pi * frequency
         at_rest = Wave(frequency, np.zeros_like(frequency), stack.ambient.gas)
-        plates = [leaf.mass_and_stiffness(stack, at_rest) for leaf in self._leaves]
-        self._mass = np.array([np.broadcast_to(mass, omega.shape) for mass, _ in plates])
-        self._stiffness = np.array([np.broadcast_to(stiffness, omega.shape) for _, stiffness in plates])
+        every = [np.broadcast_arrays(omega, *leaf.mass_and_stiffness(stack, at_rest))[1:] for leaf in self._leaves]
+        # leaves that are alike are computed once as plates alone
+        alike = [next(j for j, other in enumerate(every) if np.array_equal(plate, other)) for plate in every]
+        kept, self._kinds = np.unique(alike, return_inverse=True)
+        self._mass, self._stiffness = (np.array([every[i][part] for i in kept]) for part in (0, 1))
         self._shortest = np.max((self._mass * omega**2 / np.abs(self._stiffness)) ** 0.25, axis=0)
+        self._rigidity, self._inertia = self._stiffness / (1j * omega), 1j * omega * self._mass
         self._sound = omega / stack.ambient.gas.sound_speed
-        waves = np.maximum(_FARTHEST * self._shortest, self._sound) + self._sound
-        self._farthest = waves + 2 * np.pi / self._spacing
-        self._most = int(np.ceil(float(waves.max()) * self._spacing / (2 * np.pi))) + 1
+        self._farthest = _FARTHEST * np.maximum(self._shortest, self._sound)
+        self._most = int(np.ceil(float((self._farthest + self._sound).max()) * self._spacing / (2 * np.pi)))
         self._most_along = self._harmonics_along()
         self._refuse_too_many()
         self._driven = DrivenLeaves(stack, self._leaves, frequency, self._farthest)
@@ -141,67 +150,73 @@ class PeriodicLinks:
         shape = np.broadcast_shapes(across.shape, wave.omega.shape)
         which = np.broadcast_to(which, shape).ravel()
         across, along = (np.broadcast_to(values, shape).ravel() for values in (across, along))
-        sums = _Sums.none(len(self._leaves), len(self._apart), len(which))
+        sums, plates = _Sums.none(len(self._leaves), len(self._apart), len(which)), self._of_plates_beyond(which)
         for turns in range(-self._most_along, self._most_along + 1):
             r = along + (2 * np.pi * turns / self._fasteners if self._fasteners else 0.0)
-            sums.mobility += _on_diagonal(self._of_plates_at_lines(which, across, r))
+            plates = plates + self._of_plates_at_lines(which, across, r)
             for order in range(-self._most, self._most + 1):
                 kappa = np.hypot(across + 2 * np.pi * order / self._spacing, r)
                 self._add_harmonic(sums, which, kappa, is_specular=not (order or turns))
-        sums.mobility += _on_diagonal(self._of_plates_beyond(which))
-        free, onward = self._without_lines(wave)  # which do not know of azimuths
-        free, onward = np.broadcast_to(free, (len(free), *shape)), np.broadcast_to(onward, shape)
-        hindering = np.einsum("ia,abx,jb->xij", self._apart, sums.mobility, self._apart)
+        mobility, diagonal = sums.mobility / self._spacing, np.arange(len(plates))
+        mobility[diagonal, diagonal] += plates
+        hindering = np.einsum("ia,abx,jb->xij", self._apart, mobility, self._apart)
         hindering += 2j * np.pi * self._frequency[which, None, None] * self._compliance
-        hindered = np.einsum("ia,ax->xi", self._apart, free.reshape(len(free), -1))
+        hindered = np.einsum("ia,ax->xi", self._apart, sums.free)
         forces = np.linalg.solve(hindering, hindered[..., None])[..., 0].T
-        specular = np.abs(onward.ravel() + np.sum(sums.sent * forces, axis=0)) ** 2
+        specular = np.abs(sums.onward + np.sum(sums.sent * forces, axis=0)) ** 2
         other = np.einsum("ix,ijx,jx->x", forces.conj(), sums.scattered, forces).real / sums.incident
-        return specular.reshape(shape), other.reshape(shape), np.abs(onward) ** 2
+        return specular.reshape(shape), other.reshape(shape), np.abs(sums.onward.reshape(shape)) ** 2
 
     def _add_harmonic(self, sums: _Sums, which: IndexArray, kappa: RealArray, *, is_specular: bool) -> None:
         """Add what the leaves do in a harmonic beyond what they would do as plates alone, and what radiates."""
         is_near = kappa <= self._farthest[which]
         is_slow = (kappa > (1 - _BESIDE) * self._sound[which]) & (not is_specular)
-        for slow, chosen in ((True, is_near & is_slow), (False, is_near & ~is_slow)):
-            if not np.any(chosen):
-                continue
-            points: slice | IndexArray = slice(None) if np.all(chosen) else np.flatnonzero(chosen)
-            there, there_kappa = which[points], kappa[points]
-            answer, passed = self._driven.answers(there, there_kappa, slow=slow)
-            for i, plate in enumerate(self._of_plates(there, there_kappa)):
-                answer[i, i] -= plate
-            sums.mobility[..., points] += answer / self._spacing
-            if not slow:
-                self._radiate(sums, points, there, there_kappa, passed, is_specular=is_specular)
+        if np.any(slow := is_near & is_slow):
+            points, there, slow_kappa = _chosen(slow, which, kappa)
+            self._add_mobility(sums, points, there, slow_kappa, self._driven.mobility(there, slow_kappa))
+        if np.any(fast := is_near & ~is_slow):
+            points, there, fast_kappa = _chosen(fast, which, kappa)
+            answers = self._driven.answers(there, fast_kappa)
+            self._radiate(sums, points, there, fast_kappa, answers, is_specular=is_specular)
+            self._add_mobility(sums, points, there, fast_kappa, answers.mobility)
+
+    def _add_mobility(
+        self, sums: _Sums, points: slice | IndexArray, there: IndexArray, kappa: RealArray, mobility: ComplexArray
+    ) -> None:
+        """Add mobilities, which it changes, beyond those of the plates alone."""
+        plates = self._of_plates(there, kappa)
+        for i, kind in enumerate(self._kinds):
+            mobility[i, i] -= plates[kind]
+        sums.mobility[..., points] += mobility
 
     def _radiate(
         self,
         sums: _Sums,
-        fast: slice | IndexArray,
+        points: slice | IndexArray,
         there: IndexArray,
         kappa: RealArray,
-        passed: ComplexArray,
+        answers: Answers,
         *,
         is_specular: bool,
     ) -> None:
-        """Add what harmonics that are faster than sound send on."""
+        """Add what harmonics that are faster than sound send on; of the wave that arrives, what it does, too."""
         gas = self._stack.ambient.gas
-        sent = -np.tensordot(self._apart, passed, 1) / self._spacing
+        sent = -np.tensordot(self._apart, answers.passed, 1) / self._spacing
         harmonic = Wave(self._frequency[there], kappa, gas)
         conductance = np.real(1 / wave_impedance(harmonic, gas.density, gas.sound_speed))
         if is_specular:
-            sums.sent[:, fast], sums.incident[fast] = sent, conductance
+            sums.free[:, points] = answers.blocked * answers.mobility[0]
+            sums.onward[points] = answers.blocked * answers.passed[0]
+            sums.sent[:, points], sums.incident[points] = sent, conductance
         else:
-            sums.scattered[..., fast] += conductance * sent[:, None].conj() * sent
+            sums.scattered[..., points] += conductance * sent[:, None].conj() * sent
 
     def _of_plates(self, which: IndexArray, k: RealArray) -> ComplexArray:
-        """Return velocity over pressure of the leaves as plates in empty space, shape (n_leaves, *k.shape)."""
-        omega, square = 2 * np.pi * self._frequency[which], k**2
-        return np.asarray(1j * omega / (self._stiffness[:, which] * square**2 - self._mass[:, which] * omega**2))
+        """Return velocity over pressure of leaves as plates in empty space, shape (n_kinds, *k.shape)."""
+        return np.asarray(1 / (self._rigidity[:, which] * k**4 + self._inertia[:, which]))
 
     def _of_plates_at_lines(self, which: IndexArray, across: RealArray, along: RealArray) -> ComplexArray:
-        """Return the sum of `_of_plates` over all harmonics, divided by the spacing.
+        """Return the sum of `_of_plates` over all harmonics, divided by the spacing, of every leaf.
 
         By partial fractions, and ``sum_n 1/(q_n^2 + a^2) = b/(2 a) sinh(a b)/(cosh(a b) - cos(kx b))``.
         """
@@ -213,7 +228,7 @@ class PeriodicLinks:
             decay = np.sqrt(along**2 + sign * square)
             fading = np.exp(-decay * b)
             total = total - sign * (1 - fading**2) / (1 + fading**2 - 2 * fading * np.cos(across * b)) / (2 * decay)
-        return np.asarray(1j * omega / (2 * stiffness * square) * total)
+        return np.asarray(1j * omega / (2 * stiffness * square) * total)[self._kinds]
 
     def _of_plates_beyond(self, which: IndexArray) -> ComplexArray:
         """Return the sum of `_of_plates_at_lines` over all harmonics along the lines that are not summed.
@@ -221,19 +236,14 @@ class PeriodicLinks:
         Far beyond the bending wavenumber that is ``i w / (4 D |r|^3)``; Euler and Maclaurin's sum from there on.
         """
         if self._fasteners is None:
-            return np.zeros((len(self._leaves), len(which)), dtype=complex)
+            return np.zeros((len(self._kinds), len(which)), dtype=complex)
         cubes = (self._fasteners / (2 * np.pi)) ** 3 / (self._most_along + 0.5) ** 2
-        return np.asarray(2j * np.pi * self._frequency[which] / (4 * self._stiffness[:, which]) * cubes)
-
-    def _without_lines(self, wave: Wave) -> tuple[ComplexArray, ComplexArray]:
-        """Return velocities of the leaves, shape (n_leaves, ...), and the pressure behind, for a wave of 1 Pa."""
-        system = between_gas(self._stack, wave)
-        solution = solve_or_explain(system, self._stack, wave)
-        assert solution.transmitted is not None  # by validation
-        moved = [front_velocity(system, leaf.first, solution.layers[leaf.first]) for leaf in self._leaves]
-        return np.array(moved), solution.transmitted
+        return np.asarray(2j * np.pi * self._frequency[which] / (4 * self._stiffness[:, which]) * cubes)[self._kinds]
 
 
-def _on_diagonal(values: ComplexArray) -> ComplexArray:
-    """Return diagonal matrices, shape (n, n, ...), of values of shape (n, ...)."""
-    return np.asarray(np.eye(len(values))[(..., *(None,) * (values.ndim - 1))] * values)
+def _chosen(
+    is_chosen: BoolArray, which: IndexArray, kappa: RealArray
+) -> tuple[slice | IndexArray, IndexArray, RealArray]:
+    """Return the places of what is chosen, a slice where that is all, with its frequencies and wavenumbers."""
+    points: slice | IndexArray = slice(None) if np.all(is_chosen) else np.flatnonzero(is_chosen)
+    return points, which[points], kappa[points]
