@@ -21,7 +21,7 @@ from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entr
 from multilayer.diagnosis.place_fits import PlaceFit, simple_form
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
-from multilayer.diagnosis.thresholds import NEAR
+from multilayer.diagnosis.thresholds import NEAR, TIED
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -241,8 +241,14 @@ def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...
 
 
 def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
-    """Return the hypotheses to check on held-out data: the best two, the best's single effects, the best single one."""
+    """Return the hypotheses to check on held-out data.
+
+    The best two, the single effects of the best, the best single one, and all single ones that are tied with the best.
+    """
     ranked = [names for names in comparison.ranked if names in comparison.fitted]
-    parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted] if ranked else []
-    single = next((names for names in ranked if len(names) == 1), None)
-    return list(dict.fromkeys([*ranked[:2], *parts, *([single] if single else [])]))
+    if not ranked:
+        return []
+    parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted]
+    singles = [names for names in ranked if len(names) == 1]
+    tied = [names for names in singles if comparison.score(ranked[0]) - comparison.score(names) < TIED]
+    return list(dict.fromkeys([*ranked[:2], *parts, *singles[:1], *(tied if len(ranked[0]) > 1 else [])]))

@@ -98,6 +98,7 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
         text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, RIGHT_GUARDED)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
+    best = _single_where_tied(comparison, best, shrinkages)
     if best == UNKNOWN:
         text = f"{_free(comparison)} explains the gap better than any known effect"
         return Decision("unknown", best, _group(comparison, best), text)
@@ -233,6 +234,16 @@ def _single_where_enough(
             and not lack_of_fit(comparison.fitted[names], is_misfit_allowed=True)
         ]
     return max(enough, key=comparison.score, default=best)
+
+
+def _single_where_tied(
+    comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> tuple[str, ...]:
+    """Return a single effect in place of two where the data cannot tell them apart and nothing speaks against it."""
+    if len(best) < 2:
+        return best
+    tied = [names for names in _group(comparison, best) if len(names) == 1 and names in shrinkages]
+    return next((names for names in tied if not _objection(comparison, names, shrinkages)), best)
 
 
 def _second_share(comparison: ModelComparison, single: tuple[str, ...], both: tuple[str, ...]) -> float:

@@ -137,6 +137,25 @@ def test_few_levels_leave_the_shrinkage_a_scatter(monkeypatch, decides, n, verdi
     assert decision.verdict == verdict, decision.reason
 
 
+@pytest.mark.parametrize(("behind", "share", "named"), [(3.0, 0.95, 1), (3.0, 0.5, 2), (8.0, 0.95, 2)])
+def test_a_single_effect_that_is_tied_with_two_others_is_named(behind, share, named):
+    """Where it explains held-out data, too."""
+    gain, delay = EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    other = fit_effects(nominal, {gain.name: gain})[gain.name,]
+    pair = fit(nominal.hypothesis.with_effects(gain, delay), other.minimum.z)
+    single, two = ("other",), (gain.name, delay.name)
+    prior = ModelComparison(nominal, {}, {single: 0.0, two: 0.0}, 4)
+    ahead = prior.score(single) - prior.score(two)
+    evidence = {(): -1000.0, single: -10.0 - ahead - behind, two: -10.0, UNKNOWN: -500.0}
+    comparison = ModelComparison(nominal, {single: other, two: pair}, evidence, 4)
+    shrinkages = {single: Shrinkage(100.0, 100.0 - 99.0 * share, "all"), two: Shrinkage(100.0, 1.0, "all")}
+    decision = decide(comparison, shrinkages)
+    assert decision.verdict == "effect", decision.reason
+    assert len(decision.best) == named
+    assert (two in decision.group) or named == 2
+
+
 def test_two_effects_at_one_place_count_once_there():
     both = ("skin", "delamination")
     fitted = SimpleNamespace(hypothesis=SimpleNamespace(effects=[EFFECTS[name]() for name in both]))
