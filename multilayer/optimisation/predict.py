@@ -211,7 +211,7 @@ class Predictor:
             return wave.absorption, power
         radiation, cosine = self._radiation(self.window, around), np.cos(np.deg2rad(around.angle))[:, None]
         absorption = finite_absorption(wave.reflection, radiation, cosine)
-        return absorption, None if power is None else finite_transmission(power, radiation, cosine)
+        return absorption, None if power is None else finite_transmission(power, radiation.real, cosine)
 
     def _averaged(
         self, absorption: NDArray[Any], power: NDArray[Any] | None, around: Directions

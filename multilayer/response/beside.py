@@ -83,7 +83,7 @@ def stack_shares(stack: Stack, frequency: RealArray, sound: Sound, window: Windo
         return Shares(tau, wave.absorption)
     angle, k = np.deg2rad(sound.angle), 2 * np.pi * frequency / stack.ambient.gas.sound_speed
     radiation = radiation_impedance(window, k, k * np.sin(angle))
-    through = None if tau is None else finite_transmission(tau, radiation, np.cos(angle))
+    through = None if tau is None else finite_transmission(tau, radiation.real, np.cos(angle))
     return Shares(through, finite_absorption(wave.reflection, radiation, np.cos(angle)))
 
 

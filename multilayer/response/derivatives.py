@@ -325,7 +325,7 @@ def _add_slopes(directions: Directions, variations: Variations, rays: Rays, slop
         cosine = np.sqrt(1 - s)
         radiation = directions.radiation(np.broadcast_to(rays.which[:, None], s.shape), kx)
         absorbed = finite_absorption_slope(reflected, found.slopes[:, 0], radiation, cosine)
-        through = finite_transmission(through, radiation, cosine)
+        through = finite_transmission(through, radiation.real, cosine)
     weight = rays.weight[:, None] * KRONROD * directions.weighting(angle_of(s))
     for total, slope in zip(slopes, (absorbed, through), strict=True):
         np.add.at(total.T, rays.which, np.sum(weight * slope, axis=-1).T)

@@ -355,4 +355,4 @@ class Directions:
         if self.radiation is None:
             return 1 - np.abs(reflection) ** 2, tau
         cosine, radiation = np.sqrt(1 - s), self.radiation(which, wave.kx.real)
-        return finite_absorption(reflection, radiation, cosine), finite_transmission(tau, radiation, cosine)
+        return finite_absorption(reflection, radiation, cosine), finite_transmission(tau, radiation.real, cosine)

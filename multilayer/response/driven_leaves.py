@@ -31,7 +31,7 @@ from multilayer.stack import Stack
 _FEWEST, _MOST = 17, 513  # nodes of waves that radiate, and of those that do not; each
 _FIRST_NODE = 3e-5  # |k3|/k of the node beside grazing, where the air's impedance is infinite
 _ROUGH = 1e-3  # error in the middle between two of every other node, as a share, that asks for more nodes
-_AT_REST = 2.0  # Pa on a leaf at rest, of a wave of 1 Pa that nothing hinders before
+_AT_REST = 2.0  # Pa on a leaf at rest, of a wave of 1 Pa that comes to it through air alone
 _MOVED = Port(FLUID, given=(1,), answers=(0,))  # a leaf that moves with 1 m/s; its pressure answers
 
 
@@ -190,15 +190,16 @@ class DrivenLeaves:
 
     def _errors(self, values: ComplexArray, normal: RealArray, exact: Answers, *, slow: bool) -> RealArray:
         """Return the largest relative error of the answers by values of a table, shape (n,)."""
-        mobility = self._mobility(values / normal) if slow else self._answers(values, normal).mobility
+        answers = None if slow else self._answers(values, normal)
+        mobility = answers.mobility if answers else self._mobility(values / normal)
         # one leaf may move another next to nothing, through a thick layer: small beside what both do themselves
         size = np.sqrt(np.abs(np.einsum("iin->in", exact.mobility)))
         off = np.max(np.abs(mobility - exact.mobility) / (size[:, None] * size), axis=(0, 1))
-        if slow:  # nothing of others is sent on
-            return np.asarray(off)
-        _, passed, blocked = self._answers(values, normal)
-        off = np.maximum(off, np.max(np.abs(passed - exact.passed), axis=0) / np.max(np.abs(exact.passed), axis=0))
-        return np.asarray(np.maximum(off, np.abs(blocked - exact.blocked) / _AT_REST))
+        if answers:  # nothing of slow waves is sent on
+            largest = np.max(np.abs(exact.passed), axis=0)
+            off = np.maximum(off, np.max(np.abs(answers.passed - exact.passed), axis=0) / largest)
+            off = np.maximum(off, np.abs(answers.blocked - exact.blocked) / _AT_REST)
+        return np.asarray(off)
 
     def _values(
         self, which: IndexArray, most: RealArray, places: RealArray, *, slow: bool

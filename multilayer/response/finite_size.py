@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Protocol
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
@@ -23,7 +23,17 @@ _LEAST_PANELS = 2
 _AT_ONCE = 2**20  # values of the integrand
 _MOST_KEPT = 2**19  # coefficients of series that are kept, 8 MB; there are 32 of these at most
 
-Radiation: TypeAlias = Callable[[IndexArray, RealArray], ComplexArray]
+
+class Radiation(Protocol):
+    """The radiation impedance, over rho c, at wavenumbers known before, by their indices and trace wavenumbers."""
+
+    def __call__(self, which: IndexArray, trace: RealArray) -> ComplexArray:
+        """Return the impedance, for two arrays of one shape."""
+        ...
+
+    def efficiency(self, which: IndexArray, trace: RealArray) -> RealArray:
+        """Return its real part alone, the radiation efficiency."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -107,17 +117,56 @@ def radiation_at(window: Window, wavenumber: RealArray, largest: float, meetings
 
     Returns
     -------
-    callable
-        Takes indices of wavenumbers and trace wavenumbers, two arrays of one shape.
+    Radiation
     """
     if largest > 0 and meetings > 2 and meetings * wavenumber.size > (n := _n_terms(window, largest)):
         made = _kept_series if n * wavenumber.size < _MOST_KEPT else _series
         return made(window, np.asarray(wavenumber, dtype=float).tobytes(), largest)
-    return lambda which, trace: _integrals(window, wavenumber[which], trace)
+    return _OneByOne(window, wavenumber)
+
+
+@dataclass(frozen=True)
+class _OneByOne:
+    """Integrals at wavenumbers of the fluid, shape (n,)."""
+
+    window: Window
+    wavenumber: RealArray
+
+    def __call__(self, which: IndexArray, trace: RealArray) -> ComplexArray:
+        return _integrals(self.window, self.wavenumber[which], trace)
+
+    def efficiency(self, which: IndexArray, trace: RealArray) -> RealArray:
+        return self(which, trace).real
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Chebyshev series in the squared trace wavenumber, up to its largest value.
+
+    Attributes
+    ----------
+    real, imaginary : array, shape (n_terms, n_wavenumbers)
+    largest : float
+        rad/m.
+    """
+
+    real: RealArray
+    imaginary: RealArray
+    largest: float
+
+    def __call__(self, which: IndexArray, trace: RealArray) -> ComplexArray:
+        return np.asarray(self.efficiency(which, trace) + 1j * self._sum(self.imaginary, which, trace))
+
+    def efficiency(self, which: IndexArray, trace: RealArray) -> RealArray:
+        return self._sum(self.real, which, trace)
+
+    def _sum(self, coefficients: RealArray, which: IndexArray, trace: RealArray) -> RealArray:
+        x = 2 * (trace / self.largest) ** 2 - 1
+        return np.asarray(chebval(x, coefficients[:, which], tensor=False))
 
 
 def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
-    """Return Chebyshev series in the squared trace wavenumber, one per wavenumber of the fluid.
+    """Return the series, one per wavenumber of the fluid.
 
     Only J0 depends on the trace wavenumber, and it is an entire function of its square: a few terms more than half the
     largest argument give all digits, and all wavenumbers of the fluid share the samples of J0.
@@ -132,11 +181,7 @@ def _series(window: Window, wavenumbers: bytes, largest: float) -> Radiation:
         samples.view(float)[:] += standing @ _motion(window, radius, weight, wavenumber).view(float)
     coefficients = 2 / n * (chebvander(x, n - 1).T @ samples)
     coefficients[0] /= 2
-
-    def at(which: IndexArray, trace: RealArray) -> ComplexArray:
-        return np.asarray(chebval(2 * (trace / largest) ** 2 - 1, coefficients[:, which], tensor=False))
-
-    return at
+    return _Series(np.array(coefficients.real), np.array(coefficients.imag), largest)
 
 
 # the layers make no difference: a sweep meets one panel again and again
@@ -200,12 +245,12 @@ def _overlap(window: Window, radius: RealArray) -> RealArray:
     return np.asarray(np.where(high > low, 4 * (primitive(high) - primitive(low)), 0.0))
 
 
-def finite_transmission(transmission: RealArray, impedance: ComplexArray, cosine: RealArray) -> RealArray:
+def finite_transmission(transmission: RealArray, efficiency: RealArray, cosine: RealArray) -> RealArray:
     """Return the power transmission coefficient of a finite panel from that of an infinite one.
 
     Rhazi & Atalla 2010: ``tau sigma cos``, the window on the receiving side only.
     """
-    return np.asarray(transmission * impedance.real * cosine)
+    return np.asarray(transmission * efficiency * cosine)
 
 
 def finite_absorption(reflection: ComplexArray, impedance: ComplexArray, cosine: RealArray) -> RealArray:

@@ -100,7 +100,7 @@ def linked_transmission(
             wave, cosine = Wave(piece[which], k[which] * np.sqrt(s), gas, azimuth), np.sqrt(1 - s)
             onward, other, alone = linked.through(which, wave)
             if radiation is not None:
-                radiated = radiation(which, wave.kx.real)
+                radiated = radiation.efficiency(which, wave.kx.real)
                 onward, alone = (finite_transmission(power, radiated, cosine) for power in (onward, alone))
             return np.asarray(onward + other - alone if beyond else onward + other)
 

@@ -298,7 +298,7 @@ def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict
     radiation = radiation_impedance(window, wavenumber, wavenumber * np.sin(angle))
     changed = {"absorption": finite_absorption(wave.reflection, radiation, np.cos(angle)), "transmission_loss": None}
     if wave.transmission_loss is not None:
-        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation, np.cos(angle))
+        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation.real, np.cos(angle))
         with np.errstate(divide="ignore"):
             changed["transmission_loss"] = -10 * np.log10(power)
     return changed

@@ -254,7 +254,7 @@ def _share(
     share = np.asarray(np.abs(transmitted) ** 2 * np.real(1 / np.asarray(system.tail.impedance)) / np.real(1 / front))
     if sound.window is None and sound.side is None:
         return share
-    return finite_transmission(share, _radiation(sound, s, frequency, gas), cosine)
+    return finite_transmission(share, _radiation(sound, s, frequency, gas).real, cosine)
 
 
 def _radiation(sound: SoundField, s: RealArray, frequency: RealArray, gas: Gas) -> ComplexArray:
