@@ -161,8 +161,11 @@ def _over_directions(
                 _folded(np.arange(number) * times / number + 0.25 / number + shift * by)
                 for times, by in zip((1, steps), _SHIFTS, strict=True)
             )
-            s = upper**2 * (np.ones_like(s) if relative is None else s)
-            weight = np.ones_like(s) if relative is None else relative(angle_of(s))
+            if relative is None:
+                s, weight = np.full_like(s, upper**2), np.ones_like(s)
+            else:
+                s = upper**2 * s
+                weight = relative(angle_of(s))
             values = weight * tau(np.broadcast_to(some[:, None], s.shape), s, 90 * azimuth)
             total[some] = alone[some] + np.sum(values, axis=1) / np.sum(weight, axis=1)
         values = total[going]

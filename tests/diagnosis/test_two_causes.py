@@ -20,18 +20,24 @@ SHARE = (PLACES["added_reading"](), Term("power", 0), [0.03])
 SPRING = (PLACES["beside"](), Term("lossy"), [2e3, 0.2])
 
 
-def compared(nominal, names):
+@pytest.fixture(scope="module")
+def both():
+    """The nominal model of data with both causes, and the places with free laws."""
+    nominal = measured(SHARE, SPRING)
+    return nominal, fit_places(nominal, names=TRIED)
+
+
+def compared(nominal, places, names):
     singles = polish_fits(fit_effects(nominal, {name: EFFECTS[name]() for name in names}))
     evidence = {(): tolerant_evidence(nominal), **{key: tolerant_evidence(fit) for key, fit in singles.items()}}
-    places = fit_places(nominal, names=TRIED)
     best = next(iter(places.values())).log_evidence
     return ModelComparison(nominal, singles, {**evidence, UNKNOWN: best}, len(singles), places)
 
 
 @pytest.mark.parametrize("known", ["crosstalk", "high_pass"])
-def test_both_places_and_the_law_of_the_unknown_one(known):
+def test_both_places_and_the_law_of_the_unknown_one(both, known):
     """Crosstalk is there, and a known effect; a high pass is not there: then both causes are laws of their own."""
-    two = two_causes(compared(measured(SHARE, SPRING), [known]))
+    two = two_causes(compared(*both, [known]))
     entry = two_causes_entry(two)
     assert set(entry["places"]) == {"added_reading", "beside"}
     assert entry["effects"] == (["crosstalk"] if known == "crosstalk" else [])
@@ -48,4 +54,5 @@ def test_both_places_and_the_law_of_the_unknown_one(known):
 
 
 def test_one_cause_is_not_taken_for_two():
-    assert two_causes(compared(measured(SPRING), ["high_pass"])) is None
+    nominal = measured(SPRING)
+    assert two_causes(compared(nominal, fit_places(nominal, names=TRIED), ["high_pass"])) is None
