@@ -56,7 +56,7 @@ and first experiment are, and the sizes of the effects named within {SAME:g} of 
 interval. The last column is the time of the first run, s.
 """
 SHORT = ("as it is", "Nehalem, no AVX2", "noise 1e-12")
-SHORT_CASES = ("foam_b", "draw 149 of 7", "tube rear_air_gap", "effect-sensor-mass")
+SHORT_CASES = ("foam_b", "draw 149 of 7", "tube rear_air_gap")
 
 
 def main() -> None:
