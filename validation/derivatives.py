@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 from unittest.mock import patch
@@ -35,6 +35,7 @@ from multilayer.stack import Stack
 from tests.analytic import mp_reference
 from tests.analytic.materials import AIR, ALUMINIUM, FOAM, FOAM2, GEL, SHEET, stack
 from tests.analytic.test_against_mp import ENDS, MIXED, SINGLE
+from validation.timing import least_seconds
 
 FREQUENCIES, ANGLES = (1.0, 300.0, 2e4), (0.0, 45.0, 89.0)
 DRAWS = 1  # fields, frequencies and angles of each stack and end
@@ -107,16 +108,6 @@ def row(name: str, values: np.ndarray, ends: bool = True) -> str:
     return f"| {name} | " + " | ".join(texts if ends else [*texts[:2], "", ""]) + " |"
 
 
-def seconds(function: Callable[[], Any]) -> float:
-    """Return the least processor time of some repeats."""
-    times = []
-    for _ in range(REPEATS):
-        start = time.process_time()
-        function()
-        times.append(time.process_time() - start)
-    return min(times)
-
-
 WOOL = {
     "type": "equivalent_fluid", "porosity": 0.95, "flow_resistivity": 1e4, "tortuosity": 1.1, "viscous_length": 1e-4,
     "thermal_length": 2e-4,
@@ -156,17 +147,17 @@ def price() -> list[str]:
 def plane_waves(name: str, panel: Stack, count: int, angle: Any) -> str:
     """Return the row of plane waves at some frequencies and angles."""
     f, paths = np.geomspace(50.0, 5000.0, count), real_fields(panel, None)
-    alone = seconds(lambda: plane_wave(panel, f, angle))
-    derived = seconds(lambda: plane_wave_derivatives(panel, paths, f, angle))
-    apart = seconds(lambda: by_differences(panel, paths, f, angle))
+    alone = least_seconds(lambda: plane_wave(panel, f, angle), REPEATS)[0]
+    derived = least_seconds(lambda: plane_wave_derivatives(panel, paths, f, angle), REPEATS)[0]
+    apart = least_seconds(lambda: by_differences(panel, paths, f, angle), REPEATS)[0]
     return times(name, paths, f"{count} x {np.size(angle)}", alone, derived, apart)
 
 
 def diffuse(name: str, panel: Stack) -> str:
     """Return the row of a diffuse field in third octaves."""
     f, paths = np.geomspace(100.0, 5000.0, 18), real_fields(panel, None)
-    alone = seconds(lambda: diffuse_field(panel, f))
-    derived = seconds(lambda: diffuse_field_derivatives(panel, paths, f))
+    alone = least_seconds(lambda: diffuse_field(panel, f), REPEATS)[0]
+    derived = least_seconds(lambda: diffuse_field_derivatives(panel, paths, f), REPEATS)[0]
     apart = (2 * len(paths) + 1) * alone
     return times(name, paths, "18, diffuse", alone, derived, apart)
 
@@ -243,7 +234,7 @@ def design(name: str, data: Mapping[str, Any]) -> str:
     single, whole, best = [], [], []
     for most in (0, 10**9):
         with patch.object(search, "FEW_FIELDS", most):
-            single.append(seconds(lambda: problem.slopes(variant, here)))
+            single.append(least_seconds(lambda: problem.slopes(variant, here), REPEATS)[0])
             begin = time.process_time()
             ends = descended()
             whole.append(time.process_time() - begin)

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import os
 import platform
-import time
-from collections.abc import Callable
 from typing import Any
 from unittest.mock import patch
 
@@ -21,6 +19,7 @@ from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.result import SimulationResult
 from multilayer.simulation.run import cases_at_once, plan, run
 from tests.analytic.materials import AIR, ALUMINIUM, FOAM, stack
+from validation.timing import least_seconds
 
 CASES, REPEATS = 1000, 2
 WOOL = {
@@ -39,16 +38,6 @@ FREQUENCIES: dict[str, Any] = {
     "100 lines": np.geomspace(100.0, 5000.0, 100).tolist(),
     "18 third octaves": {"third_octaves": [100, 5000]},
 }
-
-
-def seconds(function: Callable[[], Any]) -> tuple[float, Any]:
-    """Return the least processor time of some repeats, and what came of the last."""
-    times, result = [], None
-    for _ in range(REPEATS):
-        start = time.process_time()
-        result = function()
-        times.append(time.process_time() - start)
-    return min(times), result
 
 
 def row(name: str, grid: str) -> str:
@@ -72,10 +61,10 @@ def row(name: str, grid: str) -> str:
         with patch("multilayer.simulation.run.cases_at_once", lambda _: size):
             return run(planned)
 
-    apart, _ = seconds(lambda: responses(1))
-    together, _ = seconds(lambda: responses(many))
-    whole_apart, one = seconds(lambda: simulated(1))
-    whole, other = seconds(lambda: simulated(many))
+    apart, _ = least_seconds(lambda: responses(1), REPEATS)
+    together, _ = least_seconds(lambda: responses(many), REPEATS)
+    whole_apart, one = least_seconds(lambda: simulated(1), REPEATS)
+    whole, other = least_seconds(lambda: simulated(many), REPEATS)
     pairs = zip(one.cases, other.cases, strict=True)
     off = max(float(np.max(np.abs(a.quantities["absorption"] - b.quantities["absorption"]))) for a, b in pairs)
     times = [f"{1e3 * t / CASES:.3f}" for t in (apart, together, whole_apart, whole)]
@@ -87,9 +76,9 @@ def like_layers(pairs: int) -> str:
     """Return the row of a stack of so many like pairs of layers."""
     made = stack(*[layer for _ in range(pairs) for layer in ((FOAM, 0.01), (ALUMINIUM, 1e-3))])
     frequency = np.linspace(100.0, 5000.0, 300)
-    together, one = seconds(lambda: plane_wave(made, frequency, 45.0))
+    together, one = least_seconds(lambda: plane_wave(made, frequency, 45.0), REPEATS)
     with patch("multilayer.response.system._all_but_name", id):
-        apart, other = seconds(lambda: plane_wave(made, frequency, 45.0))
+        apart, other = least_seconds(lambda: plane_wave(made, frequency, 45.0), REPEATS)
     off = float(np.max(np.abs(one.absorption - other.absorption)))
     return f"| {2 * pairs} | {1e3 * apart:.0f} | {1e3 * together:.0f} | {apart / together:.1f} | {off:.0e} |"
 

@@ -9,8 +9,8 @@ import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise, product
-from time import process_time
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from multilayer.response.beside import Sound
 from multilayer.response.construction import Construction, paths
 from multilayer.simulation import simulate
 from multilayer.simulation.file import SimulationFile
+from validation.timing import least_seconds
 
 GAS = dry_air()
 DEPTH, RESISTIVITY, MAX_ANGLE = 0.07, 8e3, 78.0
@@ -259,13 +260,9 @@ def time_row(boards: int, compliance: float, alike: bool) -> str:
         "finite_size": {"height": 2.5, "width": 4.0}, "incidence": "diffuse",
         "frequency": {"third_octaves": [100, 3150]},
     })  # fmt: skip
-    times = []
-    for _ in range(10):
-        begun = process_time()
-        simulate(file)
-        times.append(process_time() - begun)
+    least, _ = least_seconds(partial(simulate, file), 10)
     kind = f"{'periodic' if alike else 'single'}, {f'{compliance:g} m2/N' if compliance else 'rigid'}"
-    return f"| {2 * boards - 1} | {kind} | {min(times):.2f} |"
+    return f"| {2 * boards - 1} | {kind} | {least:.2f} |"
 
 
 def main() -> None:

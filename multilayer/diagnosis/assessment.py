@@ -21,7 +21,7 @@ from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entr
 from multilayer.diagnosis.place_fits import PlaceFit, simple_form
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
-from multilayer.diagnosis.thresholds import NEAR, TIED
+from multilayer.diagnosis.thresholds import NEAR
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -250,5 +250,5 @@ def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
         return []
     parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted]
     singles = [names for names in ranked if len(names) == 1]
-    tied = [names for names in singles if comparison.score(ranked[0]) - comparison.score(names) < TIED]
-    return list(dict.fromkeys([*ranked[:2], *parts, *singles[:1], *(tied if len(ranked[0]) > 1 else [])]))
+    tied = [names for names in comparison.tied_with(ranked[0]) if names in singles and len(ranked[0]) > 1]
+    return list(dict.fromkeys([*ranked[:2], *parts, *singles[:1], *tied]))

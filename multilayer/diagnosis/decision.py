@@ -24,7 +24,6 @@ from multilayer.diagnosis.thresholds import (
     SECOND_TERM,
     SEEN_HELD_OUT,
     SHRINKAGE_REACH,
-    TIED,
 )
 
 _MOST_TOLD = 3  # places in a sentence
@@ -254,9 +253,7 @@ def _second_share(comparison: ModelComparison, single: tuple[str, ...], both: tu
 
 def _group(comparison: ModelComparison, best: tuple[str, ...]) -> list[tuple[str, ...]]:
     """Return the best cause and those that the data cannot distinguish from it, without supersets of the best."""
-    top = comparison.score(best)
-    tied = [names for names in comparison.ranked if names != UNKNOWN and top - comparison.score(names) < TIED]
-    return [best, *(names for names in tied if not set(best) <= set(names))]
+    return [best, *(names for names in comparison.tied_with(best) if not set(best) <= set(names))]
 
 
 def in_words(names: Sequence[str]) -> str:

@@ -106,6 +106,11 @@ class ModelComparison:
         ranked = [names for names in self.ranked if names in self.fitted]
         return [names for names in ranked if self.score(ranked[0]) - self.score(names) < NEAR][:MOST_NEAR]
 
+    def tied_with(self, best: tuple[str, ...]) -> list[tuple[str, ...]]:
+        """Return names of the known causes that the data cannot tell from one, that one included; the best first."""
+        top = self.score(best)
+        return [names for names in self.ranked if names != UNKNOWN and top - self.score(names) < TIED]
+
     def with_held_out(self, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> ModelComparison:
         """Return the comparison with the log predictive densities of held-out data.
 

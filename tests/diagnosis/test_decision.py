@@ -95,14 +95,20 @@ def test_a_known_cause_must_be_well_ahead_of_a_free_law_that_is_ahead_of_none(be
         assert decision.probability(comparison) == RIGHT_DOUBTED
 
 
-@pytest.mark.parametrize(("lead", "gap", "named"), [(100.0, 1000.0, 2), (20.0, 1000.0, 1), (100.0, 2e5, 1)])
-def test_two_effects_are_named_where_the_second_adds_much(lead, gap, named):
-    """More than 36 nats, and more than what a law that is a little wrong leaves of the gap."""
+def gain_and_delay():
+    """A nominal model of data with a wrong gain, the fit with that, and one with a delay as well; the names of both."""
     gain, delay = EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     single = fit_effects(nominal, {gain.name: gain})[gain.name,]
     pair = fit(nominal.hypothesis.with_effects(gain, delay), single.minimum.z)
-    one, two = (gain.name,), (gain.name, delay.name)
+    return nominal, single, pair, (gain.name, delay.name)
+
+
+@pytest.mark.parametrize(("lead", "gap", "named"), [(100.0, 1000.0, 2), (20.0, 1000.0, 1), (100.0, 2e5, 1)])
+def test_two_effects_are_named_where_the_second_adds_much(lead, gap, named):
+    """More than 36 nats, and more than what a law that is a little wrong leaves of the gap."""
+    nominal, single, pair, two = gain_and_delay()
+    one = two[:1]
     evidence = {(): -gap, one: -10.0 - lead, two: -10.0, UNKNOWN: -500.0}
     comparison = ModelComparison(nominal, {one: single, two: pair}, evidence, 1)
     shrinkages = {one: Shrinkage(100.0, 3.0, "all"), two: Shrinkage(100.0, 1.0, "all")}
@@ -140,11 +146,8 @@ def test_few_levels_leave_the_shrinkage_a_scatter(monkeypatch, decides, n, verdi
 @pytest.mark.parametrize(("behind", "share", "named"), [(3.0, 0.95, 1), (3.0, 0.5, 2), (8.0, 0.95, 2)])
 def test_a_single_effect_that_is_tied_with_two_others_is_named(behind, share, named):
     """Where it explains held-out data, too."""
-    gain, delay = EFFECTS["channel_gain"](), EFFECTS["channel_delay"]()
-    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
-    other = fit_effects(nominal, {gain.name: gain})[gain.name,]
-    pair = fit(nominal.hypothesis.with_effects(gain, delay), other.minimum.z)
-    single, two = ("other",), (gain.name, delay.name)
+    nominal, other, pair, two = gain_and_delay()
+    single = ("other",)
     prior = ModelComparison(nominal, {}, {single: 0.0, two: 0.0}, 4)
     ahead = prior.score(single) - prior.score(two)
     evidence = {(): -1000.0, single: -10.0 - ahead - behind, two: -10.0, UNKNOWN: -500.0}
