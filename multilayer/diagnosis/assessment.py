@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
-from multilayer.diagnosis.decision import Decision, decide
+from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_entry, sentence
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison, compare
@@ -18,7 +18,7 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, simple_form
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, simple_form, simple_term
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.thresholds import NEAR
@@ -177,10 +177,34 @@ def assess(
     columns = signatures(nominal, effects, executor)
     alike = similarity(nominal.minimum, tuple(effects), columns)
     decision = decide(comparison, shrinkages)
-    drawn = _drawn(comparison, decision, shrinkages, executor)
+    term = rival_term(comparison, decision, executor)
+    decision = beside_simple_term(decision, comparison, term) if term else decision
+    drawn = _drawn(comparison, decision, shrinkages, executor, term)
     detectable = detectable_sizes(nominal, effects, columns)
     tell("verdict")
     return Assessment(comparison, decision, shrinkages, alike, detectable, drawn)
+
+
+def rival_term(comparison: ModelComparison, decision: Decision, executor: Executor | None = None) -> SimpleForm | None:
+    """Return the best simple term at the place of a single effect that is named; None where it is no rival.
+
+    As where the shape of the effect's law is not known, and where no law at its place explains the data. Of tubes and
+    levels, a free law is the rival.
+
+    Parameters
+    ----------
+    comparison : ModelComparison
+    decision : Decision
+    executor : Executor, optional
+        Where fits run; in this process when left out.
+    """
+    if decision.verdict != "effect" or len(decision.best) > 1 or not comparison.nominal.hypothesis.held_out_decides:
+        return None
+    at = comparison.places.get(comparison.place_of(decision.best))
+    effect = comparison.fitted[decision.best].hypothesis.effects[0]
+    if at is None or not effect.is_shape_known or not is_misfit_likely(at.explanation):
+        return None
+    return simple_term(comparison.nominal, at, executor)
 
 
 def _drawn(
@@ -188,6 +212,7 @@ def _drawn(
     decision: Decision,
     shrinkages: Mapping[tuple[str, ...], Shrinkage],
     executor: Executor | None,
+    term: SimpleForm | None,
 ) -> DrawnPlace | None:
     """Return the place of the cause with its law, and how well that predicts held-out data; None without a gap.
 
@@ -203,7 +228,8 @@ def _drawn(
     if shrinkage is None:
         before = _nominal_gap(comparison, shrinkages)
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
-    return DrawnPlace(at, simple_form(nominal, at, executor), shrinkage)
+    known = term if term is not None and term.place is at.place else None
+    return DrawnPlace(at, simple_form(nominal, at, executor, known), shrinkage)
 
 
 def _on_held_out_data(

@@ -9,8 +9,10 @@ from typing import Literal
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text
+from multilayer.diagnosis.place_fits import SimpleForm
 from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
+    FORM_AHEAD,
     FULL_FIT,
     FULL_SHRINKAGE,
     LEAST_LEAD,
@@ -126,6 +128,24 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
         return None
     text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
     return Decision("unknown", best, group, text)
+
+
+def beside_simple_term(decision: Decision, comparison: ModelComparison, term: SimpleForm) -> Decision:
+    """Return the verdict on a single effect beside a simple term at its place: unknown where that is the better law.
+
+    Of a cause whose law has the right shape nothing simple is ahead.
+
+    Parameters
+    ----------
+    decision : Decision
+        That names the effect.
+    comparison : ModelComparison
+    term : SimpleForm
+    """
+    if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
+        return decision
+    text = f"{in_words(decision.best)} explains most, but a simple law of its own {_where(term.place)} does so better"
+    return Decision("unknown", UNKNOWN, _group(comparison, UNKNOWN), text, RIGHT_GUARDED)
 
 
 def _free(comparison: ModelComparison) -> str:

@@ -103,8 +103,6 @@ class Fitted:
 
     def _size_error(self, name: str) -> float:
         effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
-        if any(other.error_of == effect.name for other in self.hypothesis.effects):
-            return 0.0  # the error is among the unknowns
         return float(effect.law_error if effect.size_error is None else effect.size_error)
 
 

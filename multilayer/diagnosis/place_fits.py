@@ -258,8 +258,8 @@ def may_explain(nominal: Fitted, places: Mapping[str, PlaceFit], effect: BaseEff
     return gain > LEAST_SCORE and nominal.log_evidence + gain > best - NEAR - ROUGH * cost
 
 
-def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
-    """Return the sum of at most two simple terms at a place that has the most evidence.
+def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
+    """Return the simple term at a place that has the most evidence.
 
     Parameters
     ----------
@@ -270,7 +270,25 @@ def simple_form(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
     """
     terms = _REAL_TERMS if at.place.is_real else _TERMS
     single = _fit_forms(nominal, at, [(term,) for term in terms], executor)
-    best = max(single, key=lambda form: form.log_evidence)
+    return max(single, key=lambda form: form.log_evidence)
+
+
+def simple_form(
+    nominal: Fitted, at: PlaceFit, executor: Executor | None = None, term: SimpleForm | None = None
+) -> SimpleForm:
+    """Return the sum of at most two simple terms at a place that has the most evidence.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    at : PlaceFit
+        The place with a free law.
+    executor : Executor, optional
+    term : SimpleForm, optional
+        As `simple_term` returns it, where it is known already.
+    """
+    best = simple_term(nominal, at, executor) if term is None else term
+    terms = _REAL_TERMS if at.place.is_real else _TERMS
     others = [term for term in terms if term not in best.form.terms and term.kind in ("power", "resonance")]
     double = _fit_forms(nominal, at, [(*best.form.terms, term) for term in others], executor)
     second = max(double, key=lambda form: form.log_evidence)

@@ -32,6 +32,9 @@ class BaseEffect:
         How well the law is known: standard deviation of the relative error of what the effect changes, smooth in ln f.
     size_error : float
         Relative standard deviation of a fitted size beyond its statistical error; `law_error` when None.
+    is_shape_known : bool
+        Whether physics fixes the shape of the law; False where that varies from rig to rig, so that a simple form that
+        fits better does not speak against the effect.
     starts : tuple of tuple of float
         Standard normal coordinates of all parameters from which fits start; a grid over the priors when empty.
     needs_finite_elements : bool
@@ -49,6 +52,7 @@ class BaseEffect:
     absent: ClassVar[Mapping[str, float]] = {}
     law_error: float = 0.15
     size_error: ClassVar[float | None] = None
+    is_shape_known: ClassVar[bool] = True
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
     error_of: str = ""

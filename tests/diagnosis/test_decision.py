@@ -5,15 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.assessment import rival_term
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
-from multilayer.diagnosis.decision import decide
+from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
-from multilayer.diagnosis.thresholds import RIGHT_DOUBTED
+from multilayer.diagnosis.place_fits import fit_places
+from multilayer.diagnosis.places.reading import Reading
+from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
 
@@ -93,6 +96,34 @@ def test_a_known_cause_must_be_well_ahead_of_a_free_law_that_is_ahead_of_none(be
     if verdict == "unknown":
         assert "hardly better" in decision.reason
         assert decision.probability(comparison) == RIGHT_DOUBTED
+
+
+@pytest.mark.parametrize(("lead", "verdict"), [(-5.0, "effect"), (1.0, "effect"), (5.0, "unknown")])
+def test_nothing_simple_at_its_place_is_ahead_of_the_cause(lead, verdict):
+    names, place = ("channel_gain",), Reading()
+    free = {"reading": SimpleNamespace(place=place, log_evidence=-40.0)}
+    comparison = ModelComparison(None, {names: None}, {(): -900.0, names: -10.0, UNKNOWN: -40.0}, 1, places=free)
+    named = Decision("effect", names, [names], "channel gain explains the gap")
+    decision = beside_simple_term(named, comparison, SimpleNamespace(place=place, log_evidence=-10.0 + lead))
+    assert decision.verdict == verdict
+    if verdict == "unknown":
+        assert decision.best == UNKNOWN
+        assert f"a simple law of its own {place.title} does so better" in decision.reason
+        assert decision.least_probability == RIGHT_GUARDED
+
+
+@pytest.mark.parametrize(("name", "is_rival"), [("channel_gain", True), ("crosstalk", False)])
+def test_a_simple_term_is_a_rival_of_laws_whose_shape_is_known(name, is_rival):
+    names = (name,)
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted, places = fit_effects(nominal, {name: EFFECTS[name]()}), fit_places(nominal, names=["reading"])
+    place = {"reading": places["reading"], "added_reading": places["reading"]}
+    comparison = ModelComparison(nominal, fitted, {(): -900.0, names: -10.0}, 1, places=place)
+    term = rival_term(comparison, Decision("effect", names, [names], ""))
+    assert (term is not None) == is_rival
+    if term is not None:  # the gain, which no simple term is better than
+        assert (term.form.terms[0].kind, term.form.terms[0].order) == ("power", 0)
+        assert term.log_evidence < fitted[names].log_evidence + FORM_AHEAD
 
 
 def gain_and_delay():

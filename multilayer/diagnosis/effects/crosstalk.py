@@ -19,7 +19,8 @@ class Crosstalk(Effect):
     law = "T + c + i d f/(1 kHz): shared grounds, and capacitances"
     separated_by = "swapped channels; the base shaken without a sample"
     source = "cables and grounds: -60 to -30 dB, a fault -20 dB"
-    law_error = 0.3  # the path is unknown
+    size_error = 0.3  # the path is unknown
+    is_shape_known = False
     parameters = (signed("share", 0.03), signed("capacitive", 0.01))
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
