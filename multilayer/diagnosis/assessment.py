@@ -188,8 +188,8 @@ def assess(
 def rival_term(comparison: ModelComparison, decision: Decision, executor: Executor | None = None) -> SimpleForm | None:
     """Return the best simple term at the place of a single effect that is named; None where it is no rival.
 
-    As where the shape of the effect's law is not known, and where no law at its place explains the data. Of tubes and
-    levels, a free law is the rival.
+    As where the effect's law fits as it stands, of which a simple term may be a part, where its shape is not known, and
+    where no law at its place explains the data. Of tubes and levels, a free law is the rival.
 
     Parameters
     ----------
@@ -200,9 +200,10 @@ def rival_term(comparison: ModelComparison, decision: Decision, executor: Execut
     """
     if decision.verdict != "effect" or len(decision.best) > 1 or not comparison.nominal.hypothesis.held_out_decides:
         return None
-    at = comparison.places.get(comparison.place_of(decision.best))
-    effect = comparison.fitted[decision.best].hypothesis.effects[0]
-    if at is None or not effect.is_shape_known or not is_misfit_likely(at.explanation):
+    at, fitted = comparison.places.get(comparison.place_of(decision.best)), comparison.fitted[decision.best]
+    if at is None or not fitted.is_bent or not fitted.hypothesis.effects[0].is_shape_known:
+        return None
+    if not is_misfit_likely(at.explanation):
         return None
     return simple_term(comparison.nominal, at, executor)
 

@@ -133,7 +133,7 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
 def beside_simple_term(decision: Decision, comparison: ModelComparison, term: SimpleForm) -> Decision:
     """Return the verdict on a single effect beside a simple term at its place: unknown where that is the better law.
 
-    Of a cause whose law has the right shape nothing simple is ahead.
+    Of a cause whose law has the right shape no simple term, which has no error, is ahead.
 
     Parameters
     ----------

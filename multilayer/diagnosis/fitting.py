@@ -65,6 +65,11 @@ class Fitted:
         return self.hypothesis.names
 
     @property
+    def is_bent(self) -> bool:
+        """Whether it takes an error of an effect's law: the law as it stands has less evidence."""
+        return self.errors is not None or any(effect.error_of for effect in self.hypothesis.effects)
+
+    @property
     def log_evidence(self) -> float:
         """Laplace's approximation, without the constant of the whitened data."""
         return self.minimum.log_evidence - (0.5 * self.errors.log_determinant if self.errors else 0.0)

@@ -1,5 +1,6 @@
 """The decision between causes, and its parts."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +18,7 @@ from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.places.reading import Reading
 from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED
+from multilayer.inference.low_rank import LowRank
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
 
@@ -112,11 +114,16 @@ def test_nothing_simple_at_its_place_is_ahead_of_the_cause(lead, verdict):
         assert decision.least_probability == RIGHT_GUARDED
 
 
-@pytest.mark.parametrize(("name", "is_rival"), [("channel_gain", True), ("crosstalk", False)])
-def test_a_simple_term_is_a_rival_of_laws_whose_shape_is_known(name, is_rival):
+@pytest.mark.parametrize(
+    ("name", "is_bent", "is_rival"),
+    [("channel_gain", True, True), ("channel_gain", False, False), ("crosstalk", True, False)],
+)
+def test_a_simple_term_is_a_rival_of_a_bent_law_whose_shape_is_known(name, is_bent, is_rival):
     names = (name,)
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     fitted, places = fit_effects(nominal, {name: EFFECTS[name]()}), fit_places(nominal, names=["reading"])
+    error = LowRank.of(np.zeros((nominal.minimum.residual.size, 1)))
+    fitted = {names: replace(fitted[names], errors=error if is_bent else None)}
     place = {"reading": places["reading"], "added_reading": places["reading"]}
     comparison = ModelComparison(nominal, fitted, {(): -900.0, names: -10.0}, 1, places=place)
     term = rival_term(comparison, Decision("effect", names, [names], ""))
