@@ -19,7 +19,7 @@ class CableResonance(Effect):
     parameters = (
         positive("frequency", 350.0, 0.7, "Hz"), positive("loss_factor", 0.3, 0.5), positive("depth", 0.05, 1.0),
     )  # fmt: skip
-    law_error = 0.2
+    law_error = size_error = 0.2
     starts = tuple((start, 0.0, 0.0) for start in np.linspace(-2, 2, 9).tolist())  # narrow: fits start all along f
 
     def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
