@@ -258,6 +258,10 @@ def may_explain(nominal: Fitted, places: Mapping[str, PlaceFit], effect: BaseEff
     return gain > LEAST_SCORE and nominal.log_evidence + gain > best - NEAR - ROUGH * cost
 
 
+def _terms_at(place: BasePlace) -> tuple[Term, ...]:
+    return _REAL_TERMS if place.is_real else _TERMS
+
+
 def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
     """Return the simple term at a place that has the most evidence.
 
@@ -268,8 +272,7 @@ def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
         The place with a free law.
     executor : Executor, optional
     """
-    terms = _REAL_TERMS if at.place.is_real else _TERMS
-    single = _fit_forms(nominal, at, [(term,) for term in terms], executor)
+    single = _fit_forms(nominal, at, [(term,) for term in _terms_at(at.place)], executor)
     return max(single, key=lambda form: form.log_evidence)
 
 
@@ -288,9 +291,8 @@ def simple_form(
         As `simple_term` returns it, where it is known already.
     """
     best = simple_term(nominal, at, executor) if term is None else term
-    terms = _REAL_TERMS if at.place.is_real else _TERMS
-    others = [term for term in terms if term not in best.form.terms and term.kind in ("power", "resonance")]
-    double = _fit_forms(nominal, at, [(*best.form.terms, term) for term in others], executor)
+    others = [t for t in _terms_at(at.place) if t not in best.form.terms and t.kind in ("power", "resonance")]
+    double = _fit_forms(nominal, at, [(*best.form.terms, other) for other in others], executor)
     second = max(double, key=lambda form: form.log_evidence)
     chosen = second if second.log_evidence > best.log_evidence + SECOND_TERM else best
     minimum = minimise_scaled(chosen.fitted.hypothesis, chosen.fitted.minimum.z, *_TOLD)

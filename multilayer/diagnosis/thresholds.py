@@ -44,7 +44,7 @@ LAW_SIZES = (0.03, 0.3)  # standard deviations of a drawn law, in units of the p
 UNEXPLAINED = 10.0  # cost per datum, errors of laws included, above which a hypothesis explains nothing
 ROUGH = 0.25  # share of its cost by which a coarse fit may be short: what is farther behind than that is given up
 # nats by which a simple term at its place may be ahead of a named effect of known shape whose law takes an error (seeds
-# 1006, 1008, 1009: of 27 right names none is behind one by more than 1, of wrong ones nine are by 4 to 42)
+# 1006, 1008, 1009, errors or not: of 27 right names none is behind by more than 1, of wrong ones nine are by 4 to 42)
 FORM_AHEAD = 3.0
 FORM_AS_WELL = 1.0  # nats by which a simple form may be behind the law it was drawn from
 # probability below which a law is told not to be causal, and of calling a law on the edge of passivity not passive

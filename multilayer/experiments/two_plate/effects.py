@@ -213,7 +213,7 @@ class Effect(BaseEffect):
     """
 
     kind = "two-plate rig"
-    law_error = 0.1  # seed 1009: all 52 right names fit as with 0.15, of 20 wrong ones 5 more do not
+    law_error = 0.1  # seeds 1008, 1009: 52 right names fit as with 0.15, of 20 wrong ones 5 more do not
     size_error = 0.15
     moves_resonances: ClassVar[bool] = False
     aside: ClassVar[tuple[str, ...]] = ()
