@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any, ClassVar, Literal
 
@@ -32,6 +32,7 @@ _WORDS = {
     "resonance": "that resonates",
 }  # fmt: skip
 _RESONANCES = 16  # natural frequencies that are tried
+_OFFSET = Parameter(name="offset", prior=Prior(normal=(0.0, 1.0)))
 
 
 class BasePlace:
@@ -199,15 +200,12 @@ class DrawnLaw(LawAtPlace):
         Standard deviation of real and imaginary part, in the place's unit; an array at nodes, powers of f between them.
     length : float
         Correlation length in ln f.
-    offset : complex
-        Added to the law, in standard deviations; for derivatives.
     """
 
     at_place: Any
     nodes: RealArray
     size: float | RealArray
     length: float = LENGTH
-    offset: complex = 0.0
     name: str = ""
     parameters: tuple[Parameter, ...] = field(default=(), repr=False)
     law_error: float = 0.0
@@ -224,6 +222,11 @@ class DrawnLaw(LawAtPlace):
         )
         return cls(place, nodes, size, length, name=place.label, parameters=parameters)
 
+    @cached_property
+    def with_offset(self) -> DrawnLaw:
+        """The law with a last parameter that is added to it, in standard deviations; for derivatives."""
+        return replace(self, parameters=(*self.parameters, _OFFSET))
+
     def basis(self, frequency: RealArray) -> RealArray:
         """Return the change of the law over its size by each node's coordinate, shape (n, k)."""
         return _basis(self.nodes.tobytes(), self.length, np.asarray(frequency, dtype=float).tobytes())
@@ -239,16 +242,26 @@ class DrawnLaw(LawAtPlace):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        z = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
+        z = np.concatenate([values[parameter.name] for parameter in self.parameters], axis=-1)
         return self.drawn(z, setting.frequency)
 
     def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
-        """Return the law, shape (..., n), in the place's unit, of coordinates of shape (..., 2 k); (..., k) if real."""
-        k = len(self.nodes)
-        size = np.exp(np.interp(np.log(frequency), self.nodes, np.log(np.broadcast_to(self.size, k))))
-        if self.at_place.is_real:
-            return np.asarray(size * (z @ self.basis(frequency).T + self.offset.real))
-        return np.asarray(size * ((z[..., :k] + 1j * z[..., k:]) @ self.basis(frequency).T + self.offset))
+        """Return the law, shape (..., n), in the place's unit, of its parameters, shape (..., 2 k); (..., k) if real.
+
+        One more is the offset of `with_offset`.
+        """
+        k, of_nodes = len(self.nodes), self.basis(frequency).T
+        law, rest = z[..., :k] @ of_nodes, z[..., k:]
+        if not self.at_place.is_real:
+            law, rest = law + 1j * (z[..., k : 2 * k] @ of_nodes), z[..., 2 * k :]
+        if rest.size:
+            law = law + rest
+        return np.asarray(self._size_at(frequency) * law)
+
+    def _size_at(self, frequency: RealArray) -> RealArray | float:
+        if not isinstance(self.size, np.ndarray):
+            return self.size
+        return np.asarray(np.exp(np.interp(np.log(frequency), self.nodes, np.log(self.size))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,7 +290,7 @@ class LawError(DrawnLaw):
         law = DrawnLaw.at(place, frequency, 1.0, length)
         name = f"error_of_{effect.name}"
         absent = str(getattr(effect, "absent_in", ""))
-        return cls(place, law.nodes, size, length, 0.0, name, law.parameters, 0.0, effect.name, absent)
+        return cls(place, law.nodes, size, length, name, law.parameters, 0.0, effect.name, absent)
 
 
 @lru_cache(maxsize=256)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -56,7 +55,7 @@ def _says_what_it_is(place: BasePlace) -> Iterator[str]:
 
 
 def _nothing_without_a_law(place: BasePlace) -> Iterator[str]:
-    change = np.max(np.abs(_change(place, 0.0)))
+    change = np.max(np.abs(_change(place, 0j)))
     if not change < _SAME:
         yield f"a law of 0 changes the data by {change:.2g}"
 
@@ -72,7 +71,7 @@ def _acts(place: BasePlace) -> Iterator[str]:
 def _is_analytic(place: BasePlace) -> Iterator[str]:
     if place.is_real:
         return
-    before = _change(place, 0.0)
+    before = _change(place, 0j)
     along, across = (_change(place, step) - before for step in (_SMALL, 1j * _SMALL))
     error = np.max(np.abs(across - 1j * along)) / max(float(np.max(np.abs(along))), 1e-300)
     if not error < _ANALYTIC:
@@ -97,6 +96,6 @@ def _change(place: BasePlace, law: complex) -> ComplexArray:
     z = soft_sample(bench) if isinstance(bench, CampaignProblem) else np.zeros(len(bench.parameters))
     frequency = np.concatenate([data.frequency for data in bench.data])
     modulus = bench.modulus_scale(z, float(np.median(frequency)))
-    drawn = replace(DrawnLaw.at(place, frequency, place.scale(bench.settings, modulus)), offset=law)
-    shifted = bench.with_effects(drawn).differences(np.concatenate([z, np.zeros(len(drawn.parameters))]))
+    drawn = DrawnLaw.at(place, frequency, place.scale(bench.settings, modulus))
+    shifted = bench.with_effects(drawn).differences(np.concatenate([z, drawn.constant(law)]))
     return np.concatenate([a - b for a, b in zip(shifted, bench.differences(z), strict=True)])

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
+from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.hypothesis import Hypothesis, Part, parameters_of, values_of
 from multilayer.experiments.places import DrawnLaw, LawAtPlace
@@ -24,7 +24,7 @@ from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
 from multilayer.experiments.two_plate.nuisances import Nuisances
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
-from multilayer.inference.derivative import FORWARD, Stencil
+from multilayer.inference.derivative import Stencil
 from multilayer.inference.priors import Parameter, Prior, Priors
 from multilayer.inference.problem import Experiment, Points
 from multilayer.inference.whitening import Whitening
@@ -444,44 +444,38 @@ class CampaignProblem(Hypothesis):
 
         The law acts frequency by frequency: the derivative by a node is that by the law times what the node adds to it.
         """
-        drawn = self._drawn_laws
-        if not drawn:
+        if not self._drawn_laws:
             return super().linearised(z)
-        columns = {index: self._columns(index) for index in drawn}
-        plain = np.ones(z.size, dtype=bool)
-        for places in columns.values():
-            plain[places] = False
-        stencil = Stencil.forward(z, along=np.eye(z.size)[plain])
-        differences = self.differences(stencil.points)
+        hypothesis, is_node, is_offset = self._with_offsets
+        wide = np.zeros(is_offset.size)
+        wide[~is_offset] = z
+        stencil = Stencil.forward(wide, along=np.eye(wide.size)[~is_node])
+        differences = hypothesis.differences(stencil.points)
+        slopes = [_wrapped(part[1:] - part[0]) / stencil.step for part in differences]
+        by_law, by_node = is_offset[~is_node], is_node[~is_offset]
         jacobian = np.empty((self._n_residuals, z.size))
-        jacobian[:, plain] = self.whitened([stencil.derivative(d).T for d in differences]).T
-        for index, places in columns.items():
-            effect = drawn[index]
-            moved = self._with_law_ahead[index].differences(z)
-            by_node = []
-            for data, here, there in zip(self.data, differences, moved, strict=True):
-                slope = _wrapped(there - here[0]) / FORWARD
-                by_node.append((slope[:, None] * effect.basis(data.frequency)).T)
-            jacobian[:, places] = self.whitened([np.concatenate([part, 1j * part]) for part in by_node]).T
-        return self.whitened([d[0] for d in differences]), jacobian
+        jacobian[:, ~by_node] = self.whitened([part[~by_law] for part in slopes]).T
+        columns = np.split(np.flatnonzero(by_node), np.cumsum([len(law.parameters) for law in self._drawn_laws])[:-1])
+        for law, offset, places in zip(self._drawn_laws, np.flatnonzero(by_law), columns, strict=True):
+            bases = [law.basis(data.frequency).T for data in self.data]
+            parts = [part[offset] * basis for part, basis in zip(slopes, bases, strict=True)]
+            jacobian[:, places] = self.whitened([np.concatenate([part, 1j * part]) for part in parts]).T
+        return self.whitened([part[0] for part in differences]), jacobian
 
     @cached_property
-    def _drawn_laws(self) -> dict[int, DrawnLaw]:
-        return {index: effect for index, effect in enumerate(self.effects) if isinstance(effect, DrawnLaw)}
+    def _drawn_laws(self) -> list[DrawnLaw]:
+        return [effect for effect in self.effects if isinstance(effect, DrawnLaw)]
 
     @cached_property
-    def _with_law_ahead(self) -> dict[int, CampaignProblem]:
-        """The hypothesis with one drawn law a step of the derivative ahead, by index of the effect."""
-        ahead = {index: replace(law, offset=FORWARD) for index, law in self._drawn_laws.items()}
-        return {
-            index: self.with_effects(*self.effects[:index], law, *self.effects[index + 1 :])
-            for index, law in ahead.items()
-        }
-
-    def _columns(self, index: int) -> slice:
-        """Return where the parameters of one of the effects stand."""
-        first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        return slice(first, first + len(self.effects[index].parameters))
+    def _with_offsets(self) -> tuple[CampaignProblem, BoolArray, BoolArray]:
+        """The hypothesis with offsets of its drawn laws, and which of its unknowns are nodes, and which offsets."""
+        effects = [effect.with_offset if isinstance(effect, DrawnLaw) else effect for effect in self.effects]
+        is_node, is_offset = [False] * len(self.nominal_parameters), [False] * len(self.nominal_parameters)
+        for effect, shifted in zip(self.effects, effects, strict=True):
+            count, more = len(effect.parameters), len(shifted.parameters) - len(effect.parameters)
+            is_node += [more > 0] * count + [False] * more
+            is_offset += [False] * count + [True] * more
+        return self.with_effects(*effects), np.array(is_node), np.array(is_offset)
 
     @cached_property
     def _n_residuals(self) -> int:
