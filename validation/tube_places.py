@@ -13,7 +13,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.place_fits import PlaceFit, fit_places
+from multilayer.diagnosis.place_fits import PlaceFit, fit_places, with_simple_laws
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.inference.least_squares import minimise
@@ -25,14 +25,14 @@ PLANTS = (("Ajuga 8 cm", 0.08), ("Grass 6 cm", 0.06))
 WITHIN = 0.2
 HEADING = """# Where the gap of measured tubes lies
 
-Made by `python -m validation.tube_places`. Plants in a tube before a cavity of 1 to 5 cm (TU Delft, 200 to 1600 Hz, one
-measurement each), the plant known from its series on the wall, as on the page of measured tubes; the library has no
-`rear_air_gap`. Tied: places within 6 nats, which such data cannot tell apart: of one measurement a backing and a
-reading whose phase lags are nearly the same. Drawn: the impedance of the backing, from the law at `behind` (be that
-first or not), beside -i Z0 cot(k d) with the stated depth d: share of the law's frequencies (even in ln f) at which it
-is off by at most 20 %, median, and depth by the slope of its phase. A cotangent passes through 0, where any error of
-depth is large beside it. The best rear air gaps of these series are 1 to 5 mm off the stated depths, too (measured
-tubes).
+Made by `python -m validation.tube_places`. Plants in a tube before a cavity of 1 to 5 cm (TU Delft, 200 to 1600 Hz,
+one measurement each), the plant known from its series on the wall, as on the page of measured tubes; the library has
+no `rear_air_gap`. Tied: places within 6 nats, which such data cannot tell apart: air before a wall is a spring, and
+so is a spring in front of the sample, or a softer air in its pores. Drawn: the impedance of the backing, from the law
+at `behind` (be that first or not), the simple one where that is as probable as the free one, beside -i Z0 cot(k d)
+with the stated depth d: share of the law's frequencies (even in ln f) at which it is off by at most 20 %, median, and
+depth by the slope of its phase. A cotangent passes through 0, where any error of depth is large beside it. The best
+rear air gaps of these series are 1 to 5 mm off the stated depths, too (measured tubes).
 
 | series | verdict | first place | tied with it | `behind`: nats | within 20 % | off, median | depth / mm | stated |
 |---|---|---|---|---|---|---|---|---|
@@ -61,7 +61,7 @@ def law_behind(file: DiagnosisFile, sure: Sure) -> PlaceFit:
     """Return the place behind the sample with the law drawn there."""
     hypothesis = replace(file.hypothesis, earlier=GaussianPrior.of(nominal_minimum(sure.file)))
     nominal = Fitted(hypothesis, minimise(hypothesis, hypothesis.start))
-    return fit_places(nominal, names=["behind"])["behind"]
+    return with_simple_laws(nominal, fit_places(nominal, names=["behind"]))["behind"]
 
 
 def cases(name: str, thickness: float) -> list[Case]:

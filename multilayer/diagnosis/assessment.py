@@ -18,7 +18,7 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, simple_form, simple_term
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, simple_form, simple_term, with_simple_laws
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.thresholds import NEAR
@@ -177,6 +177,9 @@ def assess(
     columns = signatures(nominal, effects, executor)
     alike = similarity(nominal.minimum, tuple(effects), columns)
     decision = decide(comparison, shrinkages)
+    if decision.verdict == "unknown" and not (comparison.several or nominal.hypothesis.held_out_decides):
+        comparison = replace(comparison, places=with_simple_laws(nominal, comparison.places, executor))
+        decision = decide(comparison, shrinkages)
     term = rival_term(comparison, decision, executor)
     decision = beside_simple_term(decision, comparison, term) if term else decision
     drawn = _drawn(comparison, decision, shrinkages, executor, term)
@@ -229,7 +232,7 @@ def _drawn(
     if shrinkage is None:
         before = _nominal_gap(comparison, shrinkages)
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
-    known = term if term is not None and term.place is at.place else None
+    known = term if term is not None and term.place is at.place else at.term
     return DrawnPlace(at, simple_form(nominal, at, executor, known), shrinkage)
 
 

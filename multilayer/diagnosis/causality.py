@@ -50,7 +50,7 @@ def is_causal(fit: PlaceFit) -> bool | None:
     """
     if "reading" in fit.place.name:
         return None
-    if fit.resonance is not None:
+    if fit.is_resonant:
         return True
     drawn = fit.drawn
     frequency, count = np.exp(drawn.nodes), 2 * len(drawn.nodes)

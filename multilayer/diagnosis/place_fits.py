@@ -16,7 +16,7 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.thresholds import LAW_SIZES, LEAST_SCORE, NEAR, ROUGH, SECOND_TERM, UNEXPLAINED
+from multilayer.diagnosis.thresholds import FORM_AS_WELL, LAW_SIZES, LEAST_SCORE, NEAR, ROUGH, SECOND_TERM, UNEXPLAINED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
@@ -50,21 +50,24 @@ class PlaceFit:
     fitted : Fitted
         With the law's size of the most evidence.
     log_evidence : float
-        Averaged over sizes, with a discrepancy as large as the differences of solvers; of the resonance where there is
-        one.
-    resonance : Fitted, optional
-        With a law that resonates, where that explains far more than a smooth one.
+        Averaged over sizes, with a discrepancy as large as the differences of solvers; of the simple law where there
+        is one.
+    simple : Fitted, optional
+        With a law of one term, where that is as probable as the free one.
+    term : SimpleForm, optional
+        The simple term of the most evidence, where all were tried.
     """
 
     place: BasePlace
     fitted: Fitted
     log_evidence: float
-    resonance: Fitted | None = None
+    simple: Fitted | None = None
+    term: SimpleForm | None = None
 
     @property
     def explanation(self) -> Fitted:
         """The fit with the most evidence."""
-        return self.fitted if self.resonance is None else self.resonance
+        return self.fitted if self.simple is None else self.simple
 
     @property
     def drawn(self) -> DrawnLaw:
@@ -76,26 +79,31 @@ class PlaceFit:
     def grid(self) -> RealArray:
         """Frequencies at which the law is told, Hz, shape (n,): closer about a resonance."""
         grid = np.exp(np.linspace(self.drawn.nodes[0], self.drawn.nodes[-1], _TOLD_AT))
-        if self._resonance is None:
+        if self._simple is None or not self.is_resonant:
             return grid
-        law, z, _ = self._resonance
+        law, z, _ = self._simple
         natural, loss = _peak(law, z)
         near = natural * (1 + _AROUND * loss * np.linspace(-1, 1, _TOLD_AT))
         return np.unique(np.concatenate([grid, near[(near > grid[0]) & (near < grid[-1])]]))
 
     @property
-    def _resonance(self) -> tuple[SimpleLaw, RealArray, RealArray] | None:
-        """The law that resonates, with its coordinates and their covariance."""
-        if self.resonance is None:
+    def is_resonant(self) -> bool:
+        """Whether the law is a resonance."""
+        return self.simple is not None and self.simple.hypothesis.effects[-1].terms[-1].kind == "resonance"
+
+    @property
+    def _simple(self) -> tuple[SimpleLaw, RealArray, RealArray] | None:
+        """The simple law, with its coordinates and their covariance."""
+        if self.simple is None:
             return None
-        law: SimpleLaw = self.resonance.hypothesis.effects[-1]
+        law: SimpleLaw = self.simple.hypothesis.effects[-1]
         count = len(law.parameters)
-        return law, self.resonance.minimum.z[-count:], self.resonance.minimum.covariance[-count:, -count:]
+        return law, self.simple.minimum.z[-count:], self.simple.minimum.covariance[-count:, -count:]
 
     def law(self) -> ComplexArray:
         """Return the most probable law at `grid`, in the place's unit, shape (n,)."""
-        if self._resonance is not None:
-            law, z, _ = self._resonance
+        if self._simple is not None:
+            law, z, _ = self._simple
             return law.curve(z, self.grid)
         return self.drawn.drawn(self.fitted.minimum.z[-len(self.drawn.parameters) :], self.grid)
 
@@ -108,8 +116,8 @@ class PlaceFit:
 
     def band(self, deviations: float = 1.645) -> tuple[ComplexArray, ComplexArray]:
         """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each."""
-        if self._resonance is not None:
-            law, z, covariance = self._resonance
+        if self._simple is not None:
+            law, z, covariance = self._simple
             slopes = central(lambda points: law.curve(points, self.grid), z)[1]
             parts = [np.einsum("ni,ij,nj->n", slope, covariance, slope) for slope in (slopes.real, slopes.imag)]
             spread = [np.sqrt(part) for part in parts]
@@ -212,6 +220,35 @@ def with_resonances(
     return {fit.place.label: fit for fit in fits}
 
 
+def with_simple_laws(
+    nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
+) -> dict[str, PlaceFit]:
+    """Return the places, those near the first with a simple law where that is as probable as the free one.
+
+    For few measurements: a free law explains a single one at any place that changes all of its values. That a law of
+    few parameters does so at some of these places is what tells them from the others.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    places : mapping
+        As `fit_places` returns them.
+    executor : Executor, optional
+    """
+    best = max((fit.log_evidence for fit in places.values()), default=0.0)
+
+    def simplified(fit: PlaceFit) -> PlaceFit:
+        if best - fit.log_evidence >= NEAR:
+            return fit
+        term = simple_term(nominal, fit, executor, most=len(_TERMS))
+        is_enough = term.log_evidence > fit.log_evidence - FORM_AS_WELL
+        evidence = max(term.log_evidence, fit.log_evidence)
+        return replace(fit, log_evidence=evidence, simple=term.fitted if is_enough else None, term=term)
+
+    fits = sorted(map(simplified, places.values()), key=lambda fit: -fit.log_evidence)
+    return {fit.place.label: fit for fit in fits}
+
+
 def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealArray) -> dict[str, PlaceFit]:
     """Return the places, that of the sample's shape with a rim that is free in finite elements where that is better.
 
@@ -262,7 +299,7 @@ def _terms_at(place: BasePlace) -> tuple[Term, ...]:
     return _REAL_TERMS if place.is_real else _TERMS
 
 
-def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None) -> SimpleForm:
+def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None, most: int = _PROMISING) -> SimpleForm:
     """Return the simple term at a place that has the most evidence.
 
     Parameters
@@ -271,8 +308,10 @@ def simple_term(nominal: Fitted, at: PlaceFit, executor: Executor | None = None)
     at : PlaceFit
         The place with a free law.
     executor : Executor, optional
+    most : int
+        How many terms, of those near the free law, are fitted to the data; a resonance besides.
     """
-    single = _fit_forms(nominal, at, [(term,) for term in _terms_at(at.place)], executor)
+    single = _fit_forms(nominal, at, [(term,) for term in _terms_at(at.place)], executor, most)
     return max(single, key=lambda form: form.log_evidence)
 
 
@@ -382,11 +421,11 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     scale, frequency = _scale(nominal, at.place)
     form = _fit_form(nominal, at, SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale), None)
     is_better = form.log_evidence > at.log_evidence
-    return replace(at, resonance=form.fitted, log_evidence=form.log_evidence) if is_better else at
+    return replace(at, simple=form.fitted, log_evidence=form.log_evidence) if is_better else at
 
 
 def _fit_forms(
-    nominal: Fitted, at: PlaceFit, sums: Sequence[tuple[Term, ...]], executor: Executor | None
+    nominal: Fitted, at: PlaceFit, sums: Sequence[tuple[Term, ...]], executor: Executor | None, most: int = _PROMISING
 ) -> list[SimpleForm]:
     """Return fits of the sums nearest to the drawn law, and of those with a resonance, which none may show."""
     scale, frequency = _scale(nominal, at.place)
@@ -394,7 +433,7 @@ def _fit_forms(
     distances = [_nearest(at, law) for law in laws]
     order = sorted(range(len(laws)), key=lambda i: distances[i][0])
     sharp = [i for i, terms in enumerate(sums) if terms[-1].kind == "resonance"]
-    chosen = dict.fromkeys([*order[:_PROMISING], *sharp])
+    chosen = dict.fromkeys([*order[:most], *sharp])
     tasks = [partial(_fit_form, nominal, at, laws[i], None if i in sharp else distances[i][1]) for i in chosen]
     return run_all(call, tasks, executor)
 

@@ -214,7 +214,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         "place": lambda place: place["place"] + (f" [{place['configuration']}]" if place.get("configuration") else ""),
         "that is": lambda place: place["title"],
         ">probability": lambda place: percent(number_or_nan(place["probability"])),
-        ">free law: nats behind": lambda place: significant(number_or_nan(place["behind"])),
+        ">law: nats behind": lambda place: significant(number_or_nan(place["behind"])),
         ">misfit": lambda place: significant(number_or_nan(place["gap_after"])),
         ">shrinkage": lambda place: percent(number_or_nan(place["shrinkage"])),
     }

@@ -7,7 +7,7 @@ from multilayer.diagnosis.diagnose import chosen_effects
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import fit_places, simple_form
 from multilayer.diagnosis.places import TUBE_PLACES
-from multilayer.diagnosis.tube.diagnose import diagnose_tube
+from multilayer.diagnosis.tube.diagnose import diagnose_tube, fitted_nominal
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.stacks.effects import Tube, TubeSetting, with_layers
 from multilayer.experiments.stacks.observations import Observation, Scale
@@ -112,6 +112,25 @@ def test_without_a_gap_no_place_is_better_than_none():
     nominal = measured(TUBE_PLACES["in_front"](), Term("power", 0), [0.0])
     best = next(iter(fit_places(nominal).values()))
     assert best.log_evidence < nominal.log_evidence + 3
+
+
+def test_of_one_measurement_a_simple_law_tells_the_place(tmp_path):
+    """Free laws explain one measurement nearly as well elsewhere; air behind the sample is a law of one parameter."""
+    depth = 0.015
+    file = tubes.measured(tmp_path, {"rear_air_gap": {"depth": depth}}, (0.03,), smooth=0.005)
+    first, second, *_ = fit_places(fitted_nominal(file)).values()
+    assert first.log_evidence - second.log_evidence < 10
+
+    record = diagnose_tube(file, effects=chosen_effects(["microphone_gain"])).record
+    assert record["verdict"] == "unknown"
+    first, second, *_ = record["places"]
+    assert first["place"] == "behind"
+    assert second["behind"] > 30
+    law = record["law"]
+    true = -4 * np.pi * np.array(law["frequency_hz"]) / file.hypothesis.settings[0].gas.sound_speed * depth
+    assert np.array(law["imag"]) == pytest.approx(true, rel=0.05)
+    assert np.max(np.abs(law["real"])) < 0.05
+    assert [(term["kind"], term["order"]) for term in law["form"]["terms"]] == [("power", 1)]
 
 
 def test_effects_of_tubes_name_places():
