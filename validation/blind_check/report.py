@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
 FINALS = (
     "1001 to 1004 and 1006 by earlier rules; 1005 (73 campaigns) and 1007 (117), stopped, development data since; "
-    "1008; and 1009"
+    "1008; 1009; and 1010"
 )
 REASONS = {
     1006: """The first 200 campaigns were diagnosed with springs at the faces as the law of delamination, the other 200
@@ -139,6 +139,32 @@ and 376 are unknown, and so are 164, 286 and 328, whose gaps are small; flanking
 one configuration, glue (125) is unknown, a skin for an accelerometer's mass (199, 353) stays. Five right names (10, 18,
 38, 58, 84) and two pairs (106, 214) are named as before; a third pair (274) is unknown. Intervals as wide as that would
 hold the size in 30 of 34 cases of this seed and in 27 of 27 of seed 1008. The next final seed is 1010.""",
+    1010: """All 400 campaigns by one set of rules, those of commit 5a12895; 76 of them were diagnosed in one session
+and the rest, without a look at these, in another. Of several configurations 43 of 52 known effects are named, 25 of
+27 effects of no library are unknown, 49 of 52 and 24 of 26 places are right, 4 of 7 pairs are found, no false alarm
+on 46. Seed 1009, of the rules before: 38 of 41, 22 of 26, 39 of 41 and 20 of 25, 4 of 7, 0 of 65. Intervals of a size
+hold it in 35 of 37 cases (27 of 34), and places of effects of no library are told better; fewer names are right,
+mostly for one effect that this seed drew often. What was missed, of several configurations, by the number of the
+campaign:
+
+- Known effects: partly bonded faces, all five that are seen (52, 62, 100, 268, 378): their gaps are five hundred to a
+  hundred thousand standard deviations above chance, and our law of an open rim is right to some per cent. Three of
+  them are told at another place. Of the other effects 43 of 47 are named. Glue (38) is first by 80 nats and unknown,
+  as its law would have to be farther off than 10 % allows; crosstalk (328) and an accelerometer (256) whose laws are
+  off get a needless second effect; a softening (212) is doubted, 17 nats ahead of a free law where 18 are asked for.
+  All six free rims are named.
+- Effects of no library that an innocent was blamed for, both at the right place: laws near those of the library
+  (crosstalk 252, preload 368). Of places, two deleted open rims are missed (76, 186).
+- Two effects: an open rim with crosstalk (236) and with flanking (286), and two errors of the reading whose sum is
+  told to be unknown, at the right place (272).
+- One configuration: seven known effects of 28 are missed, all told as unknown. Five are softenings: four of these
+  (93, 147, 271, 377) and a drift (313) are doubted, being first and 8 to 21 nats ahead of a free law before priors;
+  the fifth (361) has a gap of a hundred thousand standard deviations; and saturating air (197) is as probable as
+  other laws. Innocents are blamed for 6 of 20: a skin for an accelerometer's mass that was deleted (11, 155, 223),
+  glue for a deleted open rim (51), and glue and crosstalk for laws near theirs (279, 331).
+- Stated probabilities are off by 0.053 and 0.108 in the mean (0.05 is aimed at): "unknown" that is said at 80 % was
+  right in 64 % of its cases, and what is said at 50 %, for want of a lead before a free law, in 18 % of 11 (82 % of
+  11 of seed 1009).""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
 
@@ -304,7 +330,7 @@ def _figure(outcomes: Sequence[Outcome]) -> bytes:
         left.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, zorder=0)
         left.set(xlabel="stated probability", ylabel="share that is right", xlim=(0, 1.02), ylim=(0, 1.02))
         right.set(xlabel="size, invisible (0) to obvious (1)", ylabel="seen as a gap", xlim=(0, 1), ylim=(0, 1.02))
-        left.legend(loc="lower right")
+        left.legend(loc="upper left")
         return png(figure)
 
 
