@@ -40,21 +40,24 @@ _INNER = _MODES + _MOMENTS
 _POLES = 40  # of a disc with open rims
 _KEPT = 20  # of these, with the largest residues; the others as a power series
 _NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
+_FORCES = 4  # of `Forces`
+_STEEL = 0.3  # Poisson's ratio of the plate, in `deflection`
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces on the two plates, over their relative motion, as partial fractions of ``x = rho w^2 h^2 / E``.
+    """Forces on the top plate as partial fractions of ``x = rho w^2 h^2 / E``.
 
-    ``f(x) = static - x inertia - x^2 (r0 + r1 x + r2 x^2 + sum_i residue_i / (pole_i - x))`` for (top on top, top on
-    base); the rest r stands for all other poles.
+    ``f(x) = static - x inertia - x^2 (r0 + r1 x + r2 x^2 + sum_i residue_i / (pole_i - x))`` for the force by the top
+    plate's own motion, that by the base's, and what these two do to the plate's bending (`deflection`); the rest r
+    stands for all other poles.
 
     Attributes
     ----------
-    static, inertia : array, shape (..., 2)
-    rest : array, shape (..., 2, 3)
+    static, inertia : array, shape (..., 4)
+    rest : array, shape (..., 4, 3)
     poles : array, shape (..., n)
-    residues : array, shape (..., 2, n)
+    residues : array, shape (..., 4, n)
     """
 
     static: RealArray
@@ -80,8 +83,10 @@ class PartlyBondedDisc:
     top_only: Forces
     both: Forces
 
-    def stiffness(self, x: ComplexArray, rim: RealArray, at_base: RealArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return the forces that hold the top plate, in units of E A / h.
+    def stiffness(
+        self, x: ComplexArray, rim: RealArray, at_base: RealArray
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """Return the forces that hold the top plate, and what they do to its bending, in units of E A / h.
 
         Parameters
         ----------
@@ -96,22 +101,25 @@ class PartlyBondedDisc:
         -------
         top, base : complex array, shape (..., n)
             Force on the top plate per its own motion, and per that of the base.
+        bending_by_top, bending_by_base : complex array, shape (..., n)
+            Sums of these forces over the plate, weighed with `deflection`.
         """
         x, rim, share = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, at_base)
         shape = x.shape
         x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
         first, weights = self._between(rim)
-        index, forces = first[:, None] + np.arange(_NEIGHBOURS), np.zeros((2, *x.shape), dtype=complex)
+        index, forces = first[:, None] + np.arange(_NEIGHBOURS), np.zeros((_FORCES, *x.shape), dtype=complex)
         for part, of_part in ((self.top_only, 1 - share), (self.both, share)):
             if np.any(of_part):
                 forces += _at(part, index, of_part[:, None] * weights, x)
-        return forces[0].reshape(shape), forces[1].reshape(shape)
+        top, base, by_top, by_base = forces.reshape(_FORCES, *shape)
+        return top, base, by_top, by_base
 
     def bonded(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return the forces of `stiffness` without open rims, for x of shape (..., n)."""
+        """Return the forces on the top plate without open rims, by its motion and the base's; x of shape (..., n)."""
         x = np.asarray(x, dtype=complex)
         flat = x.reshape(-1, x.shape[-1])
-        top, base = _at(self.top_only, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
+        top, base, *_ = _at(self.top_only, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
         return top.reshape(x.shape), base.reshape(x.shape)
 
     def _between(self, rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
@@ -132,10 +140,10 @@ def _weights(t: RealArray, powers: tuple[int, ...]) -> RealArray:
 
 
 def _at(forces: Forces, index: NDArray[np.intp], weights: RealArray, x: ComplexArray) -> ComplexArray:
-    """Return the sum of the two forces of some rims, indices and weights of shape (k, m) each, shape (2, k, n)."""
+    """Return the sum of the forces of some rims, indices and weights of shape (k, m) each, shape (4, k, n)."""
     poles, residues = forces.poles[index], weights[..., None, None] * forces.residues[index]
     resonant = 1 / (poles.reshape(len(x), -1, 1) - x[:, None])
-    series = (np.moveaxis(residues, 2, 0).reshape(2, len(x), 1, -1).astype(complex) @ resonant)[:, :, 0]
+    series = (np.moveaxis(residues, 2, 0).reshape(_FORCES, len(x), 1, -1).astype(complex) @ resonant)[:, :, 0]
     parts = (forces.static, forces.inertia, *np.moveaxis(forces.rest, -1, 0))
     static, inertia, r0, r1, r2 = (np.einsum("km,kmi->ik", weights, part[index])[..., None] for part in parts)
     return np.asarray(static - x * (inertia + x * (r0 + x * (r1 + x * r2) + series)))
@@ -198,8 +206,9 @@ class _Condensed:
         rim = np.where(self.is_top, top, base)
         held = face & (self.place <= 1 - rim + 1e-9)
         free = np.flatnonzero(~held)
-        motions = np.stack([held & self.is_axial & self.is_top, held & self.is_axial & ~self.is_top], axis=1)
-        rigid = motions.astype(float)
+        on_top = held & self.is_axial & self.is_top
+        rigid = np.stack([on_top, held & self.is_axial & ~self.is_top, on_top], axis=1).astype(float)
+        rigid[on_top, 2] = deflection(self.place[on_top])
         k, m = self.stiffness, self.inertia
         inner, inner_mass = k[np.ix_(free, free)], m[np.ix_(free, free)]
         factor = cho_factor(inner)
@@ -209,8 +218,8 @@ class _Condensed:
         loads = (m @ rigid)[free]
         shares = modes.T @ loads
         static, inertia = rigid.T @ k @ rigid, rigid.T @ m @ rigid
-        products = shares[:, :1] * shares  # top on top, top on base
-        weight = np.max(np.abs(products), axis=1) / values
+        products = np.concatenate([shares[:, :1] * shares[:, :2], shares[:, 2:] * shares[:, :2]], axis=1)
+        weight = np.max(np.abs(products[:, :2]), axis=1) / values
         kept = np.sort(np.argsort(weight)[-_KEPT:])
         # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
         # loads, since taken off the sums those of low poles would leave no digits of the others
@@ -219,10 +228,38 @@ class _Condensed:
         once = cho_solve(factor, others)
         once -= kept_modes @ (kept_modes.T @ (inner_mass @ once))
         twice = cho_solve(factor, inner_mass @ once)
-        rest = np.stack([others[:, 0] @ once, others[:, 0] @ twice, once[:, 0] @ inner_mass @ twice], -1)
-        parts = static[0], inertia[0], rest, products[kept].T
-        static_top, inertia_top, rest_top, residues = (part / self.area for part in parts)
-        return Forces(static_top, inertia_top, rest_top, values[kept], residues)
+        rest = np.stack([others.T @ once, others.T @ twice, once.T @ inner_mass @ twice], -1)
+        parts = *(_four(sums) for sums in (static, inertia, rest)), products[kept].T
+        static_all, inertia_all, rest_all, residues = (part / self.area for part in parts)
+        return Forces(static_all, inertia_all, rest_all, values[kept], residues)
+
+
+def deflection(place: RealArray) -> RealArray:
+    """Return how far a unit force at a radius bends the centre of a free plate, in units of ``R^2 / (8 pi D)``.
+
+    Relative to the plate's mean, its inertia being spread over its area; by reciprocity the static deflection under a
+    force in the centre, S. P. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, ch. 3.
+    Poisson's ratio of the plate is 0.3 (with 0.2 to 0.4 the outermost value differs by 4 %).
+
+    Parameters
+    ----------
+    place : array
+        Radius over that of the plate, 0 to 1; at 0 the mean over the part `1 - WIDEST_RIM`, which always is bonded.
+    """
+    square = np.asarray(place, dtype=float) ** 2
+    core = (1 - WIDEST_RIM) ** 2
+    # no moment at the rim; no mean
+    a = -(1.5 + 0.5 * _STEEL) / (2 * (1 + _STEEL))
+    c = 1 / 6 - a / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = 0.5 * square * np.log(square) + a * square - square**2 / 8 + c
+    mean = 0.25 * core * np.log(core) - core / 8 + a * core / 2 - core**2 / 24 + c
+    return np.asarray(np.where(square > 0, value, mean))
+
+
+def _four(sums: RealArray) -> RealArray:
+    """Return sums for pairs of (top, base, bending), shape (3, 3, ...), as those of `Forces`, shape (4, ...)."""
+    return np.concatenate([sums[0, :2], sums[2, :2]])
 
 
 def _condensed(poisson_ratio: float, radius: float) -> _Condensed:

@@ -13,9 +13,11 @@ from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.two_plate.burst import STRETCH_POWERS
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
+from multilayer.media.elastic import FIRST_BENDING
 
 _CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
 _ORDER = 2  # of the polynomial through the bins of a burst
+_PLATE_LOSS = 0.01  # loss factor of the top plate's bending
 GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
 VACUUM = "in vacuum"
@@ -68,6 +70,23 @@ class Setting:
     def plate_mass(self) -> float:
         """Mass of the top plate, kg."""
         return self.campaign.top_plate.density * self.configuration.top_plate_thickness * self.area
+
+    @cached_property
+    def bending_stiffness(self) -> float:
+        """Bending stiffness of the top plate, N m."""
+        plate, thickness = self.campaign.top_plate, self.configuration.top_plate_thickness
+        return plate.young_modulus * thickness**3 / (12 * (1 - plate.poisson_ratio**2))
+
+    @cached_property
+    def first_bending(self) -> float:
+        """Frequency of the first bending mode of the top plate as a free disc, Hz."""
+        per_area = self.plate_mass / self.area
+        turn = FIRST_BENDING / self.configuration.specimen_radius**2
+        return float(turn * np.sqrt(self.bending_stiffness / per_area) / (2 * np.pi))
+
+    def bending_gain(self, frequency: RealArray) -> ComplexArray:
+        """Return by how much that mode amplifies the static bending of the top plate at frequencies, Hz."""
+        return np.asarray(1 / (1 - (frequency / self.first_bending) ** 2 + 1j * _PLATE_LOSS))
 
     def strain_moment(self, power: RealArray) -> ComplexArray:
         """Return the mean of a power of the strain's amplitude as it acts on each bin: ``|e|^k e`` over e.

@@ -217,7 +217,7 @@ def _air_factor(setting: Setting, frequency: RealArray, chain: Chain, poisson_ra
 def _open_rim_factor(
     setting: Setting, frequency: RealArray, chain: Chain, sensor_mass: float, solid: tuple[float, float]
 ) -> Numeric:
-    """Return the factor on the motion of a rigid plate by rims of the faces that are not bonded; 1 without.
+    """Return the factor on the reading in the plate's centre by rims of the faces that are not bonded; 1 without.
 
     Parameters
     ----------
@@ -227,6 +227,7 @@ def _open_rim_factor(
     Notes
     -----
     From finite elements (`rig.partly_bonded`) with and without open rims, glue and springs beside the sample included.
+    The plate bends by the same forces, with its first mode's resonance.
     """
     if chain.open_rim is None:
         return 1.0
@@ -236,15 +237,24 @@ def _open_rim_factor(
     unit = modulus * setting.area / chain.thickness
     mass = chain.plate_mass + sensor_mass + chain.glue_mass * setting.area
     x = chain.density * omega2 * chain.thickness**2 / modulus
-    motions = []
-    for forces in (disc.stiffness(x, *chain.open_rim), disc.bonded(x)):
-        on_top, on_base = (unit * force for force in forces)
-        spring = 0.0 if chain.spring is None else chain.spring
-        if chain.glue is not None:
-            glue = chain.glue * setting.area
-            on_top, on_base = _between_glue(on_top, on_base, glue)
-        motions.append((spring - on_base) / (on_top + spring - omega2 * mass))
-    return np.asarray(motions[0] / motions[1])
+    spring = 0.0 if chain.spring is None else chain.spring
+    glue = None if chain.glue is None else chain.glue * setting.area
+
+    def held(force: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
+        on_top, on_base = (unit * part for part in force)
+        return (on_top, on_base) if glue is None else _between_glue(on_top, on_base, glue)
+
+    def moved(on_top: ComplexArray, on_base: ComplexArray) -> ComplexArray:
+        return np.asarray((spring - on_base) / (on_top + spring - omega2 * mass))
+
+    top, base, *bending = disc.stiffness(x, *chain.open_rim)
+    on_top, on_base = held((top, base))
+    rigid = moved(on_top, on_base)
+    # glue passes on as much of the forces that bend the plate as of those that move it
+    bent = on_top * bending[0] / top * rigid + on_base * bending[1] / base
+    compliance = setting.configuration.specimen_radius**2 / (8 * np.pi * setting.bending_stiffness)
+    reading = rigid - compliance * bent * setting.bending_gain(frequency)
+    return np.asarray(reading / moved(*held(disc.bonded(x))))
 
 
 def _between_glue(on_top: ComplexArray, on_base: ComplexArray, glue: Numeric) -> tuple[ComplexArray, ComplexArray]:

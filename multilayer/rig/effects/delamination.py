@@ -16,6 +16,8 @@ from multilayer.units import DIMENSIONLESS, Unit
 class Delamination(Effect):
     """Only a share of both faces, or of the upper one, about the axis, is bonded; in the named configurations, or all.
 
+    The top plate, which hangs over, bends as its modulus says.
+
     Perturbed: the open share 1 - b is (1 + p) times as large in the first of them, (1 - p) times in the last.
     """
 
@@ -37,4 +39,7 @@ class Delamination(Effect):
             return geometry
         place = 2 * mounting.index / max(mounting.count - 1, 1) - 1
         open_share = (1 - self.bonded_fraction) * (1 - self.perturbation * place)
-        return {**geometry, "bonded_fraction": max(1 - open_share, 0.05), "open_faces": self.faces}
+        return {
+            **geometry, "bonded_fraction": max(1 - open_share, 0.05), "open_faces": self.faces,
+            "plate_modulus": geometry["real_plate_modulus"],
+        }  # fmt: skip
