@@ -239,7 +239,7 @@ def deflection(place: RealArray) -> RealArray:
 
     Relative to the plate's mean, its inertia being spread over its area; by reciprocity the static deflection under a
     force in the centre, S. P. Timoshenko & S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, ch. 3.
-    Poisson's ratio of the plate is 0.3 (with 0.2 to 0.4 the outermost value differs by 4 %).
+    Poisson's ratio of the plate is 0.3 (with 0.2 to 0.4 the outermost value differs by 6 %).
 
     Parameters
     ----------
