@@ -192,8 +192,7 @@ def fit_places(
     near = [fit for fit in begun[:most] if tolerant_evidence(fit) > best - NEAR - ROUGH * fit.minimum.cost]
     fits = run_all(call, [partial(_finished, nominal, fit) for fit in near], executor)
     fits += [_unfinished(fit) for fit in begun if not any(fit is other for other in near)]
-    fits = sorted([*fits, *idle], key=lambda fit: -fit.log_evidence)
-    return {fit.place.label: fit for fit in fits}
+    return _ranked([*fits, *idle])
 
 
 def with_resonances(
@@ -214,10 +213,9 @@ def with_resonances(
     tasks = [partial(_begun, nominal, fit.place, SHORT) for fit in smooth if not fit.place.needs_finite_elements]
     rough = {fit.place.label: fit for fit in map(_unfinished, run_all(call, tasks, executor))}
     pairs = [(fit, rough.get(fit.place.label, fit)) for fit in smooth]
-    fits = sorted((max(pair, key=lambda fit: fit.log_evidence) for pair in pairs), key=lambda fit: -fit.log_evidence)
+    fits = [*_ranked(max(pair, key=lambda fit: fit.log_evidence) for pair in pairs).values()]
     sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:_SHARP]], executor)
-    fits = sorted([*sharp, *fits[_SHARP:]], key=lambda fit: -fit.log_evidence)
-    return {fit.place.label: fit for fit in fits}
+    return _ranked([*sharp, *fits[_SHARP:]])
 
 
 def with_simple_laws(
@@ -245,8 +243,7 @@ def with_simple_laws(
         evidence = max(term.log_evidence, fit.log_evidence)
         return replace(fit, log_evidence=evidence, simple=term.fitted if is_enough else None, term=term)
 
-    fits = sorted(map(simplified, places.values()), key=lambda fit: -fit.log_evidence)
-    return {fit.place.label: fit for fit in fits}
+    return _ranked(map(simplified, places.values()))
 
 
 def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealArray) -> dict[str, PlaceFit]:
@@ -267,8 +264,12 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     at = np.concatenate([start, np.zeros(len(law.parameters))])
     free = _finished(nominal, Fitted(nominal.hypothesis.with_effects(law), _unmoved(nominal, law, at)))
     better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
-    fits = sorted({**places, **better}.values(), key=lambda fit: -fit.log_evidence)
-    return {fit.place.label: fit for fit in fits}
+    return _ranked({**places, **better}.values())
+
+
+def _ranked(fits: Iterable[PlaceFit]) -> dict[str, PlaceFit]:
+    """Return places by label, the one with the most evidence first."""
+    return {fit.place.label: fit for fit in sorted(fits, key=lambda fit: -fit.log_evidence)}
 
 
 def _unmoved(nominal: Fitted, law: DrawnLaw, z: RealArray) -> Minimum:
