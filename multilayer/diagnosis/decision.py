@@ -15,6 +15,7 @@ from multilayer.diagnosis.thresholds import (
     FORM_AHEAD,
     FULL_FIT,
     FULL_SHRINKAGE,
+    LEAD_SHARE,
     LEAST_LEAD,
     LEAST_SCORE,
     LEAST_SHRINKAGE,
@@ -114,12 +115,15 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
     """Return the verdict where a free law, better than no effect at all, is nearly as probable as a cause; or None.
 
     A law of few parameters that is right leaves a free one far behind, as that pays for each of its nodes. One that
-    merely resembles the true law loses in misfit what it saves on parameters. Of tubes and levels, whose few data leave
-    the nodes cheap, the free law must be the more probable one.
+    merely resembles the true law loses in misfit what it saves on parameters. Where the data tell little of the nodes,
+    so that they cost little, the lead is small however right the law is: there it is compared with their cost. Of tubes
+    and levels, whose few data leave the nodes cheap, the free law must be the more probable one.
     """
     if comparison.nominal.hypothesis.held_out_decides:
         lead = comparison.score(best) - comparison.score(UNKNOWN)
         if lead >= LEAST_LEAD or comparison.score(UNKNOWN) - comparison.score(()) <= LEAST_SCORE:
+            return None
+        if lead >= LEAST_SCORE and comparison.lead_at_place(best) >= LEAD_SHARE:
             return None
         if lead >= 0:
             text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"

@@ -192,6 +192,20 @@ class ModelComparison:
         places = {str(getattr(effect, "place", "")) for effect in self.fitted[names].hypothesis.effects}
         return places.pop() if len(places) == 1 else ""
 
+    def lead_at_place(self, names: tuple[str, ...]) -> float:
+        """Return how far a cause is ahead of a free law at its place, as a share of what that pays more for parameters.
+
+        About 1 where its law is as good as any, less where a free one fits better. -inf where the cause has no single
+        place, or another place has more evidence.
+        """
+        label = self.place_of(names)
+        if not label or label != next(iter(self.places), ""):
+            return -float("inf")
+        free, known = self.places[label], self.fitted[names]
+        more = free.explanation.parameter_cost - known.parameter_cost
+        ahead = self.evidence[names] - free.log_evidence
+        return ahead / more if more > 0 else float(np.copysign(np.inf, ahead))
+
     @property
     def tied_places(self) -> list[PlaceFit]:
         """Places with a free law that the data cannot tell apart, the most probable first."""

@@ -10,6 +10,7 @@ from itertools import product
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
@@ -73,6 +74,18 @@ class Fitted:
     def log_evidence(self) -> float:
         """Laplace's approximation, without the constant of the whitened data."""
         return self.minimum.log_evidence - (0.5 * self.errors.log_determinant if self.errors else 0.0)
+
+    def of_effects(self, *, errors: bool = False) -> NDArray[np.bool_]:
+        """Tell which parameters are the effects' own or, with `errors`, those of errors of their laws; shape (d,)."""
+        # with the dot: what the laboratory states of a channel's gain has the effect's name
+        names = tuple(f"{effect.name}." for effect in self.hypothesis.effects if bool(effect.error_of) == errors)
+        return np.array([parameter.name.startswith(names) for parameter in self.hypothesis.parameters], dtype=bool)
+
+    @property
+    def parameter_cost(self) -> float:
+        """Nats of evidence that the effects' own parameters cost: ln of the prior's volume over the posterior's."""
+        own = self.of_effects()
+        return -0.5 * float(np.linalg.slogdet(self.minimum.covariance[np.ix_(own, own)])[1])
 
     def hypothesis_as(self, kind: type[H]) -> H:
         """Return the hypothesis, which must be of a kind.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
@@ -55,15 +54,8 @@ def explains_data(fitted: Fitted) -> bool:
 
 def size_p_value(fitted: Fitted) -> float:
     """Return the probability, by their priors, of effects' parameters as far out as these, all taken together."""
-    coordinates = _coordinates(fitted, errors=False)
+    coordinates = fitted.minimum.z[fitted.of_effects()]
     return exceeding(float(coordinates @ coordinates), len(coordinates)) if len(coordinates) else 1.0
-
-
-def _coordinates(fitted: Fitted, *, errors: bool) -> RealArray:
-    """Return the coordinates of effects' parameters, or of errors of their laws."""
-    names = {effect.name for effect in fitted.hypothesis.effects if bool(effect.error_of) == errors}
-    chosen = [parameter.name.partition(".")[0] in names for parameter in fitted.hypothesis.parameters]
-    return fitted.minimum.z[chosen]
 
 
 def law_p_value(fitted: Fitted) -> float:
@@ -73,7 +65,7 @@ def law_p_value(fitted: Fitted) -> float:
     means have a weighted chi-square distribution, approximated by its first two moments: F. E. Satterthwaite,
     Biometrics Bull. 2 (1946) 110-114.
     """
-    drawn = _coordinates(fitted, errors=True)
+    drawn = fitted.minimum.z[fitted.of_effects(errors=True)]
     p_value = exceeding(float(drawn @ drawn), len(drawn)) if len(drawn) else 1.0
     if fitted.errors is None or not len(fitted.errors.sizes):
         return p_value

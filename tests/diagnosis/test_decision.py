@@ -13,9 +13,10 @@ from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
-from multilayer.diagnosis.fitting import fit, fit_effects
+from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.diagnosis.place_fits import fit_places
+from multilayer.diagnosis.places import places_of
 from multilayer.diagnosis.places.reading import Reading
 from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED
 from multilayer.inference.low_rank import LowRank
@@ -37,7 +38,7 @@ def test_sizes_count_together(z, p):
     parameters = [SimpleNamespace(name=name) for name in ("ln modulus", "skin.thickness", "skin.ratio")]
     effects = (SimpleNamespace(name="skin", error_of=""),)
     hypothesis = SimpleNamespace(effects=effects, parameters=parameters)
-    found = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(z=np.array([9.0, *z])))
+    found = Fitted(hypothesis, SimpleNamespace(z=np.array([9.0, *z])))
     assert size_p_value(found) == pytest.approx(p, rel=0.01)
 
 
@@ -98,6 +99,38 @@ def test_a_known_cause_must_be_well_ahead_of_a_free_law_that_is_ahead_of_none(be
     if verdict == "unknown":
         assert "hardly better" in decision.reason
         assert decision.probability(comparison) == RIGHT_DOUBTED
+
+
+@pytest.mark.parametrize(
+    ("behind", "more", "first", "verdict"),
+    [(9.5, 10.0, "reading", "effect"), (8.0, 10.0, "reading", "unknown"), (9.5, 10.0, "beside", "unknown"),
+     (2.0, 2.0, "reading", "unknown"), (12.0, -1.0, "reading", "effect")],
+)  # fmt: skip
+def test_a_small_lead_suffices_where_a_free_law_at_the_place_costs_little(behind, more, first, verdict):
+    """Nearly all of what that pays more, and 3 nats, priors included; the place with the most evidence only."""
+    names = ("channel_gain",)
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
+    free = SimpleNamespace(parameter_cost=fitted[names].parameter_cost + more)
+    kinds = places_of(nominal.hypothesis.kind)
+    order = dict.fromkeys([first, "reading", "beside"])
+    places = {
+        name: SimpleNamespace(place=kinds[name](), log_evidence=-10.0 - behind, explanation=free) for name in order
+    }
+    evidence = {(): -1010.0, names: -10.0, UNKNOWN: -10.0 - behind}
+    comparison = ModelComparison(nominal, fitted, evidence, 1, places=places)
+    decision = decide(comparison, {names: Shrinkage(100.0, 1.0, "all")})
+    assert decision.verdict == verdict, decision.reason
+
+
+def test_what_an_effects_parameters_cost():
+    """Of a size that the data tell about: the prior's standard deviation over the posterior's."""
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    assert nominal.parameter_cost == 0
+    (found,) = fit_effects(nominal, {"channel_gain": EFFECTS["channel_gain"]()}).values()
+    index = [p.name for p in found.hypothesis.parameters].index("channel_gain.gain")
+    assert found.parameter_cost == pytest.approx(-0.5 * np.log(found.minimum.covariance[index, index]))
+    assert found.parameter_cost > 0
 
 
 @pytest.mark.parametrize(("lead", "verdict"), [(-5.0, "effect"), (1.0, "effect"), (5.0, "unknown")])
