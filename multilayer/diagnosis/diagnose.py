@@ -20,8 +20,11 @@ from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import (
     Fitted,
+    StartedFit,
     begin_tasks,
     best_ends,
+    best_of,
+    finish_all,
     fit,
     fit_effects,
     polish_fits,
@@ -235,9 +238,25 @@ def fits_one_by_one(
         fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, made, strict=True)))
         rigs = rim.hypothesis_as(CampaignProblem).finite
     fits |= best_ends(begun, ends, finished)
-    fits = polish_fits(fits, executor)
+    fits = polish_fits(_with_finer_law(fits, executor), executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
+
+
+def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
+    """Return the fits, the best of them by a finer law of its effect, where it does not fit and there is such a law."""
+    if not fits:
+        return fits
+    best = max(fits, key=lambda names: fits[names].log_evidence)
+    hypothesis, z = fits[best].hypothesis.bare(fits[best].minimum.z)
+    (effect,) = hypothesis.effects
+    finer = effect.finer()
+    if finer is None or not lack_of_fit(fits[best]):
+        return fits
+    more = sorted({start[len(effect.parameters) :] for start in finer.starts})
+    begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
+    found = finish_all({best: begun}, executor)[best]
+    return fits | {best: best_of([fits[best], found])}
 
 
 def _other_starts(

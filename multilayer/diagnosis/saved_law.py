@@ -254,8 +254,16 @@ def _rig_effect(name: str, file: Path | None) -> Effect:
     return kind()
 
 
-def _of_effect(saved: SavedEffect, file: Path) -> Effect:
+def _with_parameters(saved: SavedEffect, file: Path) -> Effect:
+    """Return the effect, by the finer of its laws where it was saved with parameters that only that one has."""
     effect = _rig_effect(saved.effect, file)
+    known = {parameter.name for parameter in effect.parameters}
+    finer = effect.finer()
+    return finer if isinstance(finer, Effect) and not known >= set(saved.parameters) else effect
+
+
+def _of_effect(saved: SavedEffect, file: Path) -> Effect:
+    effect = _with_parameters(saved, file)
     known = [parameter.name for parameter in effect.parameters]
     for name in saved.parameters:
         if name not in known:
@@ -340,7 +348,7 @@ def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
         raise InputError([problem.at(file) for problem in told]) from None
     effects: list[Acting] = []
     for one in saved.effects:
-        effect = _rig_effect(one.effect, file)
+        effect = _with_parameters(one, file)
         effects.append(_with_priors(effect, {name: _Wide(found) for name, found in one.parameters.items()}))
     return (*effects, *(_of_law(law, file) for law in saved.laws))
 

@@ -56,3 +56,10 @@ class BaseEffect:
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
     error_of: str = ""
+
+    def finer(self) -> BaseEffect | None:
+        """Return the effect with a law that knows more, for data that this one does not fit; None without one.
+
+        Its parameters are those of this law and, behind them, further ones.
+        """
+        return None

@@ -14,8 +14,9 @@ motion there.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from multilayer.rig.operators import Sparse, basis_of, mass, operators
 
 WIDEST_RIM = 0.7  # share of the radius
 _ACROSS = 40  # elements to a radius where rims may open: these end at their edges
+RIMS = np.arange(round(WIDEST_RIM * _ACROSS) + 1) / _ACROSS  # for which forces are tabled
 _CORE, _ALONG = 10, 12  # elements further in, and in half the height, at least
 _HALF = 0.5  # of the height
 _MODES = 20  # with both faces held, symmetric and antisymmetric ones each
@@ -39,8 +41,8 @@ _MOMENTS = 6  # further motions inside, that follow from a plate's
 _INNER = _MODES + _MOMENTS
 _POLES = 40  # of a disc with open rims
 _KEPT = 20  # of these, with the largest residues; the others as a power series
-_NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
-_FORCES = 4  # of `Forces`
+NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
+FORCES = 4  # of `Forces`
 _STEEL = 0.3  # Poisson's ratio of the plate, in `deflection`
 
 
@@ -73,13 +75,10 @@ class PartlyBondedDisc:
 
     Attributes
     ----------
-    rims : array, shape (n_rims,)
-        Widths of the open rim, as shares of the radius, rising from 0.
     top_only, both : Forces
-        For each of the rims.
+        For each of the `RIMS`.
     """
 
-    rims: RealArray
     top_only: Forces
     both: Forces
 
@@ -107,43 +106,44 @@ class PartlyBondedDisc:
         x, rim, share = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, at_base)
         shape = x.shape
         x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
-        first, weights = self._between(rim)
-        index, forces = first[:, None] + np.arange(_NEIGHBOURS), np.zeros((_FORCES, *x.shape), dtype=complex)
+        first, weights = between(rim)
+        index, forces = first[:, None] + np.arange(NEIGHBOURS), np.zeros((FORCES, *x.shape), dtype=complex)
         for part, of_part in ((self.top_only, 1 - share), (self.both, share)):
             if np.any(of_part):
-                forces += _at(part, index, of_part[:, None] * weights, x)
-        top, base, by_top, by_base = forces.reshape(_FORCES, *shape)
+                forces += weighed(part, index, of_part[:, None] * weights, x)
+        top, base, by_top, by_base = forces.reshape(FORCES, *shape)
         return top, base, by_top, by_base
 
     def bonded(self, x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return the forces on the top plate without open rims, by its motion and the base's; x of shape (..., n)."""
         x = np.asarray(x, dtype=complex)
         flat = x.reshape(-1, x.shape[-1])
-        top, base, *_ = _at(self.top_only, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
+        top, base, *_ = weighed(self.top_only, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
         return top.reshape(x.shape), base.reshape(x.shape)
 
-    def _between(self, rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
-        """Return the first of the neighbouring rims, shape (k,), and the weights of all, shape (k, 4)."""
-        n, step = len(self.rims), self.rims[1] - self.rims[0]
-        place = np.clip(rim / step, 0, n - 1)
-        first = np.clip(np.floor(place).astype(int) - 1, 0, n - _NEIGHBOURS)
-        t = place - first
-        # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
-        weights = np.where((place < 1)[:, None], _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
-        return first, weights
+
+def between(rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
+    """Return the first of the neighbouring `RIMS`, shape (k,), and the weights of all, shape (k, 4)."""
+    n, step = len(RIMS), RIMS[1]
+    place = np.clip(rim / step, 0, n - 1)
+    first = np.clip(np.floor(place).astype(int) - 1, 0, n - NEIGHBOURS)
+    t = place - first
+    # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
+    weights = np.where((place < 1)[:, None], _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
+    return first, weights
 
 
 def _weights(t: RealArray, powers: tuple[int, ...]) -> RealArray:
     """Return the weights, shape (k, 4), of values at 0, 1, 2, 3 in a sum of powers through them, at t."""
-    nodes = np.arange(_NEIGHBOURS)[:, None] ** np.array(powers)
+    nodes = np.arange(NEIGHBOURS)[:, None] ** np.array(powers)
     return np.asarray(np.linalg.solve(nodes.T.astype(float), t ** np.array(powers)[:, None]).T)
 
 
-def _at(forces: Forces, index: NDArray[np.intp], weights: RealArray, x: ComplexArray) -> ComplexArray:
-    """Return the sum of the forces of some rims, indices and weights of shape (k, m) each, shape (4, k, n)."""
+def weighed(forces: Forces, index: NDArray[np.intp], weights: RealArray, x: ComplexArray) -> ComplexArray:
+    """Return the weighed sum of the forces of some rims, indices and weights of shape (k, m) each, shape (4, k, n)."""
     poles, residues = forces.poles[index], weights[..., None, None] * forces.residues[index]
     resonant = 1 / (poles.reshape(len(x), -1, 1) - x[:, None])
-    series = (np.moveaxis(residues, 2, 0).reshape(_FORCES, len(x), 1, -1).astype(complex) @ resonant)[:, :, 0]
+    series = (np.moveaxis(residues, 2, 0).reshape(FORCES, len(x), 1, -1).astype(complex) @ resonant)[:, :, 0]
     parts = (forces.static, forces.inertia, *np.moveaxis(forces.rest, -1, 0))
     static, inertia, r0, r1, r2 = (np.einsum("km,kmi->ik", weights, part[index])[..., None] for part in parts)
     return np.asarray(static - x * (inertia + x * (r0 + x * (r1 + x * r2) + series)))
@@ -170,12 +170,12 @@ def partly_bonded_disc(poisson_ratio: float, shape: float) -> PartlyBondedDisc:
     if not 0 < shape < np.inf:
         raise InputError(f"shape: {shape:g} is not allowed; it must be above 0")
     disc = _condensed(poisson_ratio, 2 * shape)
-    rims = np.arange(round(WIDEST_RIM * _ACROSS) + 1) / _ACROSS
-    top_only = _stacked([disc.released(rim, 0.0) for rim in rims])
-    return PartlyBondedDisc(rims, top_only, _stacked([disc.released(rim, rim) for rim in rims]))
+    top_only = stacked([disc.released(rim, 0.0) for rim in RIMS])
+    return PartlyBondedDisc(top_only, stacked([disc.released(rim, rim) for rim in RIMS]))
 
 
-def _stacked(parts: list[Forces]) -> Forces:
+def stacked(parts: Sequence[Forces]) -> Forces:
+    """Return forces of several rims as one, these along the first axis."""
     return Forces(*(np.array([getattr(part, field.name) for part in parts]) for field in fields(Forces)))
 
 
@@ -212,26 +212,58 @@ class _Condensed:
         k, m = self.stiffness, self.inertia
         inner, inner_mass = k[np.ix_(free, free)], m[np.ix_(free, free)]
         factor = cho_factor(inner)
-        rigid[free] = -cho_solve(factor, (k @ rigid)[free])  # moved as the held parts are, slowly
-        # modes are those of the free unknowns; only their part in the motion by the plates counts
-        values, modes = eigh(inner, inner_mass, subset_by_index=[0, _POLES - 1])
-        loads = (m @ rigid)[free]
-        shares = modes.T @ loads
-        static, inertia = rigid.T @ k @ rigid, rigid.T @ m @ rigid
-        products = np.concatenate([shares[:, :1] * shares[:, :2], shares[:, 2:] * shares[:, :2]], axis=1)
-        weight = np.max(np.abs(products[:, :2]), axis=1) / values
-        kept = np.sort(np.argsort(weight)[-_KEPT:])
-        # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
-        # loads, since taken off the sums those of low poles would leave no digits of the others
-        kept_modes = modes[:, kept]
-        others = loads - inner_mass @ (kept_modes @ shares[kept])
-        once = cho_solve(factor, others)
-        once -= kept_modes @ (kept_modes.T @ (inner_mass @ once))
-        twice = cho_solve(factor, inner_mass @ once)
-        rest = np.stack([others.T @ once, others.T @ twice, once.T @ inner_mass @ twice], -1)
-        parts = *(_four(sums) for sums in (static, inertia, rest)), products[kept].T
-        static_all, inertia_all, rest_all, residues = (part / self.area for part in parts)
-        return Forces(static_all, inertia_all, rest_all, values[kept], residues)
+        modes = eigh(inner, inner_mass, subset_by_index=[0, _POLES - 1])
+        return partial_fractions(k, m, rigid, free, partial(cho_solve, factor), modes, self.area)
+
+
+def partial_fractions(
+    stiffness: Any,
+    inertia: Any,
+    rigid: RealArray,
+    free: NDArray[np.intp],
+    solve: Callable[[RealArray], RealArray],
+    modes: tuple[RealArray, RealArray],
+    area: float,
+) -> Forces:
+    """Return the forces on a disc's plates from its matrices.
+
+    Parameters
+    ----------
+    stiffness, inertia : array or sparse matrix, shape (n, n)
+    rigid : array, shape (n, 3)
+        The unknowns that the plates hold, 0 elsewhere: moved with the top plate, with the base, and with the top plate
+        weighed with `deflection`.
+    free : array of int, shape (k,)
+        The other unknowns.
+    solve : callable
+        Gives their displacements under forces, shape (k, m), by the stiffness among them.
+    modes : (array, array), shapes (p,) and (k, p)
+        The lowest poles, with their modes, of the free unknowns, the others being held.
+    area : float
+        Of a face.
+    """
+    values, shapes = modes
+    inner_mass = inertia[free][:, free]
+    rigid = rigid.copy()
+    rigid[free] = -solve((stiffness @ rigid)[free])  # moved as the held parts are, slowly
+    loads = (inertia @ rigid)[free]
+    # only the modes' part in the motion by the plates counts
+    shares = shapes.T @ loads
+    static, whole = rigid.T @ (stiffness @ rigid), rigid.T @ (inertia @ rigid)
+    products = np.concatenate([shares[:, :1] * shares[:, :2], shares[:, 2:] * shares[:, :2]], axis=1)
+    weight = np.max(np.abs(products[:, :2]), axis=1) / values
+    kept = np.sort(np.argsort(weight)[-_KEPT:])
+    # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
+    # loads, since taken off the sums those of low poles would leave no digits of the others
+    kept_modes = shapes[:, kept]
+    others = loads - inner_mass @ (kept_modes @ shares[kept])
+    once = solve(others)
+    once -= kept_modes @ (kept_modes.T @ (inner_mass @ once))
+    twice = solve(inner_mass @ once)
+    rest = np.stack([others.T @ once, others.T @ twice, once.T @ (inner_mass @ twice)], -1)
+    parts = *(_four(sums) for sums in (static, whole, rest)), products[kept].T
+    static_all, inertia_all, rest_all, residues = (part / area for part in parts)
+    return Forces(static_all, inertia_all, rest_all, values[kept], residues)
 
 
 def deflection(place: RealArray) -> RealArray:

@@ -27,7 +27,7 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     The laws: it states its name, its law, what separates it and a source for its prior; parameters have priors and
     distinct names; it vanishes as its parameters become small; it changes something at their usual size; responses stay
     finite; a batch of parameters gives the same as single ones, over frequencies and configurations; its arguments are
-    not changed in place.
+    not changed in place; a finer law of it keeps all these, and has the same parameters and more.
 
     Parameters
     ----------
@@ -118,6 +118,16 @@ def _leaves_its_input_alone(effect: BaseEffect) -> Iterator[str]:
         yield "an array it was given is changed in place"
 
 
+def _refines(effect: BaseEffect) -> Iterator[str]:
+    finer = effect.finer()
+    if finer is None:
+        return
+    known = effect.parameters
+    if finer.name != effect.name or finer.parameters[: len(known)] != known:
+        yield "the finer law needs the name and the parameters of this one, and its further ones behind them"
+    yield from (f"of the finer law, {law.__name__.strip('_')}: {text}" for law in _LAWS for text in law(finer))
+
+
 def _is_tried(effect: BaseEffect) -> bool:
     """Tell whether the effect has sizes to try, and needs nothing heavy for it."""
     return bool(effect.parameters) and not (isinstance(effect, Effect) and effect.needs_finite_elements)
@@ -129,6 +139,7 @@ _LAWS: tuple[Callable[[BaseEffect], Iterator[str]], ...] = (
     _acts,
     _batches,
     _leaves_its_input_alone,
+    _refines,
 )
 
 

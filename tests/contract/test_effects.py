@@ -95,3 +95,19 @@ class JumpTube(SilentTube):
 def test_a_broken_effect_is_told(effect, word):
     with pytest.raises(AssertionError, match=word):
         check_effect(effect)
+
+
+class OfAnotherName(EFFECTS["channel_gain"]):
+    """A finer law that lost its name."""
+
+    name = "gain"
+
+
+class WithAnother(EFFECTS["channel_gain"]):
+    def finer(self):
+        return OfAnotherName()
+
+
+def test_a_finer_law_is_one_of_the_same_effect():
+    with pytest.raises(AssertionError, match=r"refines: the finer law needs the name and the parameters of this one"):
+        check_effect(WithAnother)

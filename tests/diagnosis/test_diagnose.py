@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
-from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, fit_nominal
+from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, fit_nominal, fits_one_by_one
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.fitting import begin, best_of, polish_fits
+from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fits
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
@@ -176,6 +177,24 @@ def test_campaigns_of_an_independent_solver(shared: Path, name, without, verdict
     if cause is not None:
         assert record["group"][0] == [cause]
         assert record["gap"]["shrinkage"] > 0.9
+
+
+@pytest.mark.reference
+def test_a_rim_that_is_worn_needs_the_finer_law(shared: Path):
+    """Two of the seven configurations, of one shape; the independent solver's rim is 0.1565 radii wide."""
+    job = read_fit(shared / "campaigns" / "round-1" / "effect-delamination")
+    configurations = tuple(c for c in job.campaign.configurations if c.name in ("h25mm-t1mm", "h25mm-t3mm"))
+    campaign = job.campaign.model_copy(update={"configurations": configurations})
+    recordings = {key: value for key, value in job.recordings.items() if key[0] in {c.name for c in configurations}}
+    nominal, minima = fit_nominal(campaign, recordings, calibration=job.calibration)
+    effects = chosen_effects(["delamination"])
+    _, fits = fits_one_by_one(nominal, minima, effects, None)
+    found = fits["delamination",]
+    assert lack_of_fit(found) == ""
+    assert found.interval("delamination.open_rim")[0] == pytest.approx(0.1565, rel=0.03)
+    assert found.interval("delamination.depth")[0] == pytest.approx(1 / 16, rel=0.2)
+    (coarse,) = fit_effects(nominal, effects).values()
+    assert lack_of_fit(coarse)
 
 
 def test_laws_all_over_the_prior_lead_to_a_buried_reading():

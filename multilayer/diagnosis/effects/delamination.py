@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, between, positive, signed
+from multilayer.experiments.two_plate.effects import OpenRim
+from multilayer.inference.priors import Parameter
 from multilayer.rig.partly_bonded import WIDEST_RIM
+from multilayer.rig.worn_rim import DEPTHS
 
 
 class Delamination(Effect):
@@ -15,10 +20,10 @@ class Delamination(Effect):
     The disc with its open rims is one of finite elements, reduced to a few dozen modes (`rig.partly_bonded`): exact for
     any height over the radius and any frequency, within 1 % of the transmissibility's largest value. Widths of the rim
     may rise or fall from the first to the last configuration. The top plate, which hangs over, bends under the forces
-    of the bonded part and its own inertia: the reading in its centre is right to 2 % where it bends by a quarter.
+    of the bonded part and its own inertia: the reading in its centre is right to 2 % where it bends by a quarter. Where
+    that does not fit, the rim may be worn away, too (`WornRim`).
 
-    Limits: the bonded part is a circle about the axis, and what is open is not worn: a rim that is cut away to 6 % of
-    the height acts as one that is wider by a quarter. The plate's bending does not act back on the sample. Glue and a
+    Limits: the bonded part is a circle about the axis. The plate's bending does not act back on the sample. Glue and a
     spring beside the sample are taken in exactly where both faces are open alike, a skin as a change of the modulus.
     """
 
@@ -29,15 +34,40 @@ class Delamination(Effect):
     separated_by = "another thickness; configurations remounted"
     source = "glue that misses 2 to 50 % of a face"
     moves_resonances = True
-    parameters = (
+    parameters: tuple[Parameter, ...] = (
         positive("open_rim", 0.1, 0.8, bounds=(1e-4, WIDEST_RIM)), signed("trend", 0.4), between("at_base", 0.0, 1.0),
     )  # fmt: skip
-    starts = ((0.0, 0.0, -1.5), (0.0, 0.0, 1.5))
-    aside = ("trend", "at_base")
+    starts: tuple[tuple[float, ...], ...] = ((0.0, 0.0, -1.5), (0.0, 0.0, 1.5))
+    aside: ClassVar[tuple[str, ...]] = ("trend", "at_base")
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Return the chain with open rims."""
-        return chain.with_(open_rim=(_rim(setting, values), values["at_base"]))
+        return chain.with_(open_rim=OpenRim(_rim(setting, values), values["at_base"]))
+
+    def finer(self) -> Delamination | None:
+        """Return the same with a rim that is worn away."""
+        return WornRim()
+
+
+class WornRim(Delamination):
+    """An open rim that is worn away at the upper face, by the same share of the height of all samples.
+
+    As where a sample was torn off before, or cut askew. Of finite elements, too (`rig.worn_rim`): some seconds for each
+    shape of a sample.
+    """
+
+    parameters = (*Delamination.parameters, between("depth", DEPTHS[0], DEPTHS[-1]))
+    starts = tuple((*start, depth) for start in Delamination.starts for depth in (-2.0, 0.0))
+    aside = (*Delamination.aside, "depth")
+
+    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
+        """Return the chain with open rims."""
+        rim = OpenRim(_rim(setting, values), values["at_base"], values["depth"])
+        return chain.with_(open_rim=rim)
+
+    def finer(self) -> Delamination | None:
+        """Return nothing: this is the finest law."""
+        return None
 
 
 def _rim(setting: Setting, values: Values) -> RealArray:

@@ -160,6 +160,25 @@ def _lagrange(place: RealArray, nodes: RealArray) -> RealArray:
 
 
 @dataclass(frozen=True)
+class OpenRim:
+    """A rim of the sample's faces that is not bonded.
+
+    Attributes
+    ----------
+    width : array
+        At the upper face, as a share of the radius.
+    at_base : array
+        What of it is open at the lower face as well, 0 or 1, or a value between.
+    depth : array or None
+        What is worn away of it at the upper face, as a share of the height.
+    """
+
+    width: RealArray
+    at_base: RealArray
+    depth: RealArray | None = None
+
+
+@dataclass(frozen=True)
 class Chain:
     """The rig in plane motion: rods from base to top, masses, and parallel paths.
 
@@ -181,9 +200,7 @@ class Chain:
         Stiffness of a path parallel to the sample, N/m.
     resistivity : array or None
         Flow resistivity of the sample's pores, N s/m4.
-    open_rim : tuple of array or None
-        Width of the rim that is not bonded at the upper face, as a share of the radius, and what of it is open at the
-        lower face as well, 0 or 1, or a value between.
+    open_rim : OpenRim or None
     solid : tuple of array or None
         Relative error of the stated Poisson's ratio, and E_r/E_z, of a disc with a free rim; the modulus is times its
         static stiffness over that of the stated one.
@@ -198,7 +215,7 @@ class Chain:
     skin: tuple[Numeric, Numeric] | None = None
     spring: Numeric | None = None
     resistivity: Numeric | None = None
-    open_rim: tuple[RealArray, RealArray] | None = None
+    open_rim: OpenRim | None = None
     solid: tuple[RealArray, RealArray] | None = None
 
     def with_(self, **changes: object) -> Chain:

@@ -21,6 +21,7 @@ from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
 from multilayer.rig.partly_bonded import partly_bonded_disc
 from multilayer.rig.shape_factor import static_shape_factor
+from multilayer.rig.worn_rim import worn_change
 
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
@@ -247,7 +248,12 @@ def _open_rim_factor(
     def moved(on_top: ComplexArray, on_base: ComplexArray) -> ComplexArray:
         return np.asarray((spring - on_base) / (on_top + spring - omega2 * mass))
 
-    top, base, *bending = disc.stiffness(x, *chain.open_rim)
+    rim = chain.open_rim
+    forces: Sequence[ComplexArray] = disc.stiffness(x, rim.width, rim.at_base)
+    if rim.depth is not None:
+        worn = worn_change(solid[0], setting.shape, x, rim.width, rim.depth)
+        forces = [force + change for force, change in zip(forces, worn, strict=True)]
+    top, base, *bending = forces
     on_top, on_base = held((top, base))
     rigid = moved(on_top, on_base)
     # glue passes on as much of the forces that bend the plate as of those that move it

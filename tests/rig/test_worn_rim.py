@@ -1,0 +1,90 @@
+"""Open rims that are worn away, beside a stepped rod, finer meshes, and depths between the tabled ones."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from multilayer.rig import worn_rim
+from multilayer.rig.mesh import Section, Slab
+from multilayer.rig.partly_bonded import partly_bonded_disc, stacked, weighed
+from multilayer.rig.worn_rim import DEPTHS, worn_change
+
+X = (np.linspace(0.02, 10, 300) / (1 + 0.15j))[None]
+NONE = np.zeros((1, 1))
+SLOW = np.array([[1e-9 + 0j]])
+
+
+def disc_of(ratio, shape, radii, rows):
+    mesh = Section(radii, rows, (Slab("sample", 0.0, 1.0, 1.0, 1.0),)).mesh
+    return worn_rim._Disc(mesh, ratio, 2 * shape)
+
+
+def forces(disc, rim, depth):
+    parts = stacked([disc.forces(rim, depth)])
+    return weighed(parts, np.zeros((1, 1), dtype=int), np.ones((1, 1)), X)[:, 0]
+
+
+def moved(forces):
+    """Return the motion of a plate of three times the sample's mass."""
+    return -forces[1] / (forces[0] - 3 * X[0])
+
+
+@pytest.mark.parametrize("rim", [0.1, 0.3, 0.5])
+def test_a_slim_rod_with_a_neck(rim):
+    """Twice the length of a neck adds as much as a rod of its section is softer than the whole one."""
+    disc = partly_bonded_disc(0.0, 0.05)
+    bonded = disc.stiffness(SLOW, NONE + rim, NONE)[0].real.item()
+    soft = [
+        1 / (bonded + worn_change(0.0, 0.05, SLOW, NONE + rim, NONE + d)[0].real.item()) for d in (DEPTHS[2], DEPTHS[3])
+    ]
+    assert soft[1] - soft[0] == pytest.approx((DEPTHS[3] - DEPTHS[2]) * (1 / (1 - rim) ** 2 - 1), rel=0.03)
+
+
+@pytest.mark.parametrize(("ratio", "shape", "rim", "depth"), [(0.0, 0.45, 0.15, 1 / 16), (0.3, 0.9, 0.3, 1 / 8)])
+def test_a_finer_mesh(ratio, shape, rim, depth):
+    """Within 1 % of the largest motion, and of what the depth changes: the edge of the bond is singular."""
+    disc = worn_rim._disc(ratio, shape)
+    radii, rows = (np.unique(np.round(line, 12)) for line in disc.mesh.p)
+    fine = disc_of(ratio, shape, *(np.unique([*line, *(line[1:] + line[:-1]) / 2]) for line in (radii, rows)))
+    coarse, exact = (moved(forces(each, rim, depth)) for each in (disc, fine))
+    assert np.abs(coarse - exact).max() < 0.012 * np.abs(exact).max()
+    open_only = moved(forces(disc, rim, 0.0))
+    assert np.abs(open_only - exact).max() > 0.1 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("depth", [1 / 64, 3 / 64, 3 / 32])
+@pytest.mark.parametrize("rim", [0.05, 0.2, 0.4])
+def test_depths_between_the_tabled_ones(rim, depth):
+    """Within a tenth of what the depth changes: a mesh with a line there."""
+    disc = worn_rim._disc(0.0, 0.45)
+    radii, rows = (np.unique(np.round(line, 12)) for line in disc.mesh.p)
+    between = disc_of(0.0, 0.45, radii, np.unique([*rows, 1 - depth]))
+    at_rest = np.array(partly_bonded_disc(0.0, 0.45).stiffness(X, NONE + rim, NONE))[:, 0]
+    change = np.array(worn_change(0.0, 0.45, X, NONE + rim, NONE + depth))[:, 0]
+    exact = moved(at_rest + forces(between, rim, depth) - forces(between, rim, 0.0))
+    wrong = np.abs(moved(at_rest + change) - exact).max()
+    assert wrong < 0.1 * np.abs(moved(at_rest) - exact).max()
+
+
+@given(st.floats(0, 0.6), st.floats(0, 1 / 8), st.sampled_from([(0.0, 0.45), (0.3, 0.9)]))
+@example(0.0, 1 / 8, (0.0, 0.45))
+@settings(max_examples=15, deadline=None)
+def test_worn_rims_are_softer_and_take_power(rim, depth, ratio_and_shape):
+    ratio, shape = ratio_and_shape
+    disc = partly_bonded_disc(ratio, shape)
+    x = np.geomspace(1e-9, 30, 40)[None] / (1 + 0.2j)
+    top, *_ = disc.stiffness(x, NONE + rim, NONE)
+    change, *_ = worn_change(ratio, shape, x, NONE + rim, NONE + depth)
+    assert -top[0, 0].real < change[0, 0].real <= 1e-6
+    assert np.all(((top + change) * (1 + 0.2j)).imag > -1e-9)
+    if rim == 0 or depth == 0:
+        assert np.abs(change).max() < 1e-9
+
+
+def test_they_broadcast_over_samples():
+    x = np.geomspace(0.1, 9, 5) * (1 - 0.2j)
+    rims, depths = np.array([[0.02], [0.31]]), np.array([[0.1], [0.03]])
+    together = np.array(worn_change(0.0, 0.9, x, rims, depths))
+    alone = [np.array(worn_change(0.0, 0.9, x, r[None], d[None]))[:, 0] for r, d in zip(rims, depths, strict=True)]
+    np.testing.assert_allclose(together, np.stack(alone, axis=1), rtol=1e-9, atol=1e-12)
