@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 from multilayer.layers.base import ElasticLayer
 from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import flexural_rigidity
 from multilayer.units import Density, Length
 
 
@@ -27,8 +28,7 @@ class ElasticPlate(ElasticLayer):
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, section 11.3.5: p(front) - p(back) = Z v3."""
-        modulus = self.complex_modulus(wave)
-        stiffness = modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
+        stiffness = flexural_rigidity(self.complex_modulus(wave), self.poisson_ratio, self.thickness)
         mass = 1j * wave.omega * self.density * self.thickness
         impedance = mass + stiffness * wave.kx**4 / (1j * wave.omega)
         return sheet_faces(wave, impedance)

@@ -14,6 +14,7 @@ from multilayer.layers.field_sets import FieldSets
 from multilayer.layers.fluid import fluid_faces
 from multilayer.matrix.faces import Faces, sheet_faces
 from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import flexural_rigidity
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.media.perforations import (
     DISCHARGE,
@@ -194,4 +195,4 @@ class PerforatedPlate(FieldSets):
             return 0.0
         assert self.poisson_ratio is not None  # validated
         modulus = complex_modulus(self.young_modulus, self.loss_factor, wave.frequency)
-        return modulus * self.thickness**3 / (12 * (1 - self.poisson_ratio**2))
+        return flexural_rigidity(modulus, self.poisson_ratio, self.thickness)

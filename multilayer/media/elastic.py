@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 
+N = TypeVar("N", float, Numeric)
 # 2 pi f R^2 sqrt(rho h / D) of the first axisymmetric mode of a free disc with a Poisson's ratio of 0.3 (A. W. Leissa,
 # Vibration of Plates, NASA SP-160, 1969, ch. 2)
 FIRST_BENDING = 9.08
@@ -24,6 +27,19 @@ def p_wave_modulus(young_modulus: Numeric, poisson_ratio: Numeric) -> Numeric:
     """Return lambda + 2 mu, Pa: the modulus of laterally constrained compression."""
     lam, mu = lame(young_modulus, poisson_ratio)
     return lam + 2 * mu
+
+
+def flexural_rigidity(young_modulus: N, poisson_ratio: N, thickness: N) -> N:
+    """Return the bending stiffness of a thin plate per width, N m; S. P. Timoshenko & S. Woinowsky-Krieger 1959, ch. 1.
+
+    Parameters
+    ----------
+    young_modulus : complex array
+        Pa.
+    poisson_ratio, thickness : array
+        1 and m.
+    """
+    return young_modulus * thickness**3 / (12 * (1 - poisson_ratio**2))
 
 
 def decaying_root(square: Numeric) -> ComplexArray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import Numeric, RealArray
+from multilayer.media.elastic import flexural_rigidity
 
 _STEPS = 128  # along a period: the trapezoidal rule converges exponentially for smooth profiles
 
@@ -97,7 +98,7 @@ def corrugated(young_modulus: Numeric, poisson_ratio: Numeric, thickness: Numeri
         Of the sheet, m.
     profile : Profile
     """
-    plane = young_modulus * thickness**3 / (12 * (1 - poisson_ratio**2))
+    plane = flexural_rigidity(young_modulus, poisson_ratio, thickness)
     across = plane / profile.length
     moment = thickness * profile.square + thickness**3 / 12 * profile.flatness
     along = young_modulus * moment + poisson_ratio**2 * across
@@ -129,7 +130,7 @@ def ribbed(
     arm = (thickness + rib_height) / 2
     axis = area * arm / (plate + area)  # from the middle of the plate
     moment = plate * (thickness**2 / 12 + axis**2) + area * (rib_height**2 / 12 + (arm - axis) ** 2)
-    alone = young_modulus * thickness**3 / (12 * (1 - poisson_ratio**2))
+    alone = flexural_rigidity(young_modulus, poisson_ratio, thickness)
     share = rib_width / rib_spacing
     across = alone / (1 - share + share * (thickness / (thickness + rib_height)) ** 3)
     shear_modulus = young_modulus / (2 * (1 + poisson_ratio))

@@ -18,6 +18,7 @@ from multilayer.layers.base import Layer
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.layers.elastic_solid import ElasticSolid
 from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import flexural_rigidity
 from multilayer.models import Model
 from multilayer.stack import Stack
 from multilayer.units import Length, Unit
@@ -78,8 +79,7 @@ class Leaf:
         for plate in self.of(stack):
             assert isinstance(plate, ElasticPlate | ElasticSolid)  # by validation
             mass = mass + plate.density * plate.thickness
-            modulus = plate.complex_modulus(wave)
-            stiffness = stiffness + modulus * plate.thickness**3 / (12 * (1 - plate.poisson_ratio**2))
+            stiffness = stiffness + flexural_rigidity(plate.complex_modulus(wave), plate.poisson_ratio, plate.thickness)
         return mass, stiffness
 
 

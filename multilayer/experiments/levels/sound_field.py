@@ -21,6 +21,7 @@ from multilayer.layers.base import ElasticLayer, Layer
 from multilayer.layers.poroelastic import Poroelastic
 from multilayer.matrix.solve import HalfSpace
 from multilayer.matrix.wave import Wave
+from multilayer.media.elastic import flexural_rigidity
 from multilayer.media.gas import Gas
 from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_at
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
@@ -118,7 +119,7 @@ def bending_stiffness(layer: ElasticLayer, wave: Wave) -> ComplexArray:
     """Return the complex bending stiffness of a plate per width, N m, at the frequencies of a wave."""
     thickness = getattr(layer, "thickness")  # noqa: B009
     modulus = np.asarray(layer.complex_modulus(wave), dtype=complex)
-    return np.asarray(modulus * thickness**3 / (12 * (1 - layer.poisson_ratio**2)))
+    return np.asarray(flexural_rigidity(modulus, layer.poisson_ratio, thickness))
 
 
 def _coincidence(layer: Layer, wave: Wave) -> tuple[RealArray, RealArray]:

@@ -13,7 +13,7 @@ from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.two_plate.burst import STRETCH_POWERS
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
-from multilayer.media.elastic import FIRST_BENDING
+from multilayer.media.elastic import FIRST_BENDING, flexural_rigidity
 
 _CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
 _ORDER = 2  # of the polynomial through the bins of a burst
@@ -75,7 +75,7 @@ class Setting:
     def bending_stiffness(self) -> float:
         """Bending stiffness of the top plate, N m."""
         plate, thickness = self.campaign.top_plate, self.configuration.top_plate_thickness
-        return plate.young_modulus * thickness**3 / (12 * (1 - plate.poisson_ratio**2))
+        return flexural_rigidity(plate.young_modulus, plate.poisson_ratio, thickness)
 
     @cached_property
     def first_bending(self) -> float:
