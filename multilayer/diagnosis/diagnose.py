@@ -244,7 +244,10 @@ def fits_one_by_one(
 
 
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
-    """Return the fits, the best of them by a finer law of its effect, where it does not fit and there is such a law."""
+    """Return the fits, the best of them by a finer law of its effect, where that fits and the law as it is does not.
+
+    A finer law that does not fit either only takes time in all that follows.
+    """
     if not fits:
         return fits
     best = max(fits, key=lambda names: fits[names].log_evidence)
@@ -256,7 +259,7 @@ def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | No
     more = sorted({start[len(effect.parameters) :] for start in finer.starts})
     begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
     found = finish_all({best: begun}, executor)[best]
-    return fits | {best: best_of([fits[best], found])}
+    return fits if lack_of_fit(found) else fits | {best: best_of([fits[best], found])}
 
 
 def _other_starts(
