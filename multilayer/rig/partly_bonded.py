@@ -129,14 +129,15 @@ def between(rim: RealArray) -> tuple[NDArray[np.intp], RealArray]:
     first = np.clip(np.floor(place).astype(int) - 1, 0, n - NEIGHBOURS)
     t = place - first
     # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
-    weights = np.where((place < 1)[:, None], _weights(t, (0, 2, 3, 4)), _weights(t, (0, 1, 2, 3)))
-    return first, weights
+    nodes = np.arange(float(NEIGHBOURS))
+    narrow, others = (interpolation_weights(t, nodes, powers) for powers in ((0, 2, 3, 4), (0, 1, 2, 3)))
+    return first, np.where((place < 1)[:, None], narrow, others)
 
 
-def _weights(t: RealArray, powers: tuple[int, ...]) -> RealArray:
-    """Return the weights, shape (k, 4), of values at 0, 1, 2, 3 in a sum of powers through them, at t."""
-    nodes = np.arange(NEIGHBOURS)[:, None] ** np.array(powers)
-    return np.asarray(np.linalg.solve(nodes.T.astype(float), t ** np.array(powers)[:, None]).T)
+def interpolation_weights(t: RealArray, nodes: RealArray, powers: Sequence[int]) -> RealArray:
+    """Return the weights, shape (k, n), of values at n nodes in a sum of as many powers through them, at t."""
+    of_nodes = nodes[:, None] ** np.array(powers)
+    return np.asarray(np.linalg.solve(of_nodes.T.astype(float), t ** np.array(powers)[:, None]).T)
 
 
 def weighed(forces: Forces, index: NDArray[np.intp], weights: RealArray, x: ComplexArray) -> ComplexArray:

@@ -31,6 +31,7 @@ from multilayer.rig.partly_bonded import (
     Forces,
     between,
     deflection,
+    interpolation_weights,
     partial_fractions,
     stacked,
     weighed,
@@ -65,20 +66,14 @@ def worn_change(
     index = first[:, None] + np.arange(NEIGHBOURS)
     numbers = np.unique(index)
     table = stacked([_forces(poisson_ratio, shape, int(number), deep) for deep in DEPTHS for number in numbers])
-    of_depths = _lagrange(np.clip(depth[:, 0], DEPTHS[0], DEPTHS[-1]))
+    within = np.clip(depth[:, 0], DEPTHS[0], DEPTHS[-1])
+    of_depths = interpolation_weights(within, np.array(DEPTHS), range(len(DEPTHS)))
     of_depths[:, 0] -= 1  # changes from the rim that is not worn
     rows = np.searchsorted(numbers, index)[:, None] + len(numbers) * np.arange(len(DEPTHS))[:, None]
     weights = of_depths[:, :, None] * of_rims[:, None]
     forces = weighed(table, rows.reshape(len(x), -1), weights.reshape(len(x), -1), x)
     top, base, by_top, by_base = forces.reshape(FORCES, *whole)
     return top, base, by_top, by_base
-
-
-def _lagrange(depth: RealArray) -> RealArray:
-    """Return the weights of the values at `DEPTHS`, shape (k, 4), in a polynomial through them."""
-    nodes = np.array(DEPTHS)
-    powers = np.arange(len(nodes))[:, None]
-    return np.asarray(np.linalg.solve(nodes**powers, depth**powers).T)
 
 
 @lru_cache(maxsize=4096)
@@ -127,8 +122,8 @@ class _Disc:
         others = np.arange(rigid.shape[1], len(k))
         inner, inner_mass = k[np.ix_(others, others)], m[np.ix_(others, others)]
         solve = partial(cho_solve, cho_factor(inner))
-        held = np.eye(len(k))[:, : rigid.shape[1]]
-        return partial_fractions(k, m, held, others, solve, eigh(inner, inner_mass), np.pi * self.radius**2)
+        by_plates = np.eye(len(k))[:, : rigid.shape[1]]
+        return partial_fractions(k, m, by_plates, others, solve, eigh(inner, inner_mass), np.pi * self.radius**2)
 
 
 def _moments(solver: Any, inertia: Any, rigid: RealArray, free: NDArray[np.intp]) -> RealArray:

@@ -67,9 +67,10 @@ def test_depths_between_the_tabled_ones(rim, depth):
     assert wrong < 0.1 * np.abs(moved(at_rest) - exact).max()
 
 
-@given(st.floats(0, 0.6), st.floats(0, 1 / 8), st.sampled_from([(0.0, 0.45), (0.3, 0.9)]))
+# few widths: each asks for elements of its own
+@given(st.sampled_from([0.0, 0.012, 0.13, 0.6]), st.floats(0, 1 / 8), st.sampled_from([(0.0, 0.45), (0.3, 0.9)]))
 @example(0.0, 1 / 8, (0.0, 0.45))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_worn_rims_are_softer_and_take_power(rim, depth, ratio_and_shape):
     ratio, shape = ratio_and_shape
     disc = partly_bonded_disc(ratio, shape)
