@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.config.yaml12 import dump_yaml
+from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
 from multilayer.errors import InputError
 from multilayer.experiments.places import TabulatedLaw
@@ -155,6 +156,17 @@ def test_mistakes_in_a_file_are_told(tmp_path, change, told):
     assert "rig.yaml" in done.err
     assert "Traceback" not in done.err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("name", "kind"), [("trend", Delamination), ("depth", WornRim)])
+def test_an_effect_has_the_law_whose_parameters_were_saved(tmp_path, name, kind):
+    sizes = {"open_rim": {"value": 0.16, "low": 0.15, "high": 0.17}, name: {"value": 0.06, "low": 0.05, "high": 0.07}}
+    effects = [{"effect": "delamination", "parameters": sizes}]
+    file = tmp_path / "rig.yaml"
+    file.write_text(dump_yaml({"kind": "rig-law", "version": 1, "effects": effects}))
+    (effect,) = known_effects(str(file))
+    assert type(effect) is kind
+    assert effect.parameters[0].prior.lognormal[0] == 0.16
 
 
 def test_what_is_no_effect_and_no_file_is_told(tmp_path):
