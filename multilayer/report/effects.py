@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from multilayer.diagnosis.effects.base import EFFECTS
+from multilayer.inference.priors import Parameter
 from multilayer.registry import RegistryError
 from multilayer.report.listing import Listing, Tinted
 from multilayer.report.report import Report, Section
@@ -18,7 +19,7 @@ def effects_report(names: Sequence[str] | None = None) -> Report:
         "effect": lambda effect: effect["name"],
         "of": lambda effect: effect.get("kind", ""),
         "law": lambda effect: effect["law"] if "law" in effect else Tinted(effect["problem"], "red"),
-        "parameters": lambda effect: _named(effect["parameters"]) or "none" if "parameters" in effect else "",
+        "parameters": _cell,
         "separated by": lambda effect: effect.get("separated_by", ""),
     }
     listing = Listing.of(described, columns)
@@ -30,16 +31,28 @@ def _effect(name: str) -> dict[str, Any]:
         effect = EFFECTS[name]
     except RegistryError as error:
         return {"name": name, "problem": str(error)}
+    finer = effect().finer()
     return {
         "name": name,
         "kind": effect.kind,
         "law": effect.law,
-        "parameters": [
-            {"name": p.name, "unit": p.unit, "prior": p.prior.model_dump(exclude_none=True)} for p in effect.parameters
-        ],
+        "parameters": _described(effect.parameters),
+        **({"finer_parameters": _described(finer.parameters[len(effect.parameters) :])} if finer else {}),
         "separated_by": effect.separated_by,
         "source": effect.source,
     }
+
+
+def _described(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
+    return [{"name": p.name, "unit": p.unit, "prior": p.prior.model_dump(exclude_none=True)} for p in parameters]
+
+
+def _cell(effect: dict[str, Any]) -> str:
+    """Return the names of an effect's parameters, those of its finer law behind them."""
+    if "parameters" not in effect:
+        return ""
+    named = _named(effect["parameters"]) or "none"
+    return f"{named}; finer law: {_named(effect['finer_parameters'])}" if "finer_parameters" in effect else named
 
 
 def _named(parameters: Sequence[dict[str, Any]]) -> str:

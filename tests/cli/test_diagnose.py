@@ -39,3 +39,5 @@ def test_effects_are_listed():
     assert "sensor_mass" in done.out
     found = json.loads(run("effects", "--json").out)
     assert {"name", "law", "parameters", "separated_by", "source"} <= set(found[0])
+    (finer,) = [effect["finer_parameters"] for effect in found if effect["name"] == "delamination"]
+    assert [parameter["name"] for parameter in finer] == ["depth"]
