@@ -348,7 +348,7 @@ class _Half:
         middle, off_axis, below = np.isclose(z, 0), r > 1e-9 * r.max(), z < _HALF * (1 - 1e-9)
         radial, axial = (below & off_axis, below & ~middle) if is_symmetric else (below & off_axis & ~middle, below)
         i = np.flatnonzero(np.concatenate([radial, axial]))
-        stiff, inertia = self._matrices(poisson_ratio)
+        stiff, inertia = matrices(self.basis, poisson_ratio)
         k, m = csc_matrix(stiff[i][:, i]), csc_matrix(inertia[i][:, i])
         solver = splu(k, permc_spec="MMD_AT_PLUS_A")
         inverse = LinearOperator(k.shape, matvec=solver.solve, dtype=float)
@@ -363,11 +363,13 @@ class _Half:
         motions[i, :_INNER], _ = np.linalg.qr(np.column_stack([modes, *moved]))
         return np.array([motions.T @ (matrix @ motions) for matrix in (stiff, inertia)])
 
-    def _matrices(self, poisson_ratio: float) -> tuple[Sparse, Sparse]:
-        radial, shear, axial = solid_parts(operators(self.basis), isotropic(poisson_ratio))
-        unit = mass(self.basis)
-        stiff = csc_matrix(blocks(2, radial) + blocks(2, shear) + blocks(2, axial))
-        return stiff, csc_matrix(blocks(2, {(0, 0): unit, (1, 1): unit}))
+
+def matrices(basis: Any, poisson_ratio: float) -> tuple[Sparse, Sparse]:
+    """Return stiffness and inertia of a solid of unit modulus and density on a basis: radial, then axial unknowns."""
+    radial, shear, axial = solid_parts(operators(basis), isotropic(poisson_ratio))
+    unit = mass(basis)
+    stiff = csc_matrix(blocks(2, radial) + blocks(2, shear) + blocks(2, axial))
+    return stiff, csc_matrix(blocks(2, {(0, 0): unit, (1, 1): unit}))
 
 
 def _half(radius: float) -> _Half:

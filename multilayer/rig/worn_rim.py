@@ -16,13 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from multilayer.arrays import ComplexArray, RealArray
-from multilayer.rig.assembly import blocks, isotropic, solid_parts
 from multilayer.rig.mesh import Section, Slab
-from multilayer.rig.operators import basis_of, mass, operators
+from multilayer.rig.operators import basis_of
 from multilayer.rig.partly_bonded import (
     FORCES,
     NEIGHBOURS,
@@ -32,6 +30,7 @@ from multilayer.rig.partly_bonded import (
     between,
     deflection,
     interpolation_weights,
+    matrices,
     partial_fractions,
     stacked,
     weighed,
@@ -103,12 +102,9 @@ class _Disc:
         edge = self.radius * (1 - rim) * (1 + _EDGE)
         across, up = self.mesh.p[:, self.mesh.t].mean(axis=1)
         basis = basis_of(self.mesh, np.flatnonzero((across < edge) | (up < 1 - depth)))
-        radial, shear, axial = solid_parts(operators(basis), isotropic(self.poisson_ratio))
-        unit = mass(basis)
-        stiffness = csc_matrix(blocks(2, radial) + blocks(2, shear) + blocks(2, axial))
-        inertia = csc_matrix(blocks(2, {(0, 0): unit, (1, 1): unit}))
+        stiffness, inertia = matrices(basis, self.poisson_ratio)
         r, z = basis.doflocs
-        top, base, gone = np.isclose(z, 1) & (r < edge), np.isclose(z, 0), unit.diagonal() == 0
+        top, base, gone = np.isclose(z, 1) & (r < edge), np.isclose(z, 0), inertia.diagonal()[: len(r)] == 0
         held = top | base | gone
         rigid = np.zeros((2 * len(r), 3))
         for column, face in enumerate((top, base, top)):

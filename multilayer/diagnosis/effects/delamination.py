@@ -42,7 +42,7 @@ class Delamination(Effect):
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
         """Return the chain with open rims."""
-        return chain.with_(open_rim=OpenRim(_rim(setting, values), values["at_base"]))
+        return chain.with_(open_rim=OpenRim(_rim(setting, values), values["at_base"], values.get("depth")))
 
     def finer(self) -> Delamination | None:
         """Return the same with a rim that is worn away."""
@@ -59,11 +59,6 @@ class WornRim(Delamination):
     parameters = (*Delamination.parameters, between("depth", DEPTHS[0], DEPTHS[-1]))
     starts = tuple((*start, depth) for start in Delamination.starts for depth in (-2.0, 0.0))
     aside = (*Delamination.aside, "depth")
-
-    def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
-        """Return the chain with open rims."""
-        rim = OpenRim(_rim(setting, values), values["at_base"], values["depth"])
-        return chain.with_(open_rim=rim)
 
     def finer(self) -> Delamination | None:
         """Return nothing: this is the finest law."""
