@@ -76,6 +76,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "kind": place.kind,
         "place": place.name,
         **({"configuration": place.configuration} if place.configuration else {}),
+        **({"free_rim": True} if place.needs_finite_elements else {}),
         "quantity": place.quantity,
         "unit": place.unit,
         "frequency_hz": fit.grid.tolist(),

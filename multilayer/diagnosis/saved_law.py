@@ -20,6 +20,7 @@ from multilayer.bounds import FILE_BYTES
 from multilayer.config.validate import read
 from multilayer.diagnosis.effects.base import EFFECTS, Effect
 from multilayer.diagnosis.places import BasePlace, places_of
+from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
@@ -107,10 +108,14 @@ class SavedTable(Model):
 
 
 class SavedLaw(Model):
-    """A law at a place: a sum of simple terms, amplitudes at `centre`, Hz; or a table."""
+    """A law at a place: a sum of simple terms, amplitudes at `centre`, Hz; or a table.
+
+    With `free_rim` it is what acts beyond the sample's free rim, which finite elements have.
+    """
 
     place: str
     configuration: str = ""
+    free_rim: Annotated[bool, Field(strict=True)] = False
     quantity: str = ""
     unit: str = ""
     text: str = ""
@@ -235,7 +240,7 @@ def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
 
 
 def _saved(law: Mapping[str, Any]) -> SavedLaw:
-    named = {key: law[key] for key in ("place", "configuration", "quantity", "unit") if key in law}
+    named = {key: law[key] for key in ("place", "configuration", "free_rim", "quantity", "unit") if key in law}
     form = law["form"]
     if law["form_is_enough"]:
         terms = tuple(
@@ -288,7 +293,12 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
         text = f"there is no place '{saved.place}'; {suggest(saved.place, known)}"
         raise InputError(Problem(text, file=file))
     kind = known[saved.place]
-    place: BasePlace = kind(configuration=saved.configuration) if saved.configuration else kind()  # type: ignore[call-arg]
+    fields: dict[str, Any] = {"configuration": saved.configuration} if saved.configuration else {}
+    if saved.free_rim:
+        if saved.place != SampleShape.name:
+            raise InputError(Problem(f"free_rim is of the place {SampleShape.name}, not of {saved.place}", file=file))
+        fields["needs_finite_elements"] = True
+    place: BasePlace = kind(**fields)
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)

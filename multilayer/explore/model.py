@@ -16,9 +16,8 @@ from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
-from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
-from multilayer.diagnosis.free_rim import about, for_samples, free_rim, solid_of, stated_samples
+from multilayer.diagnosis.free_rim import free_rim
 from multilayer.diagnosis.tube.diagnose import fitted_nominal
 from multilayer.diagnosis.tube.file import load_diagnosis
 from multilayer.doors import for_log
@@ -28,6 +27,7 @@ from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
+from multilayer.fits.joint.samples import about, for_samples, leaves_sample_open, solid_of, stated_samples
 from multilayer.fits.sources import Source
 from multilayer.inference.collinearity import PREFIX
 from multilayer.inference.problem import Held, Minimum
@@ -187,7 +187,7 @@ class ModelExplorer(Questions):
         if isinstance(problem, CampaignProblem) and not problem.finite:
             rigs, law = free_rim(problem, self.model.minima)
             acting = [effect for effect in effects if isinstance(effect, Effect)]
-            if any(effect.name == FiniteSize.name for effect in acting):
+            if leaves_sample_open(acting):
                 asked = replace(problem, finite=rigs).with_effects(*acting)
                 made = {name: for_samples(*pair) for name, pair in stated_samples(asked, law).items()}
                 rigs = about(asked, made, solid_of(asked, z))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -72,23 +72,21 @@ class FitTask:
         InputError
             With every mistake found.
         """
-        if any(effect.needs_finite_elements for effect in self.given or ()):
-            return self._with_free_rim().read()
         source = open_source(self.source)
         if source.of_stacks:
             return FitRun(self, self._of_stacks(source), source.stack_job())
         if self.joint and self.method not in (None, JOINT, *BURST_BY_BURST):
             raise InputError(f"--joint and --method {self.method} are two methods; leave one of them out")
         joint = self.joint or self.method == JOINT or bool(self.given and self.method is None)
-        settings = source.settings({"method": None if self.method == JOINT else self.method, "model": self.model})
+        settings = source.settings({"method": None if self.method == JOINT else self.method, "model": self._model})
         method = self._of_campaign(METHODS[JOINT if joint else settings.method])
         return FitRun(self, method, source.campaign_job(settings))
 
-    def _with_free_rim(self) -> FitTask:
-        """Return the task with the finite model of joint fits in place of a given effect that is just this rim."""
-        others = tuple(effect for effect in self.given or () if not effect.needs_finite_elements)
-        is_joint = self.joint or self.method is None
-        return replace(self, given=others or None, model="finite", joint=is_joint)
+    @property
+    def _model(self) -> str | None:
+        """The rig model asked for; where nothing is said, the one that the given effects need."""
+        needs_rim = any(effect.needs_finite_elements for effect in self.given or ())
+        return self.model or ("finite" if needs_rim else None)
 
     def _of_stacks(self, source: Source) -> Method[StackJob]:
         """Return the method for a file about stacks, with its options."""

@@ -136,6 +136,7 @@ def test_a_table_is_a_law_with_its_band():
     [
         ({"laws": [{**SAVED["laws"][0], "place": "top_plat"}]}, "did you mean 'top_plate'"),
         ({"laws": [{**SAVED["laws"][0], "terms": []}]}, "terms"),
+        ({"laws": [{**SAVED["laws"][0], "free_rim": True}]}, "free_rim is of the place sample_shape"),
         ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
         (
             {
@@ -169,11 +170,24 @@ def test_an_effect_has_the_law_whose_parameters_were_saved(tmp_path, name, kind)
     assert effect.parameters[0].prior.lognormal[0] == 0.16
 
 
+@pytest.mark.parametrize("rim", [False, True])
+def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
+    curves = {f"{part}{end}": [0.1, 0.1] for part in ("real", "imag") for end in ("", "_low", "_high")}
+    law = {"place": "sample_shape", "free_rim": rim, "form_is_enough": False, "form": None, **curves}
+    file = tmp_path / "rig.yaml"
+    saved = saved_law({"verdict": "unknown", "law": {**law, "frequency_hz": [100.0, 900.0]}}, "foam")
+    file.write_text(dump_yaml({"kind": "rig-law", **saved.model_dump(mode="json")}))
+    (effect,) = known_effects(str(file))
+    assert effect.needs_finite_elements is rim
+
+
 def test_what_is_no_effect_and_no_file_is_told(tmp_path):
     done = run("fit", write_campaign(tmp_path / "foam"), "--with", "sensor_mas")
     assert (done.status, "did you mean 'sensor_mass'" in done.err) == (2, True)
     done = run("fit", write_campaign(tmp_path / "foam2"), "--with", "sensor_mass", "--method", "nelder-mead")
     assert (done.status, "--with is of joint" in done.err) == (2, True)
+    done = run("fit", write_campaign(tmp_path / "foam3"), "--with", "finite_size", "--model", "plane_wave")
+    assert (done.status, "'finite_size' needs finite elements" in done.err) == (2, True)
 
 
 def test_a_diagnosis_without_a_law_cannot_be_saved():
@@ -186,7 +200,12 @@ def test_a_free_rim_is_the_finite_model(tmp_path):
     done = run("fit", folder, "--with", "finite_size", "--no-figures", "--out", tmp_path / "out")
     assert done.status in (0, 1), done.err
     record = json.loads((tmp_path / "out" / "joint.json").read_text())
-    assert (record["settings"]["model"], record["settings"]["joint"]) == ("finite", True)
+    assert (record["settings"]["model"], record["settings"]["joint"], record["with"]) == (
+        "finite",
+        True,
+        ["finite_size"],
+    )
+    assert {"finite_size.poisson_error", "finite_size.radial_stiffness"} <= record["parameters"].keys()
     done = run("diagnose", folder, "--with", "finite_size", "--no-figures", "--jobs", "1", "--out", tmp_path / "why")
     assert done.status == 0, done.err
     assert json.loads((tmp_path / "why" / "diagnosis.json").read_text())["with"] == ["finite_size"]

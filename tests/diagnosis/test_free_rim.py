@@ -9,18 +9,27 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import fit_effects
-from multilayer.diagnosis.free_rim import elements_of_samples, fit_samples, free_rim, solid_of
+from multilayer.diagnosis.free_rim import elements_of_samples, fit_samples, free_rim
+from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import MODEL_ERROR
+from multilayer.errors import InputError
+from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.effects import Chain
-from multilayer.experiments.two_plate.finite_elements import two_plate_rig
+from multilayer.experiments.two_plate.finite_elements import FiniteRig, two_plate_rig
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
+from multilayer.fits.joint.fit import fit_joint, number_of_steps
+from multilayer.fits.joint.samples import solid_of
+from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
+from multilayer.media.laws import LAWS
 from multilayer.rig.shape_factor import relative_shape_factor, static_shape_factor
 from multilayer.rig.synthesis import make_campaign
 from multilayer.rig.two_plate import TwoPlateRig
 from multilayer.testing.benches import joint_bench
-from tests.rig.virtual import rig_file
+from tests.rig.virtual import LAW, rig_file
+
+BURSTS = np.array([150.0, 300.0, 600.0, 900.0, 1200.0, 1500.0])
 
 
 def changed(shape, stated, errors, stiffness):
@@ -90,10 +99,15 @@ def test_what_the_static_stiffness_of_another_sample_misses(error: float, stiffn
 
 
 @pytest.fixture(scope="module")
-def stiffer_along_its_radius():
-    """Return the fit of a campaign whose sample has E_r/E_z of 0.8, and the finite elements about it."""
-    settings = {"frequencies": [150.0, 300.0, 600.0, 900.0, 1200.0, 1500.0], "noise": {"white": 0.002}}
-    made = make_campaign(rig_file({"effect": "finite_size", "perturbation": -0.2}, **settings))
+def made():
+    """Return a campaign whose sample has E_r/E_z of 0.8."""
+    settings = {"frequencies": [*BURSTS], "noise": {"white": 0.002}}
+    return make_campaign(rig_file({"effect": "finite_size", "perturbation": -0.2}, **settings))
+
+
+@pytest.fixture(scope="module")
+def stiffer_along_its_radius(made):
+    """Return the fit of that campaign with the static stiffness only, the elements about its sample, and the fit."""
     nominal, minima = fit_nominal(made.campaign, made.recordings)
     problem = nominal.hypothesis_as(CampaignProblem)
     rigs, start = free_rim(problem, minima)
@@ -113,6 +127,33 @@ def test_a_sample_that_is_stiffer_along_its_radius_is_known_by_its_waves(stiffer
     assert low < 0.8 < high
     assert value == pytest.approx(0.8, abs=0.02)
     assert high - low < 0.1
+
+
+def test_a_fit_with_such_a_rim_finds_the_modulus(made):
+    """The stated sample's is 1.7 % wrong."""
+    true = LAWS[LAW["law"]](**{name: value for name, value in LAW.items() if name != "law"})(BURSTS)
+    settings, told, errors = FitSettings(model="finite"), [], []
+    for given in ((), (FiniteSize(),)):
+        told.clear()
+        fit = fit_joint(made.campaign, made.recordings, settings=settings, given=given, progress=told.append)
+        errors.append(np.max(np.abs(fit.moduli(BURSTS)[0] / true - 1)))
+    assert errors[0] > 0.01
+    assert errors[1] < 0.003
+    assert fit.p_value > 0.01
+    value, deviation = fit.parameters["finite_size.radial_stiffness"]
+    assert abs(value - 0.8) < 3 * deviation < 0.03
+    assert len(told) <= number_of_steps(made.campaign, settings, given=given)
+    with pytest.raises(InputError, match="'finite_size' needs finite elements"):
+        fit_joint(made.campaign, made.recordings, given=given)
+
+
+def test_a_fit_with_a_law_beyond_a_rim_has_the_rim(made):
+    """With one configuration nothing but its prior is known of a change of the modulus that is the same everywhere."""
+    law = SimpleLaw.at(SampleShape(needs_finite_elements=True), (Term("power", 0),), BURSTS, 1.0)
+    fit = fit_joint(made.campaign, made.recordings, settings=FitSettings(model="finite"), given=(law,))
+    assert all(isinstance(rig, FiniteRig) for rig in fit.problem.finite.values())
+    value, deviation = fit.parameters[f"{law.name}.{law.parameters[0].name}"]
+    assert abs(value) < deviation < 0.31
 
 
 def test_the_change_by_another_sample_is_that_of_finite_elements_of_it(stiffer_along_its_radius):

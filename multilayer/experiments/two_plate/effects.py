@@ -21,6 +21,7 @@ _PLATE_LOSS = 0.01  # loss factor of the top plate's bending
 GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
 VACUUM = "in vacuum"
+SOLID = ("poisson_error", "radial_stiffness")  # parameters of an effect that gives a chain another `solid`
 
 
 @dataclass(frozen=True)

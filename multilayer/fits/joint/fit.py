@@ -11,6 +11,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
@@ -21,6 +22,7 @@ from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
 from multilayer.fits.joint.posterior import with_posterior
 from multilayer.fits.joint.result import JointFit
+from multilayer.fits.joint.samples import elements_of_samples, fit_samples, leaves_sample_open
 from multilayer.fits.joint.search import (
     N_BEST,
     N_FOLLOWED,
@@ -32,7 +34,7 @@ from multilayer.fits.joint.search import (
 )
 from multilayer.fits.methods import JOINT, CampaignMethod, Compared, Progress
 from multilayer.fits.settings import DEFAULT_LAW, FitSettings
-from multilayer.inference.least_squares import distinct, is_competitive
+from multilayer.inference.least_squares import distinct, is_competitive, minimise
 from multilayer.inference.problem import Minimum
 from multilayer.inference.summary import LAPLACE, refuse_unusable
 from multilayer.log import logged
@@ -76,7 +78,8 @@ def fit_joint(
         Its `model`, `termination`, `ambient`, `pores` and `sensor_mass` count here.
     calibration : Calibration, optional
     given : sequence of Effect
-        Unmodelled effects that act besides, whose parameters are fitted with the law's.
+        Unmodelled effects that act besides, whose parameters are fitted with the law's. With one that needs finite
+        elements, the model of `settings` must be finite.
     seed : int
         Of the points where the search starts.
     progress : callable, optional
@@ -95,13 +98,17 @@ def fit_joint(
     settings = settings or FitSettings()
     tell = logged(progress)
     problems = burst_problems(campaign, recordings, settings, calibration)
+    rims = tuple(effect for effect in given if effect.needs_finite_elements)
+    others = tuple(effect for effect in given if effect not in rims)
     solved: list[Solved] = []
     for name, branches in _laws(law, elements):
-        problem = replace(plane_wave_problem(campaign, problems, name, branches), given=tuple(given))
+        problem = replace(plane_wave_problem(campaign, problems, name, branches), given=others)
         label = name if branches is None else f"{name}, {branches} branches"
         solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
-        solved = _all_with_free_rim(campaign, solved, tell, settings)
+        solved = _all_with_free_rim(campaign, solved, tell, settings, rims)
+    elif rims:
+        raise InputError(f"given: '{rims[0].name}' needs finite elements; fit with model: finite")
     solved = _cut(solved, [problem.data for problem in problems])
     best_minima = [part[2][0] for part in solved]
     candidates = []
@@ -151,30 +158,65 @@ def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
     return solved
 
 
-def _all_with_free_rim(campaign: Campaign, solved: list[Solved], tell: Progress, settings: FitSettings) -> list[Solved]:
+def _all_with_free_rim(
+    campaign: Campaign, solved: list[Solved], tell: Progress, settings: FitSettings, rims: tuple[Acting, ...]
+) -> list[Solved]:
     """Return laws solved with finite elements, made for the most probable law, and for all that fit nearly as well.
 
-    The rim changes the modulus that a law shows, hardly which law it is.
+    The rim changes the modulus that a law shows, hardly which law it is. `rims` are the given effects that need finite
+    elements.
     """
     solved = sorted(solved, key=lambda part: -max(minimum.log_evidence for minimum in part[2]))
     (label, plane_waves, minima), *others = solved
     problem, found = with_free_rim(campaign, plane_waves, minima, tell, settings)
+    if rims:
+        problem, found = _with_rims(problem, found, rims, tell)
     done: list[Solved] = [(label, problem, found)]
     for other, flat, starts in others:
         if is_competitive(starts[0], minima):
-            bent = replace(flat, rigs=problem.rigs)
+            bent = replace(flat, rigs=problem.rigs, finite=problem.finite, given=problem.given)
             n = len(flat.law_parameters)
             done.append((other, bent, solve_joint(bent, [m.z[:n] for m in starts], n_best=N_FOLLOWED, tell=tell)))
     return done
 
 
-def number_of_steps(campaign: Campaign, settings: FitSettings, law: str = "") -> int:
+def _with_rims(
+    problem: CampaignProblem, minima: Sequence[Minimum], rims: tuple[Acting, ...], tell: Progress
+) -> tuple[CampaignProblem, list[Minimum]]:
+    """Return a problem with a free rim and its solutions, with given effects that need finite elements.
+
+    Of a sample whose Poisson's ratio and stiffness along the radius are unknown, with elements about the one that
+    explains the data best.
+    """
+    problem = replace(problem, finite=problem.rigs, given=(*problem.given, *rims))
+    n, starts = len(parameters_of(rims)), [minimum.z for minimum in minima if is_competitive(minimum, minima)]
+    sizes = np.zeros(n)
+    if leaves_sample_open(rims):
+        begun, made = minimise(problem, np.concatenate([starts[0], sizes])), {}
+        for name, task in elements_of_samples(problem, begun.z).items():
+            if (rig := task()) is None:
+                raise MultilayerError(f"{name}: there are no finite elements of other samples with moduli like these")
+            made[name] = rig
+            tell(f"{name}: finite elements of other samples")
+        problem, nearest = fit_samples(problem, begun.z, made, _solved, lambda solved: solved[1].z)
+        sizes = nearest.z[-n:]
+        tell("sample")
+    found = [minimise(problem, np.concatenate([start, sizes])) for start in starts]
+    return problem, distinct(found)
+
+
+def _solved(problem: CampaignProblem, start: RealArray) -> tuple[CampaignProblem, Minimum]:
+    return problem, minimise(problem, start)
+
+
+def number_of_steps(campaign: Campaign, settings: FitSettings, law: str = "", given: Sequence[Acting] = ()) -> int:
     """Return how often `fit_joint` reports progress, if the finite elements need to be made once only."""
     laws = len(LAWS_COMPARED) if law == AUTO else 1
-    plane_wave = N_BEST * laws
+    plane_wave, count = N_BEST * laws, len(campaign.configurations)
     if settings.model == "plane_wave":
         return plane_wave
-    return plane_wave + len(campaign.configurations) + 2 * N_FOLLOWED * laws
+    of_samples = count + 1 if leaves_sample_open(given) else 0
+    return plane_wave + count + 2 * N_FOLLOWED * laws + of_samples
 
 
 @dataclass(frozen=True)
@@ -212,7 +254,7 @@ class Joint(CampaignMethod):
 
     def number_of_steps(self, job: FitJob) -> int:
         """Return how often `run` reports progress."""
-        return number_of_steps(job.campaign, job.settings, self.law)
+        return number_of_steps(job.campaign, job.settings, self.law, self.given)
 
     def run(self, job: FitJob, tell: Progress) -> JointFit:
         """Return the law, with intervals of its parameters."""
