@@ -5,8 +5,6 @@
 # `make machines` diagnoses the same data on other kernels, threads and processes, and compares (MACHINES=--short: some).
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
-# Python compiles what it imports, which is a small part of what is installed
-PIP := --quiet --no-compile
 PLUGINS := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml validation/pyproject.toml))
 
 # what `make oldest` runs: all that is about numbers, files and messages; not what takes long for other reasons
@@ -50,24 +48,24 @@ docs: .venv/docs
 	touch $@
 
 .venv/core: .venv/python pyproject.toml
-	$(BIN)/python -m pip install $(PIP) --editable .
+	$(BIN)/python -m pip install --quiet --editable .
 	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
 .venv/dev: .venv/core $(PLUGINS:=/pyproject.toml)
-	$(BIN)/python -m pip install $(PIP) --editable '.[dev]' $(addprefix --editable ./,$(PLUGINS))
+	$(BIN)/python -m pip install --quiet --editable '.[dev]' $(addprefix --editable ./,$(PLUGINS))
 	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
 .venv/docs: .venv/core plugins/multilayer-campaigns/pyproject.toml
-	$(BIN)/python -m pip install $(PIP) --editable '.[docs]' --editable ./plugins/multilayer-campaigns
+	$(BIN)/python -m pip install --quiet --editable '.[docs]' --editable ./plugins/multilayer-campaigns
 	touch $@
 
 # installed as a user does, not editable: what is missing in the package shows; build/ would keep files that are gone
 .venv/alone: .venv/python pyproject.toml $(shell find multilayer -type f -not -name '*.pyc')
 	rm -rf .venv-core build
 	$(PYTHON) -m venv .venv-core
-	.venv-core/bin/python -m pip install $(PIP) .
+	.venv-core/bin/python -m pip install --quiet .
 	rm -rf build
 	touch $@
 
@@ -76,7 +74,7 @@ docs: .venv/docs
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info[:2] == (3, 11) else "make oldest needs Python 3.11")'
 	$(PYTHON) -m venv .venv-oldest
 	$(PYTHON) tests/lower_bounds.py > .venv-oldest/constraints.txt
-	.venv-oldest/bin/python -m pip install $(PIP) --constraint .venv-oldest/constraints.txt --editable '.[dev]'
+	.venv-oldest/bin/python -m pip install --quiet --constraint .venv-oldest/constraints.txt --editable '.[dev]'
 	touch $@
 
 clean:
