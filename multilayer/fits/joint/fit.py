@@ -100,6 +100,8 @@ def fit_joint(
     problems = burst_problems(campaign, recordings, settings, calibration)
     rims = tuple(effect for effect in given if effect.needs_finite_elements)
     others = tuple(effect for effect in given if effect not in rims)
+    if rims and settings.model != "finite":
+        raise InputError(f"given: '{rims[0].name}' needs finite elements; fit with model: finite")
     solved: list[Solved] = []
     for name, branches in _laws(law, elements):
         problem = replace(plane_wave_problem(campaign, problems, name, branches), given=others)
@@ -107,8 +109,6 @@ def fit_joint(
         solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings, rims)
-    elif rims:
-        raise InputError(f"given: '{rims[0].name}' needs finite elements; fit with model: finite")
     solved = _cut(solved, [problem.data for problem in problems])
     best_minima = [part[2][0] for part in solved]
     candidates = []
