@@ -19,7 +19,7 @@ from multilayer.diagnosis.model_discrepancy import law_parts
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.low_rank import LowRank, WithModelErrors, prediction_root
-from multilayer.inference.problem import Problem
+from multilayer.inference.problem import Minimum, Problem
 from multilayer.inference.pulls import stated_pulls
 
 _FEWEST = 4  # bursts that can be divided into blocks
@@ -119,21 +119,34 @@ def cross_validate(
     scores = [sum(part.log_score for part in parts) for parts in by_hypothesis]
     if before is None:
         before, gaps, scores = gaps[0], gaps[1:], scores[1:]
-    n = sum(part.residual.size for part in by_hypothesis[0])
+    n = sum(part.n for part in by_hypothesis[0])
     return [Shrinkage(before, gap, held_out, score, noise, n) for gap, score in zip(gaps, scores, strict=True)]
 
 
 class _Prediction(NamedTuple):
-    """Whitened residuals of held-out data, their log predictive density, and the pulls of stated quantities."""
+    """How held-out data lie to what is predicted of them: without the errors of laws, and the density with these.
 
-    residual: RealArray
+    Attributes
+    ----------
+    square : float
+        Squared distance in standard deviations, of noise and of the unknowns' posterior.
+    n : int
+        Number of the data.
+    log_score : float
+        Log predictive density.
+    pulls : array
+        Of stated quantities in the fit of the other data.
+    """
+
+    square: float
+    n: int
     log_score: float
     pulls: RealArray
 
 
 def _gap(parts: Sequence[_Prediction]) -> float:
-    squares = np.concatenate([part.residual for part in parts]) ** 2
-    return float((squares.sum() + np.mean([part.pulls @ part.pulls for part in parts])) / squares.size)
+    squares, n = sum(part.square for part in parts), sum(part.n for part in parts)
+    return float((squares + np.mean([part.pulls @ part.pulls for part in parts])) / n)
 
 
 def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _Prediction:
@@ -157,8 +170,12 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     residual, slopes = held_out.linearised(minimum.z)
     pulls = stated_pulls(kept.parameters, minimum.z)
     by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))
+    square = float(np.sum(by_unknowns.whitened(residual) ** 2))
     if not fitted.errors:
-        return _Prediction(by_unknowns.whitened(residual), by_unknowns.log_density(residual), pulls)
+        linear = _Prediction(square, len(residual), by_unknowns.log_density(residual), pulls)
+        if not fitted.hypothesis.effects:
+            return linear
+        return max(linear, _by_joint_minimum(linear, start, kept, held_out, minimum), key=lambda part: part.log_score)
     kept_residual, kept_slopes = kept.linearised(minimum.z)
     common, separate = law_columns(kept, minimum.z)
     held_out_common, held_out_separate = law_columns(held_out, minimum.z)
@@ -170,4 +187,33 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     zeros = np.zeros((len(residual), separate.shape[1]))
     predicted_columns = np.concatenate([slopes, held_out_common, zeros], axis=1)
     root = np.concatenate([prediction_root(predicted_columns, fitted_columns), held_out_separate], axis=1)
-    return _Prediction(by_unknowns.whitened(residual), LowRank.of(root).log_density(residual), pulls)
+    # without the predicted errors' uncertainty
+    square = float(np.sum(by_unknowns.whitened(residual) ** 2))
+    return _Prediction(square, len(residual), LowRank.of(root).log_density(residual), pulls)
+
+
+def _by_joint_minimum(
+    linear: _Prediction, start: RealArray, kept: Hypothesis, held_out: Hypothesis, minimum: Minimum
+) -> _Prediction:
+    """Return the prediction by the ratio of two evidences: of fitted and held-out data together, and of the former.
+
+    The same as the linear one where the unknowns' posterior is normal. It is far from normal where the fitted data do
+    not show what acts among the others, as a resonance there does: then the linear one holds next to a minimum only
+    that fitted data do not tell from others.
+
+    Parameters
+    ----------
+    linear : _Prediction
+        From derivatives at the minimum of the fitted data.
+    start : array, shape (d,)
+        Coordinates at which the hypothesis fits all data.
+    kept, held_out : Hypothesis
+    minimum : Minimum
+        Of the fitted data.
+    """
+    (fitted, fitted_slopes), (rest, rest_slopes) = kept.linearised(start), held_out.linearised(start)
+    rise = float(fitted @ fitted + start @ start + rest @ rest) - minimum.cost
+    slopes = np.concatenate([fitted_slopes, rest_slopes])
+    joint = float(np.linalg.slogdet(np.eye(len(start)) + slopes.T @ slopes)[1])
+    volumes = joint - float(np.linalg.slogdet(minimum.precision)[1])
+    return linear._replace(square=rise, log_score=-0.5 * (rise + volumes))
