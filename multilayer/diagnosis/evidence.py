@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import permutations
 
 import numpy as np
 from scipy.special import logsumexp
@@ -42,6 +41,7 @@ from multilayer.diagnosis.thresholds import (
 )
 from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
+from multilayer.inference.multistart import is_far_off
 from multilayer.inference.pulls import nuisance_p_value, stated_pulls
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
@@ -290,6 +290,9 @@ def compare(
             after = _best_pair(fitted, evidence)
             more = _exchanged(fitted[after], effects, singles) if is_open and after and after != before else {}
             tasks = {names: task for names, task in more.items() if frozenset(names) not in seen}
+        singles_again = _again_by_themselves(_best_pair(fitted, evidence), fitted, executor)
+        fitted |= singles_again
+        evidence |= {names: tolerant_evidence(fit) for names, fit in singles_again.items()}
     free = [fit.log_evidence for fit in (places or {}).values()]
     evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES)[0], *free]
     evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
@@ -325,6 +328,26 @@ def _best_pair(fitted: Mapping[tuple[str, ...], Fitted], evidence: Mapping[tuple
     return max((names for names in fitted if len(names) > 1), key=evidence.__getitem__, default=())
 
 
+def _again_by_themselves(
+    pair: tuple[str, ...], fitted: Mapping[tuple[str, ...], Fitted], executor: Executor | None
+) -> dict[tuple[str, ...], Fitted]:
+    """Return better fits of the effects of a pair, each by itself, from the pair's minimum.
+
+    Where a single effect is far off and the pair is not, the search for it may have gone astray.
+    """
+    if not pair or is_far_off(fitted[pair].minimum.cost_per_datum):
+        return {}
+    hypothesis, z = fitted[pair].hypothesis.bare(fitted[pair].minimum.z)
+    begun = {}
+    for index, other in enumerate(reversed(hypothesis.effects)):
+        alone, at = hypothesis.without(index, z)
+        names = (other.name,)
+        if names in fitted and is_far_off(fitted[names].minimum.cost_per_datum):
+            begun[names] = StartedFit.at(alone, at[None])
+    again = polish_fits(finish_all(begun, executor), executor)
+    return {names: fit for names, fit in again.items() if fit.log_evidence > fitted[names].log_evidence}
+
+
 def _fit_pairs(tasks: PairTasks, executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
     """Return fits of pairs; such as are far behind others are given up."""
     started = dict(zip(tasks, run_all(_begin_pair, list(tasks.values()), executor), strict=True))
@@ -338,9 +361,9 @@ def _exchanged(pair: Fitted, effects: Mapping[str, BaseEffect], singles: Mapping
     """
     tasks: PairTasks = {}
     hypothesis, z = pair.hypothesis.bare(pair.minimum.z)
-    for other, kept in permutations(hypothesis.effects):
-        is_kept = [not parameter.name.startswith(f"{other.name}.") for parameter in hypothesis.parameters]
-        base = replace(pair, hypothesis=hypothesis.with_effects(kept), minimum=replace(pair.minimum, z=z[is_kept]))
+    for index, kept in enumerate(reversed(hypothesis.effects)):
+        alone, at = hypothesis.without(index, z)
+        base = replace(pair, hypothesis=alone, minimum=replace(pair.minimum, z=at))
         for (name,) in singles:
             if name not in pair.names:
                 tasks[kept.name, name] = base, effects[name]
