@@ -75,6 +75,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
     return {
         "kind": place.kind,
         "place": place.name,
+        **({"variant": place.variant} if place.variant else {}),
         **({"configuration": place.configuration} if place.configuration else {}),
         **({"free_rim": True} if place.needs_finite_elements else {}),
         "quantity": place.quantity,

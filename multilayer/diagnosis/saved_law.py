@@ -114,6 +114,7 @@ class SavedLaw(Model):
     """
 
     place: str
+    variant: str = ""
     configuration: str = ""
     free_rim: Annotated[bool, Field(strict=True)] = False
     quantity: str = ""
@@ -240,15 +241,17 @@ def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
 
 
 def _saved(law: Mapping[str, Any]) -> SavedLaw:
-    named = {key: law[key] for key in ("place", "configuration", "free_rim", "quantity", "unit") if key in law}
+    named = {
+        key: law[key] for key in ("place", "variant", "configuration", "free_rim", "quantity", "unit") if key in law
+    }
     form = law["form"]
     if law["form_is_enough"]:
         terms = tuple(
             SavedTerm(kind=term["kind"], order=term["order"], parameters=term["parameters"]) for term in form["terms"]
         )
         return SavedLaw(**named, text=form["text"], centre=form["centre_hz"], terms=terms)
-    keys = ("frequency_hz", "real", "real_low", "real_high", "imag", "imag_low", "imag_high")
-    return SavedLaw(**named, table=SavedTable(**{key: tuple(law[key]) for key in keys}))
+    columns = ("frequency_hz", "real", "real_low", "real_high", "imag", "imag_low", "imag_high")
+    return SavedLaw(**named, table=SavedTable(**{key: tuple(law[key]) for key in columns}))
 
 
 def _rig_effect(name: str, file: Path | None) -> Effect:
@@ -292,13 +295,16 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
     if saved.place not in known:
         text = f"there is no place '{saved.place}'; {suggest(saved.place, known)}"
         raise InputError(Problem(text, file=file))
-    kind = known[saved.place]
+    kinds = {kind.variant: kind for kind in known[saved.place].variants()}
+    if saved.variant not in kinds:
+        text = f"the place {saved.place} has no variant '{saved.variant}'; {suggest(saved.variant, kinds)}"
+        raise InputError(Problem(text, file=file))
     fields: dict[str, Any] = {"configuration": saved.configuration} if saved.configuration else {}
     if saved.free_rim:
         if saved.place != SampleShape.name:
             raise InputError(Problem(f"free_rim is of the place {SampleShape.name}, not of {saved.place}", file=file))
         fields["needs_finite_elements"] = True
-    place: BasePlace = kind(**fields)
+    place: BasePlace = kinds[saved.variant](**fields)
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)

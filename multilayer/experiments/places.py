@@ -51,6 +51,8 @@ class BasePlace:
         For people.
     quantity, unit : str
         What the law is, and in which unit.
+    variant : str
+        Which of several ways it is in which a law can act there; empty of the usual one.
     configuration : str
         Its name, of a place in one configuration only; a layer's, of a place in one layer.
     terms : mapping
@@ -78,6 +80,7 @@ class BasePlace:
     title: ClassVar[str]
     quantity: ClassVar[str]
     unit: ClassVar[str] = ""
+    variant: ClassVar[str] = ""
     configuration: str = ""
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
@@ -94,9 +97,14 @@ class BasePlace:
         return f"{self.name}[{self.configuration}]" if self.configuration else self.name
 
     @classmethod
+    def variants(cls) -> tuple[type[Any], ...]:
+        """Return the classes of this place, one for each way in which a law can act there; all have its name."""
+        return (cls,)
+
+    @classmethod
     def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
-        """Return the places of this kind in a campaign or a series of measurements: usually one."""
-        return [cls()]
+        """Return the places of this kind in a campaign or a series of measurements: usually one of each variant."""
+        return [kind() for kind in cls.variants()]
 
     def in_words(self, law: str) -> str:
         """Return what acts there, given the words of its simple form."""

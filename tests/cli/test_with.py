@@ -7,6 +7,7 @@ import pytest
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
+from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
 from multilayer.errors import InputError
 from multilayer.experiments.places import TabulatedLaw
@@ -137,6 +138,8 @@ def test_a_table_is_a_law_with_its_band():
         ({"laws": [{**SAVED["laws"][0], "place": "top_plat"}]}, "did you mean 'top_plate'"),
         ({"laws": [{**SAVED["laws"][0], "terms": []}]}, "terms"),
         ({"laws": [{**SAVED["laws"][0], "free_rim": True}]}, "free_rim is of the place sample_shape"),
+        ({"laws": [{**SAVED["laws"][0], "variant": "at_once"}]}, "top_plate has no variant 'at_once'"),
+        ({"laws": [{**SAVED["laws"][0], "place": "sample_strain", "variant": "atonce"}]}, "did you mean 'at_once'"),
         ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
         (
             {
@@ -179,6 +182,25 @@ def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
     file.write_text(dump_yaml({"kind": "rig-law", **saved.model_dump(mode="json")}))
     (effect,) = known_effects(str(file))
     assert effect.needs_finite_elements is rim
+
+
+@pytest.mark.parametrize(
+    ("place", "variant", "kind"),
+    [
+        ("sample_strain", "", SampleStrain),
+        ("sample_strain", "at_once", SampleStrainAtOnce),
+        ("sample_order", "", SampleOrder),
+        ("sample_order", "since_mounting", SampleOrderInMounting),
+    ],
+)
+def test_a_law_is_saved_with_the_way_in_which_it_acts(tmp_path, place, variant, kind):
+    curves = {f"{part}{end}": [0.1, 0.1] for part in ("real", "imag") for end in ("", "_low", "_high")}
+    law = {"place": place, "variant": variant, "form_is_enough": False, "form": None, **curves}
+    saved = saved_law({"verdict": "unknown", "law": {**law, "frequency_hz": [100.0, 900.0]}}, "foam")
+    file = tmp_path / "rig.yaml"
+    file.write_text(dump_yaml({"kind": "rig-law", **saved.model_dump(mode="json")}))
+    (effect,) = known_effects(str(file))
+    assert type(effect.at_place) is kind
 
 
 def test_what_is_no_effect_and_no_file_is_told(tmp_path):

@@ -23,8 +23,7 @@ def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
     rng = np.random.default_rng(0)
-    for name in PLACES.names():
-        place = PLACES[name].instances(bench.settings)[0]
+    for place in (place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)):
         problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
         z = 0.3 * rng.standard_normal(len(problem.parameters))
         residual, jacobian = problem.linearised(z)
@@ -160,7 +159,17 @@ def test_one_recording_alone_has_no_order():
     first, *others = joint_bench().settings
     alone = replace(first, order=np.zeros(1))
     assert PLACES["sample_order"].instances((alone,)) == []
-    assert len(PLACES["sample_order"].instances((alone, *others))) == 1
+    order, in_mounting = PLACES["sample_order"].instances((alone, *others))
+    assert (order.variant, in_mounting.variant) == ("", "since_mounting")
+
+
+def test_time_begins_anew_with_each_mounting():
+    """Two configurations of three bursts: the overall order goes on, the time since mounting does not."""
+    first, second, *_ = joint_bench().settings
+    _, in_mounting = PLACES["sample_order"].variants()
+    for setting, order in ((first, [0.0, 0.0, 0.2, 0.4]), (second, [0.6, 0.6, 0.8, 1.0])):
+        factor = in_mounting().factor(replace(setting, order=np.array(order)))
+        assert factor == pytest.approx(np.log([1, 1, 2, 3]))
 
 
 def test_a_law_that_is_known_too_well_for_rounding_has_a_simple_form():

@@ -50,36 +50,38 @@ class SampleLoad(Sample):
         return setting.static_stress
 
 
-@dataclass(frozen=True)
 class SampleStrain(Sample):
     """The sample under strain: E becomes ``E / (1 - v e)``, v the law and e the amplitude of the dynamic strain.
 
-    Attributes
-    ----------
-    has_memory : bool
-        Whether the modulus is the same throughout a burst, as of filled rubbers, or follows the strain at once.
+    The modulus is the same throughout a burst, as of filled rubbers.
     """
-
-    has_memory: bool = True
 
     name = "sample_strain"
     title = "in the sample, by its dynamic strain"
     quantity = "change of ln E per strain"
 
     @classmethod
-    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
+    def variants(cls) -> tuple[type[SampleStrain], ...]:
         """Return both kinds of softening."""
-        return [cls(has_memory=True), cls(has_memory=False)]
+        return (SampleStrain, SampleStrainAtOnce)
 
     def factor(self, setting: Setting) -> Any:
-        """Return the amplitude of the strain: of the burst, or as it acts on each bin."""
-        if self.has_memory:
-            return setting.burst_strain
-        return setting.strain_moment(np.ones(1))
+        """Return the amplitude of the burst's strain."""
+        return setting.burst_strain
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the modulus at that strain."""
         return np.asarray(modulus / (1 - values * self.factor(setting)))
+
+
+class SampleStrainAtOnce(SampleStrain):
+    """The sample under strain, its modulus following the strain at once."""
+
+    variant = "at_once"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return the amplitude of the strain as it acts on each bin."""
+        return setting.strain_moment(np.ones(1))
 
 
 class SampleOrder(Sample):
@@ -90,13 +92,33 @@ class SampleOrder(Sample):
     quantity = "change of ln E from first to last recording"
 
     @classmethod
+    def variants(cls) -> tuple[type[SampleOrder], ...]:
+        """Return what goes on throughout, and what begins anew with each mounting."""
+        return (SampleOrder, SampleOrderInMounting)
+
+    @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
-        """Return the place, if there is an order: one recording alone has none."""
-        return [cls()] if any(np.any(setting.order) for setting in settings) else []
+        """Return the places, if there is an order: one recording alone has none."""
+        return [kind() for kind in cls.variants() if any(np.any(kind().factor(setting)) for setting in settings)]
 
     def factor(self, setting: Setting) -> Any:
         """Return the place in the order, 0 to 1."""
         return setting.order
+
+
+class SampleOrderInMounting(SampleOrder):
+    """The sample over time since its mounting: ln E changes in proportion to ``ln(1 + k)``, k the bursts since then.
+
+    As a sample creeps under the weight of its plate, or recovers from being glued.
+    """
+
+    variant = "since_mounting"
+    title = "in the sample, by the time since its mounting"
+    quantity = "change of ln E per logarithm of the bursts since its mounting"
+
+    def factor(self, setting: Setting) -> Any:
+        """Return ``ln(1 + k)``."""
+        return np.log1p(setting.since_mounting)
 
 
 @dataclass(frozen=True)

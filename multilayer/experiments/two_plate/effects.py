@@ -58,6 +58,11 @@ class Setting:
         return 2 * np.pi * self.data.frequency
 
     @cached_property
+    def since_mounting(self) -> RealArray:
+        """Bursts measured since the sample was mounted, shape (n,): configurations follow one another."""
+        return np.unique(self.order, return_inverse=True)[1].astype(float)
+
+    @cached_property
     def area(self) -> float:
         """Area of the sample's face, m2."""
         return float(np.pi * self.configuration.specimen_radius**2)
