@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -31,6 +32,8 @@ _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
+# of a resonance in that law: amplitude, frequency and loss factor, of which the nearest are followed
+_RESONANCES = tuple(product((-0.5, -0.1, -0.02, 0.02, 0.1, 0.5), np.linspace(-2, 2, 17), (-1.0, 0.0, 1.0)))
 _CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
@@ -420,7 +423,8 @@ def _descended(hypothesis: Hypothesis, z: RealArray, most: int, tolerance: float
 def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     """Return a place with a law that resonates, where that has more evidence."""
     scale, frequency = _scale(nominal, at.place)
-    form = _fit_form(nominal, at, SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale), None)
+    law = SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale)
+    form = _fit_form(nominal, at, law, _nearest(at, law)[1])
     is_better = form.log_evidence > at.log_evidence
     return replace(at, simple=form.fitted, log_evidence=form.log_evidence) if is_better else at
 
@@ -435,7 +439,7 @@ def _fit_forms(
     order = sorted(range(len(laws)), key=lambda i: distances[i][0])
     sharp = [i for i, terms in enumerate(sums) if terms[-1].kind == "resonance"]
     chosen = dict.fromkeys([*order[:most], *sharp])
-    tasks = [partial(_fit_form, nominal, at, laws[i], None if i in sharp else distances[i][1]) for i in chosen]
+    tasks = [partial(_fit_form, nominal, at, laws[i], distances[i][1]) for i in chosen]
     return run_all(call, tasks, executor)
 
 
@@ -460,17 +464,23 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
         return np.concatenate([root @ (ahead.T.ravel() - nodes), z])
 
     starts = [np.array(start) for start in law.starts[:_STARTS]]
+    if law.terms[-1].kind == "resonance":
+        before = starts[0][: -law.terms[-1].count]
+        grid = [np.array([*before, *resonance]) for resonance in _RESONANCES]
+        starts = sorted(grid, key=lambda z: float(np.sum(residual(z) ** 2)))[:_STARTS]
     ends = [least_squares(residual, start, max_nfev=_COARSE[0]) for start in starts]
     best = min(ends, key=lambda end: end.cost)
     return float(best.cost), best.x
 
 
-def _fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray | None) -> SimpleForm:
-    """Return the fit of a simple law, from coordinates near its solution or, without these, from everywhere."""
+def _fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray) -> SimpleForm:
+    """Return the fit of a simple law from coordinates near its solution; of a resonance also from everywhere.
+
+    A smooth drawn law need not show it.
+    """
     hypothesis, start = nominal.hypothesis.with_effects(law), at.fitted.minimum.z[: len(nominal.minimum.z)]
-    if near is None:
-        starts = begin(hypothesis, start, others=nominal.minimum.z[None]).starts
-    else:
-        starts = np.concatenate([start, near])[None]
+    starts = np.concatenate([start, near])[None]
+    if law.terms[-1].kind == "resonance":
+        starts = np.concatenate([starts, begin(hypothesis, start, others=nominal.minimum.z[None]).starts])
     best = best_of([_descended(hypothesis, z, *_FINE) for z in starts])
     return SimpleForm(at.place, best, tolerant_evidence(best))

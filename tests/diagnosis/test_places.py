@@ -139,6 +139,13 @@ def test_the_place_and_the_simple_form_of_its_law(name, term, values):
     assert np.all(np.abs(fitted.minimum.z[-len(values) :] - true) < 4 * deviations)
 
 
+def test_a_faint_sharp_resonance_is_found_where_a_drawn_law_shows_it():
+    nominal = measured((PLACES["reading"](), Term("resonance"), [0.01, 1250.0, 0.02]))
+    first, *_ = with_resonances(nominal, fit_places(nominal, names=["reading", "plate"])).values()
+    assert first.place.name == "reading"
+    assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+
+
 def test_the_band_of_a_drawn_law_holds_the_true_one():
     nominal = measured((PLACES["beside"](), Term("lossy"), [2e3, 0.2]))
     place = fit_places(nominal, names=("beside",))["beside"]
