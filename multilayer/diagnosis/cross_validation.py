@@ -143,6 +143,12 @@ class _Prediction(NamedTuple):
     log_score: float
     pulls: RealArray
 
+    @classmethod
+    def of(cls, residual: RealArray, by_unknowns: LowRank, with_laws: LowRank, pulls: RealArray) -> _Prediction:
+        """Return it from a residual and its covariances, without and with the errors of laws."""
+        square = float(np.sum(by_unknowns.whitened(residual) ** 2))
+        return cls(square, len(residual), with_laws.log_density(residual), pulls)
+
 
 def _gap(parts: Sequence[_Prediction]) -> float:
     squares, n = sum(part.square for part in parts), sum(part.n for part in parts)
@@ -170,12 +176,11 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     residual, slopes = held_out.linearised(minimum.z)
     pulls = stated_pulls(kept.parameters, minimum.z)
     by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))
-    square = float(np.sum(by_unknowns.whitened(residual) ** 2))
     if not fitted.errors:
-        linear = _Prediction(square, len(residual), by_unknowns.log_density(residual), pulls)
-        if not fitted.hypothesis.effects:
-            return linear
-        return max(linear, _by_joint_minimum(linear, start, kept, held_out, minimum), key=lambda part: part.log_score)
+        found = [_Prediction.of(residual, by_unknowns, by_unknowns, pulls)]
+        if fitted.hypothesis.effects:
+            found.append(_by_joint_minimum(start, kept, held_out, minimum, pulls))
+        return max(found, key=lambda prediction: prediction.log_score)
     kept_residual, kept_slopes = kept.linearised(minimum.z)
     common, separate = law_columns(kept, minimum.z)
     held_out_common, held_out_separate = law_columns(held_out, minimum.z)
@@ -187,33 +192,30 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     zeros = np.zeros((len(residual), separate.shape[1]))
     predicted_columns = np.concatenate([slopes, held_out_common, zeros], axis=1)
     root = np.concatenate([prediction_root(predicted_columns, fitted_columns), held_out_separate], axis=1)
-    # without the predicted errors' uncertainty
-    square = float(np.sum(by_unknowns.whitened(residual) ** 2))
-    return _Prediction(square, len(residual), LowRank.of(root).log_density(residual), pulls)
+    return _Prediction.of(residual, by_unknowns, LowRank.of(root), pulls)
 
 
 def _by_joint_minimum(
-    linear: _Prediction, start: RealArray, kept: Hypothesis, held_out: Hypothesis, minimum: Minimum
+    start: RealArray, kept: Hypothesis, held_out: Hypothesis, minimum: Minimum, pulls: RealArray
 ) -> _Prediction:
     """Return the prediction by the ratio of two evidences: of fitted and held-out data together, and of the former.
 
-    The same as the linear one where the unknowns' posterior is normal. It is far from normal where the fitted data do
-    not show what acts among the others, as a resonance there does: then the linear one holds next to a minimum only
-    that fitted data do not tell from others.
+    The same as by derivatives where the unknowns' posterior is normal. It is far from normal where the fitted data do
+    not show what acts among the others, as a resonance there does: then derivatives hold next to a minimum only that
+    fitted data do not tell from others.
 
     Parameters
     ----------
-    linear : _Prediction
-        From derivatives at the minimum of the fitted data.
     start : array, shape (d,)
         Coordinates at which the hypothesis fits all data.
     kept, held_out : Hypothesis
     minimum : Minimum
         Of the fitted data.
+    pulls : array
+        Of stated quantities there.
     """
-    (fitted, fitted_slopes), (rest, rest_slopes) = kept.linearised(start), held_out.linearised(start)
-    rise = float(fitted @ fitted + start @ start + rest @ rest) - minimum.cost
-    slopes = np.concatenate([fitted_slopes, rest_slopes])
-    joint = float(np.linalg.slogdet(np.eye(len(start)) + slopes.T @ slopes)[1])
-    volumes = joint - float(np.linalg.slogdet(minimum.precision)[1])
-    return linear._replace(square=rise, log_score=-0.5 * (rise + volumes))
+    parts = [part.linearised(start) for part in (kept, held_out)]
+    residual, slopes = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    joint = Minimum(start, float(residual @ residual), residual, slopes)
+    n = len(residual) - len(minimum.residual)
+    return _Prediction(joint.cost - minimum.cost, n, joint.log_evidence - minimum.log_evidence, pulls)

@@ -14,6 +14,7 @@ from functools import cached_property, partial
 import numpy as np
 from scipy.special import logsumexp
 
+from multilayer.arrays import RealArray
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, StartedFit, begin, finish_all, polish_fits
@@ -41,6 +42,7 @@ from multilayer.diagnosis.thresholds import (
 )
 from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
+from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.multistart import is_far_off
 from multilayer.inference.pulls import nuisance_p_value, stated_pulls
 
@@ -290,9 +292,9 @@ def compare(
             after = _best_pair(fitted, evidence)
             more = _exchanged(fitted[after], effects, singles) if is_open and after and after != before else {}
             tasks = {names: task for names, task in more.items() if frozenset(names) not in seen}
-        singles_again = _again_by_themselves(_best_pair(fitted, evidence), fitted, executor)
-        fitted |= singles_again
-        evidence |= {names: tolerant_evidence(fit) for names, fit in singles_again.items()}
+        again = _again_by_themselves(_best_pair(fitted, evidence), fitted, executor)
+        fitted |= again
+        evidence |= {names: tolerant_evidence(fit) for names, fit in again.items()}
     free = [fit.log_evidence for fit in (places or {}).values()]
     evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES)[0], *free]
     evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
@@ -337,13 +339,11 @@ def _again_by_themselves(
     """
     if not pair or is_far_off(fitted[pair].minimum.cost_per_datum):
         return {}
-    hypothesis, z = fitted[pair].hypothesis.bare(fitted[pair].minimum.z)
-    begun = {}
-    for index, other in enumerate(reversed(hypothesis.effects)):
-        alone, at = hypothesis.without(index, z)
-        names = (other.name,)
-        if names in fitted and is_far_off(fitted[names].minimum.cost_per_datum):
-            begun[names] = StartedFit.at(alone, at[None])
+    begun = {
+        alone.names: StartedFit.at(alone, z[None])
+        for alone, z in _parts(fitted[pair])
+        if is_far_off(fitted[alone.names].minimum.cost_per_datum)
+    }
     again = polish_fits(finish_all(begun, executor), executor)
     return {names: fit for names, fit in again.items() if fit.log_evidence > fitted[names].log_evidence}
 
@@ -360,14 +360,18 @@ def _exchanged(pair: Fitted, effects: Mapping[str, BaseEffect], singles: Mapping
     What single effects promise may mislead where neither explains anything alone.
     """
     tasks: PairTasks = {}
-    hypothesis, z = pair.hypothesis.bare(pair.minimum.z)
-    for index, kept in enumerate(reversed(hypothesis.effects)):
-        alone, at = hypothesis.without(index, z)
-        base = replace(pair, hypothesis=alone, minimum=replace(pair.minimum, z=at))
+    for alone, z in _parts(pair):
+        base = replace(pair, hypothesis=alone, minimum=replace(pair.minimum, z=z))
         for (name,) in singles:
             if name not in pair.names:
-                tasks[kept.name, name] = base, effects[name]
+                tasks[*alone.names, name] = base, effects[name]
     return tasks
+
+
+def _parts(pair: Fitted) -> list[tuple[Hypothesis, RealArray]]:
+    """Return the hypotheses of each effect of a pair by itself, with the pair's coordinates; its last effect first."""
+    hypothesis, z = pair.hypothesis.bare(pair.minimum.z)
+    return [hypothesis.without(index, z) for index in range(len(hypothesis.effects))]
 
 
 def _likely(fitted: Fitted, others: Mapping[str, BaseEffect], executor: Executor | None) -> list[str]:

@@ -92,7 +92,7 @@ class PlaceFit:
     @property
     def is_resonant(self) -> bool:
         """Whether the law is a resonance."""
-        return self.simple is not None and self.simple.hypothesis.effects[-1].terms[-1].kind == "resonance"
+        return self.simple is not None and self.simple.hypothesis.effects[-1].is_resonant
 
     @property
     def _simple(self) -> tuple[SimpleLaw, RealArray, RealArray] | None:
@@ -437,7 +437,7 @@ def _fit_forms(
     laws = [SimpleLaw.at(at.place, terms, frequency, scale) for terms in sums]
     distances = [_nearest(at, law) for law in laws]
     order = sorted(range(len(laws)), key=lambda i: distances[i][0])
-    sharp = [i for i, terms in enumerate(sums) if terms[-1].kind == "resonance"]
+    sharp = [i for i, law in enumerate(laws) if law.is_resonant]
     chosen = dict.fromkeys([*order[:most], *sharp])
     tasks = [partial(_fit_form, nominal, at, laws[i], distances[i][1]) for i in chosen]
     return run_all(call, tasks, executor)
@@ -464,7 +464,7 @@ def _nearest(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
         return np.concatenate([root @ (ahead.T.ravel() - nodes), z])
 
     starts = [np.array(start) for start in law.starts[:_STARTS]]
-    if law.terms[-1].kind == "resonance":
+    if law.is_resonant:
         before = starts[0][: -law.terms[-1].count]
         grid = [np.array([*before, *resonance]) for resonance in _RESONANCES]
         starts = sorted(grid, key=lambda z: float(np.sum(residual(z) ** 2)))[:_STARTS]
@@ -480,7 +480,7 @@ def _fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray) ->
     """
     hypothesis, start = nominal.hypothesis.with_effects(law), at.fitted.minimum.z[: len(nominal.minimum.z)]
     starts = np.concatenate([start, near])[None]
-    if law.terms[-1].kind == "resonance":
+    if law.is_resonant:
         starts = np.concatenate([starts, begin(hypothesis, start, others=nominal.minimum.z[None]).starts])
     best = best_of([_descended(hypothesis, z, *_FINE) for z in starts])
     return SimpleForm(at.place, best, tolerant_evidence(best))

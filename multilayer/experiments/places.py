@@ -424,6 +424,11 @@ class SimpleLaw(LawAtPlace):
         starts = tuple(sum(each, ()) for each in product(*(term.starts() for term in terms)))
         return cls(place, tuple(terms), math.sqrt(band[0] * band[1]), place.label, parameters, starts)
 
+    @property
+    def is_resonant(self) -> bool:
+        """Whether its last term is a resonance."""
+        return self.terms[-1].kind == "resonance"
+
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
         return self.law_at(setting.frequency, [values[parameter.name] for parameter in self.parameters])

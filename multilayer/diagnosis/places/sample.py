@@ -99,7 +99,8 @@ class SampleOrder(Sample):
     @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
         """Return the places, if there is an order: one recording alone has none."""
-        return [kind() for kind in cls.variants() if any(np.any(kind().factor(setting)) for setting in settings)]
+        places = super().instances(settings)
+        return [place for place in places if any(np.any(place.factor(setting)) for setting in settings)]
 
     def factor(self, setting: Setting) -> Any:
         """Return the place in the order, 0 to 1."""
