@@ -173,14 +173,20 @@ def test_an_effect_has_the_law_whose_parameters_were_saved(tmp_path, name, kind)
     assert effect.parameters[0].prior.lognormal[0] == 0.16
 
 
-@pytest.mark.parametrize("rim", [False, True])
-def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
+def saved_and_read(tmp_path, **law):
+    """Return the effect of a law of a diagnosis, by a file."""
     curves = {f"{part}{end}": [0.1, 0.1] for part in ("real", "imag") for end in ("", "_low", "_high")}
-    law = {"place": "sample_shape", "free_rim": rim, "form_is_enough": False, "form": None, **curves}
+    drawn = {"frequency_hz": [100.0, 900.0], "form_is_enough": False, "form": None, **curves, **law}
     file = tmp_path / "rig.yaml"
-    saved = saved_law({"verdict": "unknown", "law": {**law, "frequency_hz": [100.0, 900.0]}}, "foam")
+    saved = saved_law({"verdict": "unknown", "law": drawn}, "foam")
     file.write_text(dump_yaml({"kind": "rig-law", **saved.model_dump(mode="json")}))
     (effect,) = known_effects(str(file))
+    return effect
+
+
+@pytest.mark.parametrize("rim", [False, True])
+def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
+    effect = saved_and_read(tmp_path, place="sample_shape", free_rim=rim)
     assert effect.needs_finite_elements is rim
 
 
@@ -194,12 +200,7 @@ def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
     ],
 )
 def test_a_law_is_saved_with_the_way_in_which_it_acts(tmp_path, place, variant, kind):
-    curves = {f"{part}{end}": [0.1, 0.1] for part in ("real", "imag") for end in ("", "_low", "_high")}
-    law = {"place": place, "variant": variant, "form_is_enough": False, "form": None, **curves}
-    saved = saved_law({"verdict": "unknown", "law": {**law, "frequency_hz": [100.0, 900.0]}}, "foam")
-    file = tmp_path / "rig.yaml"
-    file.write_text(dump_yaml({"kind": "rig-law", **saved.model_dump(mode="json")}))
-    (effect,) = known_effects(str(file))
+    effect = saved_and_read(tmp_path, place=place, variant=variant)
     assert type(effect.at_place) is kind
 
 

@@ -1,28 +1,11 @@
 """Predictions of held-out data, and their covariance."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from multilayer.diagnosis.cross_validation import cross_validate
-from multilayer.diagnosis.effects.rocking import Rocking
-from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.inference.low_rank import prediction_root
-from tests.diagnosis.test_places import measured
-
-
-def rocking(configurations):
-    """Return the nominal fit and one with the rocking mode at 700 Hz that acts in the data."""
-    without = measured()
-    nominal, z = without.hypothesis, without.minimum.z
-    effect = [p.prior.coordinate(v) for p, v in zip(Rocking.parameters, (0.03, 700.0, 0.1), strict=True)]
-    known = nominal.with_effects(Rocking())
-    moved = zip(known.differences(np.concatenate([z, effect])), nominal.differences(z), strict=True)
-    data = [replace(d, ratio=d.ratio * np.exp(a - b)) for d, (a, b) in zip(nominal.data, moved, strict=True)]
-    nominal, known = (each.with_data(data[:configurations]) for each in (nominal, known))
-    z = z[: len(nominal.nominal_parameters)]
-    return fit(nominal, z), Fitted(known, minimise_scaled(known, np.concatenate([z, effect])))
+from tests.diagnosis.rigs import rocking
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])

@@ -6,7 +6,7 @@ from multilayer.diagnosis.effects.channel_gain import ChannelGain
 from multilayer.diagnosis.effects.rocking import Rocking
 from multilayer.diagnosis.evidence import compare
 from multilayer.diagnosis.fitting import StartedFit, fit_effects, polish_fits
-from tests.diagnosis.test_cross_validation import rocking
+from tests.diagnosis.rigs import rocking
 
 
 def test_a_single_effect_whose_search_went_astray_is_found_by_its_pair():

@@ -5,18 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
+from multilayer.diagnosis.fitting import fit
 from multilayer.diagnosis.place_fits import fit_places, is_explained, simple_form, with_resonances
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
-from multilayer.experiments.two_plate.campaign import CampaignProblem
-from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
-from multilayer.experiments.two_plate.ratios import ConfigurationData
-from multilayer.fits.joint.search import law_space
 from multilayer.inference.derivative import central
-from multilayer.measurements.description import Campaign, Uncertainty
-from multilayer.testing.benches import joint_bench, soft_sample
+from multilayer.testing.benches import joint_bench
+from tests.diagnosis.rigs import TRIED, measured
 
 
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
@@ -61,54 +57,6 @@ def test_simple_laws(term, values, law):
     assert form.centre == pytest.approx(400.0)
     shown = form.law_at(f, [np.array([value]) for value in values])
     assert shown == pytest.approx(law(f))
-
-
-F = np.geomspace(90.0, 1600.0, 40)
-
-
-CENTRES = F[1::4]
-TRIED = ("top_plate", "faces", "beside", "reading", "added_reading", "sample_radius")
-
-
-def campaign():
-    """Return three heights under two plates, and a slimmer sample."""
-    shapes = [(h, t, 0.0225) for h in (0.0125, 0.025, 0.04) for t in (0.001, 0.003)] + [(0.025, 0.001, 0.012)]
-    bursts = [{"frequency": float(f), "file": f"{f:g}.npz"} for f in CENTRES]
-    described = joint_bench().campaign.model_dump(exclude={"folder", "configurations"}, mode="json")
-    configurations = [
-        {"name": f"c{i}", "specimen_thickness": h, "top_plate_thickness": t, "specimen_radius": r, "bursts": bursts}
-        for i, (h, t, r) in enumerate(shapes)
-    ]
-    return Campaign.model_validate({**described, "configurations": configurations})
-
-
-def measured(*acting, seed=0):
-    """Return a nominal fit to readings with a noise of 0.4 %, of a campaign where simple laws act at places.
-
-    Each is a place, a term, and its values.
-    """
-    rng, described = np.random.default_rng(seed), campaign()
-    ones, bursts = np.ones(F.size), np.arange(F.size) // 4
-    flat = [
-        ConfigurationData(c.name, c.specimen_thickness, F, bursts, ones + 0j, 1.6e-5 * ones, CENTRES)
-        for c in described.configurations
-    ]
-    rigs = {c.name: PlaneWaveRig.of(described, c) for c in described.configurations}
-    space = law_space("fractional_zener", F, np.full(F.size, 3e5 * (1 + 0.3j)))
-    problem = CampaignProblem(described, flat, rigs, space, Uncertainty(top_plate_mass=0.002, thickness=5e-5))
-    z = soft_sample(problem)
-    laws = [SimpleLaw.at(place, (term,), F, place.scale(problem.settings, 3e5)) for place, term, _ in acting]
-    pairs = [
-        (p.prior, v)
-        for law, (*_, values) in zip(laws, acting, strict=True)
-        for p, v in zip(law.parameters, values, strict=True)
-    ]
-    effects = [prior.coordinate(value) for prior, value in pairs]
-    shown = problem.with_effects(*laws).differences(np.concatenate([z, effects]))
-    noise = 0.004 * (rng.standard_normal((len(flat), F.size)) + 1j * rng.standard_normal((len(flat), F.size)))
-    data = [replace(d, ratio=np.exp(s + n)) for d, s, n in zip(flat, shown, noise, strict=True)]
-    nominal = replace(problem, configurations=data)
-    return Fitted(nominal, minimise_scaled(nominal, z))
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.errors import InputError
 from multilayer.experiments.places import Term
-from tests.diagnosis.test_places import TRIED, measured
+from tests.diagnosis.rigs import TRIED, measured
 
 SHARE = (PLACES["added_reading"](), Term("power", 0), [0.03])
 SPRING = (PLACES["beside"](), Term("lossy"), [2e3, 0.2])
