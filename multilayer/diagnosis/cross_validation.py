@@ -216,6 +216,6 @@ def _by_joint_minimum(
     """
     parts = [part.linearised(start) for part in (kept, held_out)]
     residual, slopes = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    joint = Minimum(start, float(residual @ residual), residual, slopes)
+    joint = Minimum(start, residual, slopes)
     n = len(residual) - len(minimum.residual)
     return _Prediction(joint.cost - minimum.cost, n, joint.log_evidence - minimum.log_evidence, pulls)

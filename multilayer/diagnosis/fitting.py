@@ -149,10 +149,7 @@ class StartedFit:
         if _has_law_errors(hypothesis):
             errors = LowRank.of(law_basis(hypothesis, z))
             problem = WithModelErrors(hypothesis, errors)
-        residual, slopes = problem.linearised(z)
-        return cls(
-            hypothesis, starts, Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes), errors)
-        )
+        return cls(hypothesis, starts, Fitted(hypothesis, problem.as_minimum(z), errors))
 
     @property
     def ends(self) -> list[Callable[[], Fitted]]:

@@ -73,22 +73,20 @@ class WithLawErrors(Problem):
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
         errors = LowRank.of(basis)
         residual = _whitened(hypothesis, [values[0] for values in differences])
-        factors = _factors(hypothesis, -basis.T @ errors.whitened(errors.whitened(residual)))
+        factors = _factors(hypothesis, -basis.T @ errors.inverse(residual))
         total = [*differences]
         for of_effect, parts in zip(factors, changes, strict=True):
             total = [a + factor * change for a, factor, change in zip(total, of_effect, parts, strict=True)]
         slopes = stencil.derivative(_whitened(hypothesis, total))
         # d ln |C| = 2 tr(B^T C^-1 dB)
         root = np.sqrt(errors.log_determinant)
-        inverse = errors.whitened(errors.whitened(basis.T))
-        growth = stencil.derivative(_traced(hypothesis, changes, inverse)) / max(root, _TINY)
+        growth = stencil.derivative(_traced(hypothesis, changes, errors.inverse(basis.T))) / max(root, _TINY)
         values = np.append(errors.whitened(residual), root)
         return values, np.concatenate([errors.whitened(slopes.T).T, growth[None]])
 
     def minimum(self, minimum: Minimum) -> Minimum:
         """Return a minimum of this problem as that of the hypothesis, with residuals whitened by `errors`."""
-        residual = minimum.residual[:-1]
-        return replace(minimum, misfit=float(residual @ residual), residual=residual, jacobian=minimum.jacobian[:-1])
+        return replace(minimum, residual=minimum.residual[:-1], jacobian=minimum.jacobian[:-1])
 
 
 def smooth_basis(hypothesis: Hypothesis) -> RealArray:

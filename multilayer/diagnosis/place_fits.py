@@ -265,7 +265,8 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     scale, frequency = _scale(nominal, place)
     law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     at = np.concatenate([start, np.zeros(len(law.parameters))])
-    free = _finished(nominal, Fitted(nominal.hypothesis.with_effects(law), _unmoved(nominal, law, at)))
+    hypothesis = nominal.hypothesis.with_effects(law)
+    free = _finished(nominal, Fitted(hypothesis, hypothesis.as_minimum(at)))
     better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
     return _ranked({**places, **better}.values())
 
@@ -273,11 +274,6 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
 def _ranked(fits: Iterable[PlaceFit]) -> dict[str, PlaceFit]:
     """Return places by label, the one with the most evidence first."""
     return {fit.place.label: fit for fit in sorted(fits, key=lambda fit: -fit.log_evidence)}
-
-
-def _unmoved(nominal: Fitted, law: DrawnLaw, z: RealArray) -> Minimum:
-    residual, jacobian = nominal.hypothesis.with_effects(law).linearised(z)
-    return Minimum(z, float(residual @ residual), residual, jacobian)
 
 
 def is_explained(fits: Iterable[Fitted]) -> bool:
@@ -360,7 +356,7 @@ def _first_step(nominal: Fitted, place: BasePlace) -> Fitted:
     residual, jacobian = hypothesis.linearised(z)
     step = -np.linalg.solve(jacobian.T @ jacobian + np.eye(z.size), jacobian.T @ residual + z)
     ahead = residual + jacobian @ step
-    return Fitted(hypothesis, Minimum(z + step, float(ahead @ ahead), ahead, jacobian))
+    return Fitted(hypothesis, Minimum(z + step, ahead, jacobian))
 
 
 def _gains(nominal: Fitted, step: Fitted) -> bool:

@@ -78,7 +78,7 @@ def minimise(
     )  # fmt: skip
     count = len(minimum.residual) - n
     values, slopes = minimum.residual[:count], minimum.jacobian[:count]
-    return Minimum(minimum.z, float(values @ values), values, slopes, minimum.converged)
+    return Minimum(minimum.z, values, slopes, minimum.converged)
 
 
 def trust_region(
@@ -137,7 +137,7 @@ def trust_region(
     )  # fmt: skip
     values, slopes = np.asarray(result.fun), np.asarray(result.jac)
     at_bound = bool(np.any(np.minimum(result.x - low, high - result.x) < _ON_BOUND * (high - low)))
-    return Minimum(result.x, float(values @ values), values, slopes, bool(result.success), at_bound, tuple(history))
+    return Minimum(result.x, values, slopes, bool(result.success), at_bound, tuple(history))
 
 
 def minimise_bfgs(problem: Problem, start: RealArray) -> Minimum:
@@ -171,7 +171,7 @@ def minimise_bfgs(problem: Problem, start: RealArray) -> Minimum:
         if result.success:
             break
     values, slopes = problem.linearised(z)
-    return Minimum(z, float(values @ values), values, slopes, bool(result.success))
+    return Minimum(z, values, slopes, bool(result.success))
 
 
 def _cost_and_slope(problem: Problem, origin: RealArray, factor: RealArray, u: RealArray) -> tuple[float, RealArray]:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.inference.derivative import FINE, central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Problem
 
@@ -52,6 +51,12 @@ class LowRank:
         """Return ``(1 + B B^T)^(-1/2)`` times values, shape (..., n_data)."""
         shrink = 1 - 1 / np.sqrt(1 + self.sizes**2)
         return np.asarray(values - (values @ self.directions * shrink) @ self.directions.T)
+
+    def inverse(self, values: RealArray) -> RealArray:
+        """Return ``(1 + B B^T)^-1`` times values, shape (..., n_data)."""
+        return np.asarray(
+            values - (values @ self.directions * (self.sizes**2 / (1 + self.sizes**2))) @ self.directions.T
+        )
 
     def log_density(self, residual: RealArray) -> float:
         """Return the log density of a normal residual, shape (n_data,), without the constant ``-n/2 ln 2 pi``."""
@@ -100,5 +105,5 @@ class WithModelErrors(Problem):
 
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative."""
-        residual, slopes = central(self.problem.residual, z, FINE)
+        residual, slopes = self.problem.linearised(z)
         return self.errors.whitened(residual), self.errors.whitened(slopes.T).T

@@ -43,6 +43,10 @@ class Problem(ABC):
         """Return the residual at z and its derivative, shapes (n_data,) and (n_data, n_parameters)."""
         return forward(self.residual, z)
 
+    def as_minimum(self, z: RealArray) -> Minimum:
+        """Return a point that is taken for a minimum, coordinates of shape (n_parameters,)."""
+        return Minimum(z, *self.linearised(z))
+
 
 @dataclass(frozen=True, eq=False)
 class Points:
@@ -133,8 +137,6 @@ class Minimum:
     ----------
     z : array, shape (n,)
         Standard normal coordinates; of unknowns without priors any coordinates.
-    misfit : float
-        Sum of the squared residuals: chi-square of the data.
     residual : array, shape (n_data,)
     jacobian : array, shape (n_data, n)
     converged : bool
@@ -145,12 +147,16 @@ class Minimum:
     """
 
     z: RealArray
-    misfit: float
     residual: RealArray = field(repr=False)
     jacobian: RealArray = field(repr=False)
     converged: bool = True
     at_bound: bool = False
     history: tuple[tuple[RealArray, float], ...] = field(repr=False, default=())
+
+    @property
+    def misfit(self) -> float:
+        """Sum of the squared residuals: chi-square of the data."""
+        return float(self.residual @ self.residual)
 
     @property
     def norm(self) -> float:

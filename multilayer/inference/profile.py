@@ -144,7 +144,7 @@ def profile_likelihood(
 def _others(minimum: Minimum, index: int) -> Minimum:
     """Return a minimum as that of the other parameters alone."""
     z, slopes = np.delete(minimum.z, index), np.delete(minimum.jacobian, index, axis=1)
-    return Minimum(z, minimum.misfit, minimum.residual, slopes, minimum.converged)
+    return Minimum(z, minimum.residual, slopes, minimum.converged)
 
 
 def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tuple[float, Minimum]]:
@@ -177,7 +177,7 @@ def _least(problem: Held, start: RealArray) -> Minimum:
     if start.size:
         return minimise(problem, start)
     values = problem.residual(start)
-    return Minimum(start, float(values @ values), values, np.empty((values.size, 0)))
+    return Minimum(start, values, np.empty((values.size, 0)))
 
 
 def _marginal(points: list[tuple[float, Minimum]]) -> tuple[RealArray, float]:

@@ -14,7 +14,6 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.rig_designs import RIG_DESIGNS, rank_rig_designs
 from multilayer.diagnosis.tube.designs import TUBE_DESIGNS
 from multilayer.executors import local_pool
-from multilayer.inference.problem import Minimum
 from multilayer.testing.benches import joint_bench
 
 
@@ -27,8 +26,7 @@ def _large(name):
     hypothesis = joint_bench().with_effects(EFFECTS[name]())
     z = np.zeros(len(hypothesis.parameters))
     z[len(hypothesis.nominal_parameters) :] = 1.0
-    residual, slopes = hypothesis.linearised(z)
-    return Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
+    return Fitted(hypothesis, hypothesis.as_minimum(z))
 
 
 def test_swapped_channels_discriminate_a_gain_from_glue_wherever_it_is_computed():

@@ -16,7 +16,7 @@ N_DATA = 40
 
 def fitted(residual, z=(), stated=(), errors=None):
     parameters = tuple(SimpleNamespace(nuisance=is_nuisance) for is_nuisance in stated)
-    minimum = Minimum(np.array(z), 0.0, residual, np.empty((len(residual), len(z))))
+    minimum = Minimum(np.array(z), residual, np.empty((len(residual), len(z))))
     return Fitted(SimpleNamespace(parameters=parameters, effects=()), minimum, errors)
 
 

@@ -78,8 +78,7 @@ def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
     hypothesis = joint.with_effects(EFFECTS["skin"]())
     for far in (-60.0, 60.0):
         z = np.concatenate([np.zeros(len(joint.parameters)), [0.0, far]])
-        values = np.zeros(3)
-        found = Fitted(hypothesis, Minimum(z, 0.0, values, np.zeros((3, len(z)))))
+        found = Fitted(hypothesis, Minimum(z, np.zeros(3), np.zeros((3, len(z)))))
         value, low, high = found.interval("skin.ratio")
         assert 1 <= low <= value <= high < 100.001
 

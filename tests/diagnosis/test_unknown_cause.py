@@ -32,7 +32,7 @@ def linear(offset: RealArray, slopes: RealArray) -> Fitted:
     hypothesis: Any = SimpleNamespace(
         data=[SimpleNamespace(frequency=FREQUENCY)], experiments=experiments, part_units=(1.0, 1j), unit=1.0
     )
-    return Fitted(hypothesis, Minimum(z, float(residual @ residual), residual, slopes))
+    return Fitted(hypothesis, Minimum(z, residual, slopes))
 
 
 def problem(strength: tuple[float, ...]) -> tuple[RealArray, RealArray]:

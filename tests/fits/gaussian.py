@@ -9,14 +9,15 @@ import numpy as np
 
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter, Prior
+from multilayer.inference.problem import Problem
 
 
 @dataclass(frozen=True)
-class Plain:
-    """A problem made of a function of the coordinates; a `Problem`."""
+class Plain(Problem):
+    """A problem made of a function of the coordinates."""
 
     function: Callable[[np.ndarray], np.ndarray]
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...] = ()
 
     def residual(self, z: np.ndarray) -> np.ndarray:
         return self.function(z)

@@ -15,9 +15,7 @@ BOUNDS = search_bounds(FitSettings())
 
 
 def _candidates(*points: tuple[float, float, float], plausible: int) -> Candidates:
-    minima = [
-        Minimum(np.array([np.log(e1), eta]), norm**2, np.array([norm]), np.zeros((1, 2))) for e1, eta, norm in points
-    ]
+    minima = [Minimum(np.array([np.log(e1), eta]), np.array([norm]), np.zeros((1, 2))) for e1, eta, norm in points]
     return Candidates(minima, plausible)
 
 

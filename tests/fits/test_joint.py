@@ -14,7 +14,6 @@ from multilayer.fits.joint.posterior import modulus_band, motion_curves, with_po
 from multilayer.fits.joint.search import law_space
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
-from multilayer.inference.problem import Minimum
 from multilayer.measurements.description import Campaign
 from multilayer.media.laws import FractionalZener
 from multilayer.report.joint import draw_law
@@ -127,9 +126,7 @@ def test_bands_of_curves(known):
 def test_a_law_without_losses_can_be_drawn(fitted):
     problem = replace(fitted.problem.without_ends(), space=law_space("constant", [200.0, 800.0], [2e5, 3e5]))
     z = np.zeros(len(problem.parameters))
-    residual, jacobian = problem.linearised(z)
-    minima = [Minimum(z, float(residual @ residual), residual, jacobian)]
-    result = replace(fitted, problem=problem, minima=minima, candidates=())
+    result = replace(fitted, problem=problem, minima=[problem.as_minimum(z)], candidates=())
     with figure_style():
         assert len(draw_law(result).axes) == 6
 

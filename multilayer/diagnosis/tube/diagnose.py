@@ -137,9 +137,7 @@ def single_fits(
     fits = fit_effects(nominal, effects, executor=executor)
     if np.max(np.abs(nominal.minimum.z - hypothesis.start)) < _FAR:
         return polish_fits(fits, executor)
-    residual, jacobian = hypothesis.linearised(hypothesis.start)
-    unfitted = Minimum(hypothesis.start, float(residual @ residual), residual, jacobian)
-    others = fit_effects(Fitted(hypothesis, unfitted), effects, executor=executor)
+    others = fit_effects(Fitted(hypothesis, hypothesis.as_minimum(hypothesis.start)), effects, executor=executor)
     best = {names: min(fit, others[names], key=lambda fitted: fitted.minimum.cost) for names, fit in fits.items()}
     return polish_fits(best, executor)
 

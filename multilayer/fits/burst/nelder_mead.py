@@ -70,7 +70,7 @@ def minimise_envelope_cost(problem: BurstProblem, start: RealArray, low: RealArr
     x = np.array([np.log(found.x[0]), found.x[1] / found.x[0]])
     residual, slopes = problem.residual_and_jacobian(x)
     return Minimum(
-        x, float(residual @ residual), residual, slopes, bool(found.success),
+        x, residual, slopes, bool(found.success),
         bool(x[0] <= low[0] or x[0] >= high[0]), tuple(history),
     )  # fmt: skip
 

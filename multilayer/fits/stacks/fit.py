@@ -145,12 +145,7 @@ def _scale(minimum: Minimum) -> float:
 
 
 def _widened(minimum: Minimum, scale: float) -> Minimum:
-    return replace(
-        minimum,
-        misfit=minimum.misfit / scale**2,
-        residual=minimum.residual / scale,
-        jacobian=minimum.jacobian / scale,
-    )
+    return replace(minimum, residual=minimum.residual / scale, jacobian=minimum.jacobian / scale)
 
 
 def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[Minimum]) -> list[FoundMinimum]:
