@@ -39,19 +39,19 @@ def test_without_rims_it_is_a_rod(shape):
     [(0.0225, 0.025, 0.0), (0.0225, 0.01, 0.0), (0.012, 0.03, 0.0), (0.0225, 0.025, 0.3)],
 )
 def test_it_moves_a_plate_as_full_finite_elements_do(radius, thickness, ratio, rim, at_base):
-    """Within 1 % of the largest motion, with a rim that is wider by as much as a uniform mesh is coarse at its edge."""
+    """Within 0.5 % of the largest motion."""
     x, load = wave(radius, thickness)
     rig = TwoPlateRig(
         radius, thickness, 60.0, ratio, 2e-3, plate_modulus=2.1e13,
-        bonded_fraction=(1 - rim) ** 2, open_faces="both" if at_base else "top",
+        bonded_fraction=(1 - rim) ** 2, open_faces="both" if at_base else "top", resolution=1.5,
     )  # fmt: skip
     expected = rig.transmissibility(F, 3e5 * (1 + 0.15j))
     disc = partly_bonded_disc(ratio, radius / (2 * thickness))
-    top, base, *_ = disc.stiffness(x, NONE + rim + 0.0015, NONE + at_base)
+    top, base, *_ = disc.stiffness(x, NONE + rim, NONE + at_base)
     bonded_top, bonded_base = disc.bonded(x)
     moved, nominal = (-b / (t - load) for t, b in ((top[0], base[0]), (bonded_top, bonded_base)))
     largest = np.abs(expected).max()
-    assert np.abs(moved - expected).max() < 0.01 * largest
+    assert np.abs(moved - expected).max() < 0.005 * largest
     if rim > 0.1:
         assert np.abs(moved - expected).max() < 0.1 * np.abs(nominal - expected).max()
 
@@ -60,18 +60,19 @@ def test_a_thick_soft_sample_at_every_frequency():
     """Up to 1.3 wavelengths of height, where the plate moves by a hundredth of its largest motion."""
     radius, thickness, rim = 0.0225, 0.04, 0.15
     rig = TwoPlateRig(
-        radius, thickness, 60.0, 0.0, 2e-3, plate_modulus=2.1e13, bonded_fraction=(1 - rim) ** 2, open_faces="top"
-    )
+        radius, thickness, 60.0, 0.0, 2e-3, plate_modulus=2.1e13, bonded_fraction=(1 - rim) ** 2, open_faces="top",
+        resolution=1.5,
+    )  # fmt: skip
     modulus = 1.5e5 * (1 + 0.3j)
     expected = rig.transmissibility(F, modulus)
     omega = 2 * np.pi * F
     x = 60.0 * (omega * thickness) ** 2 / modulus
     disc = partly_bonded_disc(0.0, radius / (2 * thickness))
-    top, base, *_ = disc.stiffness(x, NONE + rim + 0.0015, NONE)
+    top, base, *_ = disc.stiffness(x, NONE + rim, NONE)
     moved = -base[0] / (top[0] - omega**2 * 7850 * 2e-3 * thickness / modulus)
     assert np.abs(x).max() > 50
     assert np.abs(expected).min() < 0.01 * np.abs(expected).max()
-    np.testing.assert_allclose(moved, expected, rtol=0.03)
+    np.testing.assert_allclose(moved, expected, rtol=0.02)
 
 
 @pytest.mark.parametrize("place", [0.35, 0.6, 0.85, 1.0])
@@ -111,7 +112,7 @@ def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness,
     first = 9.08 / radius**2 * np.sqrt(stiffness / (7850 * plate))
     disc = partly_bonded_disc(0.0, radius / (2 * thickness))
     x = 60.0 * (omega * thickness) ** 2 / modulus
-    top, base, by_top, by_base = (part[0] for part in disc.stiffness(x, NONE + rim + 0.0015, NONE))
+    top, base, by_top, by_base = (part[0] for part in disc.stiffness(x, NONE + rim, NONE))
     unit = modulus * area / thickness
     moved = -base / (top - omega**2 * 7850 * plate * area / unit)
     bent = -(radius**2) / (8 * np.pi * stiffness) * unit * (by_top * moved + by_base) / (1 - (omega / first) ** 2)
