@@ -238,7 +238,7 @@ def fits_one_by_one(
         fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, made, strict=True)))
         rigs = rim.hypothesis_as(CampaignProblem).finite
     fits |= best_ends(begun, ends, finished)
-    fits = polish_fits(_with_finer_law(fits, executor), executor)
+    fits = _with_finer_law(polish_fits(fits, executor), executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
 
@@ -246,20 +246,23 @@ def fits_one_by_one(
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
     """Return the fits, the best of them by a finer law of its effect, where that fits and the law as it is does not.
 
-    A finer law that does not fit either only takes time in all that follows.
+    The finer laws are tried one after the other, each from the minimum of the one before. One that does not fit either
+    only takes time in all that follows.
     """
     if not fits:
         return fits
     best = max(fits, key=lambda names: fits[names].log_evidence)
-    hypothesis, z = fits[best].hypothesis.bare(fits[best].minimum.z)
-    (effect,) = hypothesis.effects
-    finer = effect.finer()
-    if finer is None or not lack_of_fit(fits[best]):
-        return fits
-    more = sorted({start[len(effect.parameters) :] for start in finer.starts})
-    begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
-    found = finish_all({best: begun}, executor)[best]
-    return fits if lack_of_fit(found) else fits | {best: best_of([fits[best], found])}
+    found = fits[best]
+    while lack_of_fit(found):
+        hypothesis, z = found.hypothesis.bare(found.minimum.z)
+        (effect,) = hypothesis.effects
+        finer = effect.finer([data.name for data in hypothesis.data])
+        if finer is None:
+            return fits
+        more = sorted({start[len(effect.parameters) :] for start in finer.starts})
+        begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
+        found = polish_fits(finish_all({best: begun}, executor), executor)[best]
+    return fits | {best: best_of([fits[best], found])}
 
 
 def _other_starts(

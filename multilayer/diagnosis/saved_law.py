@@ -233,7 +233,10 @@ def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
         SavedEffect(
             effect=name,
             parameters={
-                key.partition(".")[2]: value for key, value in parameters.items() if key.startswith(f"{name}.")
+                key.partition(".")[2]: value
+                for key, value in parameters.items()
+                # what belongs to one configuration, as width[h25mm-t1mm], is another one's in a later campaign
+                if key.startswith(f"{name}.") and not key.endswith("]")
             },
         )
         for name in cause["effects"]

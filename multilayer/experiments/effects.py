@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from multilayer.arrays import RealArray
@@ -57,9 +57,14 @@ class BaseEffect:
     needs_finite_elements: bool = False
     error_of: str = ""
 
-    def finer(self) -> BaseEffect | None:
+    def finer(self, configurations: Sequence[str] = ()) -> BaseEffect | None:
         """Return the effect with a law that knows more, for data that this one does not fit; None without one.
 
         Its parameters are those of this law and, behind them, further ones.
+
+        Parameters
+        ----------
+        configurations : sequence of str
+            Names of those that were measured, for laws in which each of them has parameters of its own.
         """
         return None

@@ -138,7 +138,7 @@ class LawAtPlace(BaseEffect):
 
     at_place: Any
     moves_resonances: ClassVar[bool] = False
-    aside: ClassVar[tuple[str, ...]] = ()
+    aside: tuple[str, ...] = ()
     changes_gas: ClassVar[bool] = False
     absent_in: ClassVar[str] = ""
 

@@ -258,7 +258,7 @@ class Effect(BaseEffect):
     law_error = 0.1  # seeds 1008, 1009: 52 right names fit as with 0.15, of 20 wrong ones 5 more do not
     size_error = 0.15
     moves_resonances: ClassVar[bool] = False
-    aside: ClassVar[tuple[str, ...]] = ()
+    aside: tuple[str, ...] = ()
     place: ClassVar[str] = ""
     acts_through_place: ClassVar[bool] = True
     absent_in: ClassVar[str] = ""
