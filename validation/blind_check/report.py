@@ -202,7 +202,7 @@ configurations, by the number of the campaign:
   (161). Places of effects of no library are right in 10 of 27. Of pairs none of 4 is found.
 - Of pairs whose weaker effect does not stand out, which the scores leave out, the stronger is mostly named alone.
 
-Three rules changed since, on this seed and 1008 to 1010, development data from here on; seed 1012 judges them:
+Rules and a law changed since, on this seed and 1008 to 1010, development data from here on; seed 1012 judges them:
 
 - A fit of the other bursts that do not show a sharp resonance foretold the bursts that do from derivatives, as if their
   frequency were known, and the cause was refused for it. What is foretold follows from the ratio of two evidences now
@@ -214,7 +214,11 @@ Three rules changed since, on this seed and 1008 to 1010, development data from 
   at 97 %.
 - Places: a law over the time since the mounting draws creep (126, 320: at the right place by 190 and 240 nats), and a
   resonance begins where a drawn law shows it, too (354: in the reading). A deleted sensor mount (98) stays 0.2 nats
-  behind the plate.""",
+  behind the plate.
+- Partly bonded faces are of finer elements, and each configuration may have a rim of its own width where the law as it
+  is does not fit: this rig's widths are even in the share that is open, and the law had them even in the logarithm. 26
+  is named, and so are 62 and 378 of 1010, 364 of 1009, 348 and 362 of 1008, all at the faces. 296 and, of 1010, 268, of
+  the largest gaps, still leave a misfit: where a plate of 1 mm bends, the law is right to 2 % of the reading.""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
 
