@@ -49,14 +49,15 @@ class LowRank:
 
     def whitened(self, values: RealArray) -> RealArray:
         """Return ``(1 + B B^T)^(-1/2)`` times values, shape (..., n_data)."""
-        shrink = 1 - 1 / np.sqrt(1 + self.sizes**2)
-        return np.asarray(values - (values @ self.directions * shrink) @ self.directions.T)
+        return self._reduced(values, 1 - 1 / np.sqrt(1 + self.sizes**2))
 
     def inverse(self, values: RealArray) -> RealArray:
         """Return ``(1 + B B^T)^-1`` times values, shape (..., n_data)."""
-        return np.asarray(
-            values - (values @ self.directions * (self.sizes**2 / (1 + self.sizes**2))) @ self.directions.T
-        )
+        return self._reduced(values, self.sizes**2 / (1 + self.sizes**2))
+
+    def _reduced(self, values: RealArray, shares: RealArray) -> RealArray:
+        """Return values less a share of each of their components along the directions."""
+        return np.asarray(values - (values @ self.directions * shares) @ self.directions.T)
 
     def log_density(self, residual: RealArray) -> float:
         """Return the log density of a normal residual, shape (n_data,), without the constant ``-n/2 ln 2 pi``."""

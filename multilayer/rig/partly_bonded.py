@@ -42,7 +42,7 @@ _MOMENTS = 6  # further motions inside, that follow from a plate's
 _INNER = _MODES + _MOMENTS
 _POLES = 80  # of a disc with open rims
 _KEPT = 20  # of these, with the largest residues; the others as a power series
-NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
+_NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
 FORCES = 4  # of `Forces`
 _STEEL = 0.3  # Poisson's ratio of the plate, in `deflection`
 
@@ -107,7 +107,7 @@ class PartlyBondedDisc:
         x, rim, share = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, at_base)
         shape = x.shape
         x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
-        numbers, index, weights = between(on_mesh(rim / RIMS[1]), len(RIMS))
+        numbers, index, weights = between(on_mesh(rim))
         forces = np.zeros((FORCES, *x.shape), dtype=complex)
         for is_both, of_part in ((False, 1 - share), (True, share)):
             if np.any(of_part):
@@ -128,38 +128,32 @@ class PartlyBondedDisc:
         return _released(self.poisson_ratio, self.shape, int(number), is_both)
 
 
-def on_mesh(place: RealArray) -> RealArray:
-    """Return the width of the open rim, in elements of a uniform mesh, that acts there as a rim of a width does."""
-    return np.asarray(place + _SHIFT * np.clip(place, 0, 1))
+def on_mesh(rim: RealArray) -> RealArray:
+    """Return the width of the open rim that acts on the mesh of the `RIMS` as one of a given width does."""
+    return np.asarray(rim + _SHIFT * np.clip(rim, 0, RIMS[1]))
 
 
-def between(place: RealArray, count: int) -> tuple[NDArray[np.intp], NDArray[np.intp], RealArray]:
-    """Return how forces of rims follow from those of evenly spaced ones.
-
-    Parameters
-    ----------
-    place : array, shape (k,)
-        Widths of the rims over the spacing; cut to 0 and the widest.
-    count : int
-        Of the rims that are spaced evenly, from 0.
+def between(rim: RealArray) -> tuple[NDArray[np.intp], NDArray[np.intp], RealArray]:
+    """Return how forces of rims, shape (k,), follow from those of the `RIMS`; beyond these they are cut.
 
     Returns
     -------
     numbers : array of int, shape (m,)
-        Of those that are needed.
+        Of the `RIMS` that are needed.
     index : array of int, shape (k, 4)
         Which of these are the neighbours of a rim.
     weights : array, shape (k, 4)
         Of their forces.
     """
-    place = np.clip(place, 0, count - 1)
-    first = np.clip(np.floor(place).astype(int) - 1, 0, count - NEIGHBOURS)
+    n = len(RIMS)
+    place = np.clip(rim / RIMS[1], 0, n - 1)
+    first = np.clip(np.floor(place).astype(int) - 1, 0, n - _NEIGHBOURS)
     t = place - first
     # a narrow rim takes its width squared (a crack at an edge): no linear term below the first width
-    nodes = np.arange(float(NEIGHBOURS))
+    nodes = np.arange(float(_NEIGHBOURS))
     narrow, others = (interpolation_weights(t, nodes, powers) for powers in ((0, 2, 3, 4), (0, 1, 2, 3)))
-    numbers, index = np.unique(first[:, None] + np.arange(NEIGHBOURS), return_inverse=True)
-    return numbers, index.reshape(-1, NEIGHBOURS), np.where((place < 1)[:, None], narrow, others)
+    numbers, index = np.unique(first[:, None] + np.arange(_NEIGHBOURS), return_inverse=True)
+    return numbers, index.reshape(-1, _NEIGHBOURS), np.where((place < 1)[:, None], narrow, others)
 
 
 def interpolation_weights(t: RealArray, nodes: RealArray, powers: Sequence[int]) -> RealArray:

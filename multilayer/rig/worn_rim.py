@@ -62,14 +62,14 @@ def worn_change(
     x, rim, depth = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, depth)
     whole, x = x.shape, x.reshape(-1, x.shape[-1])
     rim, depth = rim.reshape(x.shape), depth.reshape(x.shape)
-    place = rim[:, 0] / RIMS[1]
+    widths = rim[:, 0]
     within = np.clip(depth[:, 0], DEPTHS[0], DEPTHS[-1])
     of_depths = interpolation_weights(within, np.array(DEPTHS), range(len(DEPTHS)))
     of_depths[:, 0] -= 1  # changes from the rim that is not worn
     parts, rows, weights = list[Forces](), [], []
     for deep, of_depth in zip(DEPTHS, of_depths.T, strict=True):
         # the edge of a neck concentrates the stress much less than that of an open rim
-        numbers, index, of_rims = between(place if deep else on_mesh(place), len(RIMS))
+        numbers, index, of_rims = between(widths if deep else on_mesh(widths))
         rows.append(len(parts) + index)
         weights.append(of_depth[:, None] * of_rims)
         parts += [_forces(poisson_ratio, shape, int(number), deep) for number in numbers]
