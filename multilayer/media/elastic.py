@@ -11,7 +11,7 @@ from multilayer.arrays import ComplexArray, Numeric
 N = TypeVar("N", float, Numeric)
 # 2 pi f R^2 sqrt(rho h / D) of the first axisymmetric mode of a free disc with a Poisson's ratio of 0.3 (A. W. Leissa,
 # Vibration of Plates, NASA SP-160, 1969, ch. 2)
-FIRST_BENDING = 9.08
+FIRST_BENDING = 9.003
 
 
 def lame(young_modulus: Numeric, poisson_ratio: Numeric) -> tuple[Numeric, Numeric]:

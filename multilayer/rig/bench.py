@@ -172,7 +172,7 @@ def _rigid(plate: TopPlateSettings, mounting: Mounting) -> float:
 def rigid_modulus(radius: float, thickness: float, density: float, modulus: float, poisson_ratio: float) -> float:
     """Return the modulus, Pa, of a top plate that is to act as rigid: the given one, or more.
 
-    The first axisymmetric mode of a free disc, ``9.08 / (2 pi R^2) sqrt(D / (rho h))`` (A. W. Leissa, Vibration of
+    The first axisymmetric mode of a free disc, ``9.003 / (2 pi R^2) sqrt(D / (rho h))`` (A. W. Leissa, Vibration of
     Plates, NASA SP-160, 1969, chapter 2), is raised to 50 kHz at least. Much stiffer plates would make the finite
     elements' equations badly conditioned; with this modulus the transmissibility of a rod is met to 4e-5.
 

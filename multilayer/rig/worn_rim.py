@@ -22,17 +22,19 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.rig.mesh import Section, Slab
 from multilayer.rig.operators import basis_of
 from multilayer.rig.partly_bonded import (
+    EDGES,
     FORCES,
     RIMS,
     WIDEST_RIM,
+    WIDTHS,
     Forces,
     between,
     deflection,
     interpolation_weights,
     matrices,
-    on_mesh,
+    on_plate,
     partial_fractions,
-    stacked,
+    slope,
     weighed,
 )
 
@@ -42,11 +44,12 @@ _ROWS = np.array([0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.8375,
 _CORE = 4  # elements of the part that always is bonded
 _MOMENTS = 10
 _EDGE = 1e-9
+_ACTING = WIDTHS[np.isin(RIMS, EDGES)]  # widths as which rims that end at these act
 
 
 def worn_change(
-    poisson_ratio: float, shape: float, x: ComplexArray, rim: RealArray, depth: RealArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    poisson_ratio: float, shape: float, x: ComplexArray, rim: RealArray, depth: RealArray, eccentricity: float = 0.0
+) -> tuple[ComplexArray, ...]:
     """Return the changes of the forces of `PartlyBondedDisc.stiffness` where the open rim is worn away.
 
     Parameters
@@ -58,6 +61,8 @@ def worn_change(
     rim, depth : array, shape (..., 1)
         Width of the open rim of the upper face as a share of the radius, and what is gone of it as a share of the
         height, 0 to 1/8; cut there.
+    eccentricity : float
+        As that of `PartlyBondedDisc.stiffness`.
     """
     x, rim, depth = np.broadcast_arrays(np.asarray(x, dtype=complex), rim, depth)
     whole, x = x.shape, x.reshape(-1, x.shape[-1])
@@ -69,25 +74,24 @@ def worn_change(
     parts, rows, weights = list[Forces](), [], []
     for deep, of_depth in zip(DEPTHS, of_depths.T, strict=True):
         # the edge of a neck concentrates the stress much less than that of an open rim
-        numbers, index, of_rims = between(widths if deep else on_mesh(widths))
+        numbers, index, of_rims = between(widths, EDGES if deep else _ACTING)
         rows.append(len(parts) + index)
         weights.append(of_depth[:, None] * of_rims)
         parts += [_forces(poisson_ratio, shape, int(number), deep) for number in numbers]
-    forces = weighed(stacked(parts), np.concatenate(rows, axis=1), np.concatenate(weights, axis=1), x)
-    top, base, by_top, by_base = forces.reshape(FORCES, *whole)
-    return top, base, by_top, by_base
+    forces = weighed(on_plate(parts, eccentricity), np.concatenate(rows, axis=1), np.concatenate(weights, axis=1), x)
+    return tuple(forces.reshape(FORCES, *whole))
 
 
 @lru_cache(maxsize=4096)
 def _forces(poisson_ratio: float, shape: float, number: int, depth: float) -> Forces:
     """Return the forces of the rim of a number, worn to a depth."""
     disc = _disc(poisson_ratio, shape)
-    return disc.forces(RIMS[number], depth if number else 0.0)
+    return disc.forces(EDGES[number], depth if number else 0.0)
 
 
 @lru_cache(maxsize=16)
 def _disc(poisson_ratio: float, shape: float) -> _Disc:
-    radii = np.concatenate([np.linspace(0, 1 - WIDEST_RIM, _CORE + 1)[:-1], 1 - RIMS[::-1]]) * 2 * shape
+    radii = np.concatenate([np.linspace(0, 1 - WIDEST_RIM, _CORE + 1)[:-1], 1 - EDGES[::-1]]) * 2 * shape
     section = Section(radii, _ROWS, (Slab("sample", 0.0, 1.0, 1.0, 1.0),))
     return _Disc(section.mesh, poisson_ratio, 2 * shape)
 
@@ -109,10 +113,12 @@ class _Disc:
         r, z = basis.doflocs
         top, base, gone = np.isclose(z, 1) & (r < edge), np.isclose(z, 0), inertia.diagonal()[: len(r)] == 0
         held = top | base | gone
-        rigid = np.zeros((2 * len(r), 3))
+        rigid = np.zeros((2 * len(r), 4))
         for column, face in enumerate((top, base, top)):
             rigid[len(r) + np.flatnonzero(face), column] = 1.0
         rigid[len(r) + np.flatnonzero(top), 2] = _weight(r[top] / self.radius)
+        turned = top & (r > self.radius * (1 - WIDEST_RIM) * (1 + _EDGE))  # as in `rig.partly_bonded`
+        rigid[np.flatnonzero(turned), 3] = slope(r[turned] / self.radius)
         free = np.flatnonzero(~np.concatenate([held | (r < _EDGE * self.radius), held]))
         solver = splu(stiffness[free][:, free], permc_spec="MMD_AT_PLUS_A")
         rigid[free] = -solver.solve((stiffness @ rigid)[free])

@@ -5,7 +5,8 @@ import pytest
 
 from multilayer.diagnosis.effects.delamination import Delamination, UnevenRims, WornRim
 from multilayer.diagnosis.saved_law import named_effects
-from multilayer.testing.benches import joint_bench
+from multilayer.rig import TwoPlateRig
+from multilayer.testing.benches import joint_bench, soft_sample
 
 NAMES = [data.name for data in joint_bench().data]
 
@@ -47,3 +48,29 @@ def test_widths_of_single_configurations_are_not_saved_for_later_campaigns():
     cause = {"effects": ["delamination"], "parameters": dict.fromkeys(names, size)}
     (saved,) = named_effects({"causes": [cause], "group": [["delamination"]]})
     assert list(saved.parameters) == ["open_rim"]
+
+
+@pytest.mark.parametrize(("rim", "modulus"), [(0.1, 2e5), (0.253, 2e5), (0.5, 2e5), (0.1, 2e6), (0.253, 2e6)])
+def test_a_thin_plate_on_open_rims_moves_as_that_of_finite_elements(rim, modulus):
+    """1 mm of steel that bends, and yields to the sample by that: within 1 % at every frequency, resonances of the rim
+    among them."""
+    joint = joint_bench()
+    law = Delamination()
+    hypothesis = joint.with_effects(law)
+    sample = soft_sample(joint)
+    sample[0] = float(joint.law_parameters[0].prior.coordinate(np.log(modulus)))
+    sizes = (rim, 0.0, 1 - 1e-9)
+    z = np.append(sample, [float(p.prior.coordinate(v)) for p, v in zip(law.parameters, sizes, strict=True)])
+    setting = hypothesis.settings[0]
+    moduli = joint.space.modulus(joint.law_coordinates(sample), setting.frequency)
+    c, plate = setting.configuration, setting.campaign.top_plate
+    open_, bonded = (
+        TwoPlateRig(
+            c.specimen_radius, c.specimen_thickness, 80.0, 0.0, c.top_plate_thickness, plate_modulus=stiffness,
+            plate_poisson_ratio=plate.poisson_ratio, bonded_fraction=share, open_faces="both", resolution=3.0,
+        ).transmissibility(setting.frequency, moduli)
+        for stiffness, share in ((plate.young_modulus, (1 - rim) ** 2), (1e4 * plate.young_modulus, 1.0))
+    )  # fmt: skip
+    assert np.abs(open_ / bonded - 1).max() > 0.05
+    found = hypothesis.predict(setting, z)[0] / joint.predict(setting, sample)[0]
+    np.testing.assert_allclose(found, open_ / bonded, rtol=0.01)

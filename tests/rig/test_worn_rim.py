@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from multilayer.rig import worn_rim
 from multilayer.rig.mesh import Section, Slab
-from multilayer.rig.partly_bonded import partly_bonded_disc, stacked, weighed
+from multilayer.rig.partly_bonded import on_plate, partly_bonded_disc, weighed
 from multilayer.rig.worn_rim import DEPTHS, worn_change
 
 X = (np.linspace(0.02, 10, 300) / (1 + 0.15j))[None]
@@ -21,7 +21,7 @@ def disc_of(ratio, shape, radii, rows):
 
 
 def forces(disc, rim, depth):
-    parts = stacked([disc.forces(rim, depth)])
+    parts = on_plate([disc.forces(rim, depth)], 0.0)
     return weighed(parts, np.zeros((1, 1), dtype=int), np.ones((1, 1)), X)[:, 0]
 
 

@@ -12,7 +12,7 @@ from multilayer.diagnosis.effects.base import CENTRED_SENSOR, Effect, Setting, V
 
 
 class PlateFlexure(Effect):
-    """The reading contains the plate's first bending mode, f1 = 9.08/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
+    """The reading contains the plate's first bending mode, f1 = 9.003/(2 pi R^2) sqrt(D/(rho h)) of a free disc."""
 
     name = "plate_flexure"
     place = "plate"

@@ -19,7 +19,7 @@ from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.pumped_disc import pumped_disc_factor
 from multilayer.media.rod import chain_transmissibility
-from multilayer.rig.partly_bonded import partly_bonded_disc
+from multilayer.rig.partly_bonded import CENTRE_DEFLECTION, partly_bonded_disc
 from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.rig.worn_rim import worn_change
 
@@ -228,7 +228,8 @@ def _open_rim_factor(
     Notes
     -----
     From finite elements (`rig.partly_bonded`) with and without open rims, glue and springs beside the sample included.
-    The plate bends by the same forces, with its first mode's resonance.
+    The plate bends by the same forces and yields to them (Galerkin's method): as its static deflection under a force in
+    the centre, which is exact for the reading at low frequencies, with its first mode's resonance.
     """
     if chain.open_rim is None:
         return 1.0
@@ -249,17 +250,19 @@ def _open_rim_factor(
         return np.asarray((spring - on_base) / (on_top + spring - omega2 * mass))
 
     rim = chain.open_rim
-    forces: Sequence[ComplexArray] = disc.stiffness(x, rim.width, rim.at_base)
+    turned = setting.configuration.top_plate_thickness / (2 * setting.configuration.specimen_radius)
+    forces: Sequence[ComplexArray] = disc.stiffness(x, rim.width, rim.at_base, turned)
     if rim.depth is not None:
-        worn = worn_change(solid[0], setting.shape, x, rim.width, rim.depth)
+        worn = worn_change(solid[0], setting.shape, x, rim.width, rim.depth, turned)
         forces = [force + change for force, change in zip(forces, worn, strict=True)]
-    top, base, *bending = forces
+    top, base, by_top, by_base, by_bending = forces
     on_top, on_base = held((top, base))
-    rigid = moved(on_top, on_base)
     # glue passes on as much of the forces that bend the plate as of those that move it
-    bent = on_top * bending[0] / top * rigid + on_base * bending[1] / base
+    by_top, by_base, by_bending = (by_top * on_top / top, by_base * on_base / base, by_bending * on_top / top)
     compliance = setting.configuration.specimen_radius**2 / (8 * np.pi * setting.bending_stiffness)
-    reading = rigid - compliance * bent * setting.bending_gain(frequency)
+    yielding = 1 / (CENTRE_DEFLECTION / (compliance * setting.bending_gain(frequency)) + by_bending)
+    mean = moved(on_top - yielding * by_top**2, on_base - yielding * by_top * by_base)
+    reading = mean - CENTRE_DEFLECTION * yielding * (by_top * mean + by_base)
     return np.asarray(reading / moved(*held(disc.bonded(x))))
 
 

@@ -13,7 +13,7 @@ from multilayer.units import NonNegative, Unit
 class PlateFlexure(Effect):
     """The top plate bends; without this effect it is stiffened, see `rigid_modulus`.
 
-    Its first mode as a free disc is at ``9.08 / (2 pi R^2) sqrt(D / (rho h))``. The motion is read at `radius`, m, or
+    Its first mode as a free disc is at ``9.003 / (2 pi R^2) sqrt(D / (rho h))``. The motion is read at `radius`, m, or
     where the accelerometer sits. Perturbed: its modulus is (1 + p) times the stated one.
     """
 
