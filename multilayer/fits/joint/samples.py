@@ -62,7 +62,7 @@ def fit_samples(
         With an effect that leaves the sample open, and the finite elements of the stated sample: others so far act by
         their static stiffness.
     z : array, shape (n,)
-        Where it begins.
+        Where it begins, but for what is stated of the laboratory.
     made : mapping
         By configuration, what the tasks of `elements_of_samples` return.
     solve : callable
@@ -72,6 +72,8 @@ def fit_samples(
     """
     z = np.array(z)
     z[_places(problem)] = 0.0
+    # with the stated sample these were bent to make up for the true one
+    z[len(problem.law_parameters) : len(problem.nominal_parameters)] = 0.0
     for steps in _STEPS:
         centre = solid_of(problem, z)
         found = solve(replace(problem, finite=about(problem, made, centre, steps)), z)
