@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import resample
 
 from multilayer.diagnosis.effects.amplitude_softening import AmplitudeSoftening
-from multilayer.experiments.two_plate.burst import STRETCH_POWERS, BurstData
+from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.experiments.two_plate.effects import Setting
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.media.rod import rod_transmissibility
@@ -31,20 +31,28 @@ def heard(top, frequency):
     return data
 
 
-class Heard:
-    """What the law reads of a setting."""
-
-    strain_moment = Setting.strain_moment
-
-    def __init__(self, data, thickness):
-        powers = np.array(STRETCH_POWERS)[:, np.newaxis]
-        self._log_strain_moments = np.log(data.stretch_moments) - powers * np.log(thickness)
-        self.burst_strain = np.array(1e-4)
+def setting_of(data, load=15.7):
+    """Return the setting of a burst alone: a sample of `HEIGHT` and `DENSITY` under a plate of a mass per area."""
+    campaign, _ = campaign_and_signals()
+    f = data.in_band[0]
+    configuration = campaign.configurations[0].model_copy(
+        update={"specimen_thickness": HEIGHT, "top_plate_thickness": load / campaign.top_plate.density}
+    )
+    specimen = campaign.specimen.model_copy(update={"density": DENSITY})
+    of_all, base, top = data.spectra
+    bins = np.searchsorted(of_all, f)
+    measured = ConfigurationData(
+        "", HEIGHT, f, np.zeros(len(f), dtype=int), top[bins] / base[bins], np.ones(len(f)), np.array([data.frequency]),
+        stretch_moments=data.stretch_moments,
+    )  # fmt: skip
+    return Setting(campaign.model_copy(update={"specimen": specimen}), configuration, measured, np.zeros(len(f)))
 
 
 @pytest.mark.parametrize("load", [3.0, 15.7])
 @pytest.mark.parametrize("power", [0.7, 1.0, 1.3])
-@pytest.mark.parametrize(("softening", "frequency"), [(50.0, 150.0), (200.0, 200.0), (200.0, 400.0)])
+@pytest.mark.parametrize(
+    ("softening", "frequency"), [(50.0, 150.0), (200.0, 200.0), (200.0, 400.0), (1000.0, 150.0), (1000.0, 200.0)]
+)
 def test_the_modulus_as_a_softening_rod_shows_it(load, power, softening, frequency):
     rod = SofteningRod(HEIGHT, DENSITY, load, SERIES, softening, power, 1500.0)
     steps = rod.oversampling(RATE)
@@ -55,18 +63,21 @@ def test_the_modulus_as_a_softening_rod_shows_it(load, power, softening, frequen
     softened, exact = (np.fft.rfft(b.top, b.n_fft)[np.searchsorted(b.spectra[0], f)] for b in bursts)
     law = AmplitudeSoftening()
     values = {"softening": np.array(softening), "memory": np.array(0.0), "power": np.array([power])}
-    modulus = law.modulus(Heard(bursts[0], HEIGHT), SINGLE(f), values)
+    modulus = law.modulus(setting_of(bursts[0], load), SINGLE(f), values)
     change = rod_transmissibility(f, modulus, DENSITY, HEIGHT, load) / rod_transmissibility(
         f, SINGLE(f), DENSITY, HEIGHT, load
     )
+    # as the noise of the channel shows it: bins at the ends of the band are faint
+    shown = np.abs(exact) / np.abs(exact).max()
     found = softened / exact
-    assert np.abs(found - 1).max() > 2e-3
-    assert np.abs(change / found - 1).max() < 0.02 * np.abs(found - 1).max()
+    largest = np.max(shown * np.abs(found - 1))
+    assert largest > 1e-3
+    assert np.max(shown * np.abs(change - found)) < (0.025 if load < 5 else 0.007) * largest
 
 
 def test_moments_between_the_powers_that_are_kept():
     data = heard(2 * burst(200.0) + 0.3 * burst(230.0), 200.0)
-    moments = Heard(data, HEIGHT)
+    moments = setting_of(data)
     f, base, top = data.spectra
     stretch = np.zeros(data.n_fft, dtype=complex)
     near = (f > 80) & (f < 360)

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.experiments.effects import BaseEffect, Values
@@ -17,6 +18,12 @@ from multilayer.media.elastic import FIRST_BENDING, flexural_rigidity
 
 _CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
 _ORDER = 2  # of the polynomial through the bins of a burst
+# roots of shares of a burst's largest strain, at which a factor that follows the strain is taken: a polynomial of the
+# root through them is summed by moments of `STRETCH_POWERS`, which are multiples of 1/2
+_ROOTS = 0.5 - 0.5 * np.cos(np.pi * np.arange(len(STRETCH_POWERS) + 1) / len(STRETCH_POWERS))
+_FROM_ROOTS = np.linalg.inv(np.vander(_ROOTS, increasing=True))
+_FOURTH = 63 / 128  # mean fourth power of the amplitude of a Hann burst, as it acts at its centre; its largest is 1
+_MARGIN = 1.1  # by which amplitudes may exceed those of a Hann burst with such a mean
 _PLATE_LOSS = 0.01  # loss factor of the top plate's bending
 GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
@@ -113,6 +120,48 @@ class Setting:
         place = np.asarray(power, dtype=float)[..., np.newaxis]  # (..., 1, 1)
         weights = _lagrange(place, np.array((0.0, *STRETCH_POWERS)))[..., 1:]  # the logarithm is 0 at a power of 0
         return np.asarray(np.exp((weights @ self._log_strain_moments)[..., 0, :]))
+
+    @cached_property
+    def strain_nodes(self) -> RealArray:
+        """Amplitudes of strain in each burst at which `by_strain` takes a factor, shape (n_bursts, k)."""
+        return self._largest_strain[:, np.newaxis] * _ROOTS**2
+
+    def by_strain(self, factor: ComplexArray) -> ComplexArray:
+        """Return what a factor on the stress does to each bin that follows the amplitude of the strain at once.
+
+        From the channels, as `strain_moment`. The factor is a polynomial of the amplitude's root: one that falls to a
+        third, as ``1 / (1 + a)``, is met to 1e-4.
+
+        Parameters
+        ----------
+        factor : complex array, shape (..., n_bursts, k)
+            At `strain_nodes`.
+
+        Returns
+        -------
+        complex array, shape (..., n)
+        """
+        return np.asarray(np.sum(factor[..., self.data.burst, :] * self._of_nodes, axis=-1))
+
+    @cached_property
+    def _of_nodes(self) -> ComplexArray:
+        """Weights of a factor at the `strain_nodes` at each bin, shape (n, k)."""
+        powers = np.array(STRETCH_POWERS)[:, np.newaxis]
+        moments = np.exp(self._log_strain_moments - powers * np.log(self._largest_strain[self.data.burst]))
+        return np.asarray(np.concatenate([np.ones((1, moments.shape[1])), moments]).T @ _FROM_ROOTS)
+
+    @cached_property
+    def _largest_strain(self) -> RealArray:
+        """Largest amplitude of strain in each burst, shape (n_bursts,), from the fourth moment nearest its centre."""
+        fourth = np.exp(self._log_strain_moments[STRETCH_POWERS.index(4.0)].real)
+        return np.asarray(_MARGIN * (fourth[self.nearest] / _FOURTH) ** 0.25)
+
+    @cached_property
+    def nearest(self) -> NDArray[np.intp]:
+        """The bin nearest the centre of each burst, shape (n_bursts,)."""
+        away = np.abs(self.frequency - self.data.centres[:, np.newaxis])
+        others = self.data.burst != np.arange(len(away))[:, np.newaxis]
+        return np.asarray(np.argmin(np.where(others, np.inf, away), axis=1))
 
     @cached_property
     def _log_strain_moments(self) -> ComplexArray:
