@@ -34,7 +34,7 @@ def test_without_rims_it_is_a_rod(shape):
 
 
 @pytest.mark.parametrize("at_base", [0, 1])
-@pytest.mark.parametrize("rim", [0.05, 0.125, 0.3, 0.5])
+@pytest.mark.parametrize("rim", [0.05, 0.303])
 @pytest.mark.parametrize(
     ("radius", "thickness", "ratio"),
     [(0.0225, 0.025, 0.0), (0.0225, 0.01, 0.0), (0.012, 0.03, 0.0), (0.0225, 0.025, 0.3)],
