@@ -47,7 +47,7 @@ _MODES = 40  # with both faces held, symmetric and antisymmetric ones each
 _MOMENTS = 6  # further motions inside, that follow from a plate's
 _INNER = _MODES + _MOMENTS
 _POLES = 80  # of a disc with open rims
-_KEPT = 20  # of these, with the largest residues; the others as a power series
+_KEPT = 20  # of these, with the largest residues of any force; the others as a power series
 _NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
 # motions of the top plate: moved, the base moved, bent (`deflection`), and its face turned where it is bent (`slope`);
 # of the forces by the second on the first, those of `Forces`
@@ -302,7 +302,8 @@ def partial_fractions(
     static, whole = rigid.T @ (stiffness @ rigid), rigid.T @ (inertia @ rigid)
     on, by = np.transpose(_PAIRS)
     products = shares[:, on] * shares[:, by]
-    weight = np.max(np.abs(products[:, :2]), axis=1) / values
+    sizes = np.abs(products)
+    weight = np.max(sizes / np.max(sizes, axis=0), axis=1) / values
     kept = np.sort(np.argsort(weight)[-_KEPT:])
     # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
     # loads, since taken off the sums those of low poles would leave no digits of the others

@@ -34,7 +34,7 @@ def test_without_rims_it_is_a_rod(shape):
 
 
 @pytest.mark.parametrize("at_base", [0, 1])
-@pytest.mark.parametrize("rim", [0.05, 0.303])
+@pytest.mark.parametrize("rim", [0.05, 0.125, 0.3, 0.303, 0.5])
 @pytest.mark.parametrize(
     ("radius", "thickness", "ratio"),
     [(0.0225, 0.025, 0.0), (0.0225, 0.01, 0.0), (0.012, 0.03, 0.0), (0.0225, 0.025, 0.3)],
@@ -116,7 +116,7 @@ def test_a_moved_plate_does_not_bend_by_its_inertia():
 @pytest.mark.parametrize("rim", [0.1, 0.2, 0.35])
 @pytest.mark.parametrize("thickness", [0.0125, 0.025, 0.04])
 def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness, rim):
-    """1 mm of steel beside a rigid plate: within 0.5 % of the reading, of which bending is up to a quarter."""
+    """1 mm of steel beside a rigid plate: within 0.2 % of the reading, and 2 % of its bending, up to a quarter of it."""
     radius, plate, modulus = 0.0225, 1e-3, 2e5 * (1 + 0.2j)
     elastic, rigid = (
         TwoPlateRig(
@@ -139,8 +139,10 @@ def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness,
     matrix = np.moveaxis(np.array([[top - inertia, by_top], [by_top, own + by_bending]]), -1, 0)
     mean, bent = np.linalg.solve(matrix, -np.stack([base, by_base], axis=-1)[..., None])[..., 0].T
     found = (mean + CENTRE_DEFLECTION * bent) / (-base / (top - inertia))
-    assert np.abs(expected - 1).max() > 0.02
-    assert np.abs(found - expected).max() < 0.005
+    off, largest = np.abs(found - expected).max(), np.abs(expected - 1).max()
+    assert largest > 0.02
+    assert off < 0.002
+    assert off < 0.02 * largest
 
 
 @given(
