@@ -49,7 +49,7 @@ def setting_of(data, load=15.7):
 
 
 @pytest.mark.parametrize("load", [3.0, 15.7])
-@pytest.mark.parametrize("power", [0.7, 1.3])
+@pytest.mark.parametrize("power", [0.7, 1.0, 1.3])
 @pytest.mark.parametrize(
     ("softening", "frequency"), [(50.0, 150.0), (200.0, 200.0), (200.0, 400.0), (1000.0, 150.0), (1000.0, 200.0)]
 )
@@ -67,17 +67,20 @@ def test_the_modulus_as_a_softening_rod_shows_it(load, power, softening, frequen
     change = rod_transmissibility(f, modulus, DENSITY, HEIGHT, load) / rod_transmissibility(
         f, SINGLE(f), DENSITY, HEIGHT, load
     )
-    # as the noise of the channel shows it: bins at the ends of the band are faint
-    shown = np.abs(exact) / np.abs(exact).max()
     found = softened / exact
+    assert np.abs(found - 1).max() > 2e-3
+    is_strong = softening > 500
+    if not is_strong:  # where it is, bins at the ends of the band may show next to nothing
+        assert np.abs(change / found - 1).max() < 0.02 * np.abs(found - 1).max()
+    # as the noise of the channel shows it
+    shown = np.abs(exact) / np.abs(exact).max()
     largest = np.max(shown * np.abs(found - 1))
-    assert largest > 1e-3
-    assert np.max(shown * np.abs(change - found)) < (0.025 if load < 5 else 0.007) * largest
+    assert np.max(shown * np.abs(change - found)) < (0.025 if is_strong and load < 5 else 0.007) * largest
 
 
 def test_moments_between_the_powers_that_are_kept():
     data = heard(2 * burst(200.0) + 0.3 * burst(230.0), 200.0)
-    moments = setting_of(data)
+    setting = setting_of(data)
     f, base, top = data.spectra
     stretch = np.zeros(data.n_fft, dtype=complex)
     near = (f > 80) & (f < 360)
@@ -85,10 +88,10 @@ def test_moments_between_the_powers_that_are_kept():
     signal, bins = np.fft.ifft(stretch), np.searchsorted(f, data.in_band[0])
     for power in (0.4, 0.7, 1.0, 1.7, 2.6, 4.0):
         expected = np.fft.fft(np.abs(signal) ** power * signal)[bins] / stretch[bins]
-        found = moments.strain_moment(np.array([power]))
+        found = setting.by_strain(setting.strain_nodes**power)
         strong = np.abs(base[bins]) > 0.3 * np.abs(base[bins]).max()
-        np.testing.assert_allclose(found, expected, rtol=0.02)
-        np.testing.assert_allclose(found[strong], expected[strong], rtol=3e-4)
+        np.testing.assert_allclose(found, expected, rtol=5e-4)
+        np.testing.assert_allclose(found[strong], expected[strong], rtol=1e-4)
 
 
 @pytest.mark.parametrize("centre", [180.0, 200.0, 215.0, 240.0])

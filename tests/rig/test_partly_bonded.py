@@ -116,7 +116,7 @@ def test_a_moved_plate_does_not_bend_by_its_inertia():
 @pytest.mark.parametrize("rim", [0.1, 0.2, 0.35])
 @pytest.mark.parametrize("thickness", [0.0125, 0.025, 0.04])
 def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness, rim):
-    """1 mm of steel beside a rigid plate: within 0.2 % of the reading, and 2 % of its bending, up to a quarter of it."""
+    """1 mm of steel beside a rigid plate: within 0.2 % of the reading, and 2 % of its bending, which is a quarter."""
     radius, plate, modulus = 0.0225, 1e-3, 2e5 * (1 + 0.2j)
     elastic, rigid = (
         TwoPlateRig(

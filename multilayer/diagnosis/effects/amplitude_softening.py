@@ -104,9 +104,7 @@ def _by_third_harmonic(setting: Setting, modulus: ComplexArray, y: RealArray, po
     to the first harmonic. The modulus at 3 f follows from that at f as a power of the frequency, whose exponent is 2/pi
     of the loss angle.
     """
-    power = power[..., np.newaxis]
-    spread = power * y[..., np.newaxis] * _SINES**power
-    secant = np.exp(-np.log1p(spread) / power) * 2 * _OF_TURN
+    secant, spread = _within_period(y, power)
     tangent = secant / (1 + spread)
     stress = np.sum(secant * _SINES * np.sin(3 * _ANGLES), axis=-1)
     own = np.sum(tangent * np.sin(3 * _ANGLES) ** 2, axis=-1)
@@ -123,8 +121,14 @@ def _by_third_harmonic(setting: Setting, modulus: ComplexArray, y: RealArray, po
 
 def _describing(y: RealArray, power: RealArray) -> tuple[RealArray, RealArray]:
     """Return the first harmonic of ``e / (1 + n y)^(1/n)`` over that of e, and its derivative, as of logarithms."""
-    raised = _SINES ** power[..., np.newaxis]
-    spread = power[..., np.newaxis] * y[..., np.newaxis] * raised
-    parts = np.exp(-np.log1p(spread) / power[..., np.newaxis]) * (2 * _OF_TURN * _SINES**2)
+    secant, spread = _within_period(y, power)
+    parts = secant * _SINES**2
     gain = np.sum(parts, axis=-1)
     return gain, -np.sum(parts * spread / (1 + spread), axis=-1) / gain
+
+
+def _within_period(y: RealArray, power: RealArray) -> tuple[RealArray, RealArray]:
+    """Return twice the weights of points of a period times ``1 / (1 + n y)^(1/n)`` there, and ``n y`` there."""
+    n = power[..., np.newaxis]
+    spread = n * y[..., np.newaxis] * _SINES**n
+    return np.exp(-np.log1p(spread) / n) * 2 * _OF_TURN, spread

@@ -81,7 +81,7 @@ class SampleStrainAtOnce(SampleStrain):
 
     def factor(self, setting: Setting) -> Any:
         """Return the amplitude of the strain as it acts on each bin."""
-        return setting.strain_moment(np.ones(1))
+        return setting.by_strain(setting.strain_nodes)
 
 
 class SampleOrder(Sample):

@@ -22,6 +22,7 @@ _ORDER = 2  # of the polynomial through the bins of a burst
 # root through them is summed by moments of `STRETCH_POWERS`, which are multiples of 1/2
 _ROOTS = 0.5 - 0.5 * np.cos(np.pi * np.arange(len(STRETCH_POWERS) + 1) / len(STRETCH_POWERS))
 _FROM_ROOTS = np.linalg.inv(np.vander(_ROOTS, increasing=True))
+_EXPONENTS = np.array(STRETCH_POWERS)[:, np.newaxis]
 _FOURTH = 63 / 128  # mean fourth power of the amplitude of a Hann burst, as it acts at its centre; its largest is 1
 _MARGIN = 1.1  # by which amplitudes may exceed those of a Hann burst with such a mean
 _PLATE_LOSS = 0.01  # loss factor of the top plate's bending
@@ -101,40 +102,21 @@ class Setting:
         """Return by how much that mode amplifies the static bending of the top plate at frequencies, Hz."""
         return np.asarray(1 / (1 - (frequency / self.first_bending) ** 2 + 1j * _PLATE_LOSS))
 
-    def strain_moment(self, power: RealArray) -> ComplexArray:
-        """Return the mean of a power of the strain's amplitude as it acts on each bin: ``|e|^k e`` over e.
-
-        From the channels, at the level of the campaign; where these are not given, those of a steady tone with the peak
-        amplitude of a Hann burst. Exact at `STRETCH_POWERS`; between, by a polynomial of the logarithm, to 3e-4, and to
-        2 % at the bins of a burst's band where it is faint.
-
-        Parameters
-        ----------
-        power : array, shape (..., 1)
-            k, from 0 to the last of `STRETCH_POWERS`.
-
-        Returns
-        -------
-        complex array, shape (..., n)
-        """
-        place = np.asarray(power, dtype=float)[..., np.newaxis]  # (..., 1, 1)
-        weights = _lagrange(place, np.array((0.0, *STRETCH_POWERS)))[..., 1:]  # the logarithm is 0 at a power of 0
-        return np.asarray(np.exp((weights @ self._log_strain_moments)[..., 0, :]))
-
     @cached_property
     def strain_nodes(self) -> RealArray:
         """Amplitudes of strain in each burst at which `by_strain` takes a factor, shape (n_bursts, k)."""
         return self._largest_strain[:, np.newaxis] * _ROOTS**2
 
-    def by_strain(self, factor: ComplexArray) -> ComplexArray:
+    def by_strain(self, factor: RealArray | ComplexArray) -> ComplexArray:
         """Return what a factor on the stress does to each bin that follows the amplitude of the strain at once.
 
-        From the channels, as `strain_moment`. The factor is a polynomial of the amplitude's root: one that falls to a
-        third, as ``1 / (1 + a)``, is met to 1e-4.
+        From the channels, at the level of the campaign; where these are not given, those of a steady tone with the peak
+        amplitude of a Hann burst. The factor is a polynomial of the amplitude's root: one that falls to a third, as
+        ``1 / (1 + a)``, is met to 1e-4, and so are powers of 0.7 and more.
 
         Parameters
         ----------
-        factor : complex array, shape (..., n_bursts, k)
+        factor : array, shape (..., n_bursts, k)
             At `strain_nodes`.
 
         Returns
@@ -146,14 +128,13 @@ class Setting:
     @cached_property
     def _of_nodes(self) -> ComplexArray:
         """Weights of a factor at the `strain_nodes` at each bin, shape (n, k)."""
-        powers = np.array(STRETCH_POWERS)[:, np.newaxis]
-        moments = np.exp(self._log_strain_moments - powers * np.log(self._largest_strain[self.data.burst]))
+        moments = self._strain_moments / self._largest_strain[self.data.burst] ** _EXPONENTS
         return np.asarray(np.concatenate([np.ones((1, moments.shape[1])), moments]).T @ _FROM_ROOTS)
 
     @cached_property
     def _largest_strain(self) -> RealArray:
         """Largest amplitude of strain in each burst, shape (n_bursts,), from the fourth moment nearest its centre."""
-        fourth = np.exp(self._log_strain_moments[STRETCH_POWERS.index(4.0)].real)
+        fourth = np.abs(self._strain_moments[STRETCH_POWERS.index(4.0)])
         return np.asarray(_MARGIN * (fourth[self.nearest] / _FOURTH) ** 0.25)
 
     @cached_property
@@ -164,18 +145,15 @@ class Setting:
         return np.asarray(np.argmin(np.where(others, np.inf, away), axis=1))
 
     @cached_property
-    def _log_strain_moments(self) -> ComplexArray:
-        """Logarithms of means of the powers `STRETCH_POWERS` of the strain's amplitude, shape (k, n)."""
-        powers = np.array(STRETCH_POWERS)[:, np.newaxis]
+    def _strain_moments(self) -> ComplexArray:
+        """Means of the powers `STRETCH_POWERS` of the strain's amplitude as they act on each bin, shape (k, n)."""
         if self.data.stretch_moments is not None:
             moments = self.data.stretch_moments
         else:
             centre = self.data.centres[self.data.burst]
             stretch = np.abs(self.data.ratio - 1) * self._peak_base / (2 * np.pi * centre) ** 2
-            moments = stretch.astype(complex) ** powers
-        phase = np.unwrap(np.angle(np.concatenate([np.ones((1, moments.shape[1])), moments])), axis=0)[1:]
-        level = np.log(np.abs(moments)) - powers * np.log(self.configuration.specimen_thickness)
-        return np.asarray(level + 1j * phase)
+            moments = stretch.astype(complex) ** _EXPONENTS
+        return np.asarray(moments / self.configuration.specimen_thickness**_EXPONENTS)
 
     @cached_property
     def burst_strain(self) -> RealArray:
@@ -205,13 +183,6 @@ class Setting:
     def static_stress(self) -> float:
         """Weight of the top plate over the sample's face, Pa."""
         return GRAVITY * self.plate_mass / self.area
-
-
-def _lagrange(place: RealArray, nodes: RealArray) -> RealArray:
-    """Return the weights of values at nodes, shape (..., n_nodes), in a polynomial through them."""
-    others = [np.delete(nodes, i) for i in range(len(nodes))]
-    parts = [np.prod((place - other) / (node - other), axis=-1) for node, other in zip(nodes, others, strict=True)]
-    return np.stack(parts, axis=-1)
 
 
 @dataclass(frozen=True)
