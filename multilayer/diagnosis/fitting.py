@@ -106,7 +106,7 @@ class Fitted:
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
         """Return value and ends of the central interval of an effect's parameter, in its unit.
 
-        By Laplace's approximation, and by the uncertainty of sizes for a given law (`BaseEffect.size_error`).
+        By Laplace's approximation, and by the uncertainty of sizes for a given law (`BaseEffect.error_of_size`).
         """
         index = [p.name for p in self.hypothesis.parameters].index(name)
         prior = self.hypothesis.parameters[index].prior
@@ -120,8 +120,9 @@ class Fitted:
         return here, float(value(np.asarray(z - reach))), float(value(np.asarray(z + reach)))
 
     def _size_error(self, name: str) -> float:
-        effect = next(effect for effect in self.hypothesis.effects if name.startswith(f"{effect.name}."))
-        return float(effect.law_error if effect.size_error is None else effect.size_error)
+        of, _, parameter = name.partition(".")
+        effect = next(effect for effect in self.hypothesis.effects if effect.name == of)
+        return float(effect.error_of_size(parameter))
 
 
 @dataclass(frozen=True)

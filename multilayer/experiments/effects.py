@@ -32,6 +32,8 @@ class BaseEffect:
         How well the law is known: standard deviation of the relative error of what the effect changes, smooth in ln f.
     size_error : float
         Relative standard deviation of a fitted size beyond its statistical error; `law_error` when None.
+    size_errors : mapping
+        The same by names of parameters, where the size of one is known better or worse than that.
     is_shape_known : bool
         Whether physics fixes the shape of the law; False where that varies from rig to rig, so that a simple form that
         fits better does not speak against the effect.
@@ -52,10 +54,16 @@ class BaseEffect:
     absent: ClassVar[Mapping[str, float]] = {}
     law_error: float = 0.15
     size_error: ClassVar[float | None] = None
+    size_errors: ClassVar[Mapping[str, float]] = {}
     is_shape_known: ClassVar[bool] = True
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
     error_of: str = ""
+
+    def error_of_size(self, parameter: str) -> float:
+        """Return the relative standard deviation of a parameter's value beyond its statistical error."""
+        usual = self.law_error if self.size_error is None else self.size_error
+        return float(self.size_errors.get(parameter, usual))
 
     def finer(self, configurations: Sequence[str] = ()) -> BaseEffect | None:
         """Return the effect with a law that knows more, for data that this one does not fit; None without one.

@@ -58,6 +58,8 @@ def _says_what_it_is(effect: BaseEffect) -> Iterator[str]:
         yield f"parameters of one name: {names}"
     if any(parameter.prior.kind == "fixed" for parameter in effect.parameters):
         yield "a parameter that is fixed is no parameter"
+    if strangers := set(effect.size_errors) - set(names):
+        yield f"size_errors of what is no parameter: {sorted(strangers)}"
 
 
 def _vanishes(effect: BaseEffect) -> Iterator[str]:

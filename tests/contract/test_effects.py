@@ -1,6 +1,7 @@
 """Every registered effect, those of plugins included, keeps the laws of `multilayer.testing`."""
 
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -60,6 +61,10 @@ class Nameless(Silent):
     law = ""
 
 
+class Stranger(EFFECTS["channel_gain"]):
+    size_errors: ClassVar = {"offset": 0.01}
+
+
 class SilentTube(TubeEffect):
     name = "silent_tube"
     law = "nothing"
@@ -87,6 +92,7 @@ class JumpTube(SilentTube):
         (Inplace, "changed in place"),
         (Mixed, "other responses than one by one"),
         (Nameless, "needs a 'law'"),
+        (Stranger, "size_errors of what is no parameter"),
         (SilentTube, "changes nothing"),
         (InplaceTube, "changed in place"),
         (JumpTube, "still changes"),

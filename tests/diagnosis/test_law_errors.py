@@ -35,6 +35,20 @@ def test_an_error_is_a_share_of_the_law_at_its_place():
     assert placed.residual(at) == pytest.approx(hypothesis.residual(z))
 
 
+def test_a_size_is_as_uncertain_as_its_law_leaves_it_beside_its_statistical_error():
+    hypothesis, z = hypothesis_with(("sensor_mass", [0.3, 0.5]))
+    fitted = Fitted(hypothesis, hypothesis.as_minimum(z))
+    reach = 1.6449  # of a 90 % interval, standard deviations
+    for name, size_error in (("mass", 0.01), ("bending", 0.15)):
+        index = [parameter.name for parameter in hypothesis.parameters].index(f"sensor_mass.{name}")
+        prior = hypothesis.parameters[index].prior
+        statistical = prior.slope(z[index]) * np.sqrt(fitted.minimum.covariance[index, index])
+        value, low, high = fitted.interval(f"sensor_mass.{name}")
+        spread = np.log(high / low) / 2 / reach if prior.is_logarithmic else (high - low) / 2 / reach
+        of_size = size_error if prior.is_logarithmic else size_error * value
+        assert spread == pytest.approx(np.hypot(statistical, of_size), rel=1e-3)
+
+
 def test_an_error_follows_the_law_over_frequency():
     hypothesis, z = hypothesis_with(("channel_delay", [1.0]))
     error = with_errors_at_places(hypothesis, z)[0].effects[1]

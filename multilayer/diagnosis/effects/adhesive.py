@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, between, positive
 
 
@@ -14,6 +17,8 @@ class Adhesive(Effect):
     separated_by = "another thickness of the sample"
     source = "glue of 0.05 to 0.5 mm, 0.05 to 100 MPa and 1000 kg/m3; double-sided tape is at the soft end"
     moves_resonances = True
+    # 14 right names of seeds 1008 to 1011: off by 3 % beyond noise
+    size_errors: ClassVar[Mapping[str, float]] = {"compliance": 0.05}
     parameters = (
         positive("compliance", 3e-10, 2.0, "m/Pa"), between("loss_factor", 0.0, 1.0),
         positive("surface_density", 0.15, 0.7, "kg/m^2", bounds=(1e-9, 0.6)),

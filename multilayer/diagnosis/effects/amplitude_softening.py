@@ -6,6 +6,9 @@ W. E. Vander Velde, Multiple-Input Describing Functions and Nonlinear System Des
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
@@ -47,6 +50,8 @@ class AmplitudeSoftening(Effect):
     separated_by = "another level; harmonics"
     source = "filled rubbers (Payne) and foams: 1 to 30 % at strains of 1e-3"
     moves_resonances = True
+    # 18 right names of seeds 1008 to 1011: off by 5.6 % beyond noise, by the law before this one
+    size_errors: ClassVar[Mapping[str, float]] = {"softening": 0.05}
     # powers of the strain: 1.2 of filled rubbers (G. Kraus, J. Appl. Polym. Sci. Appl. Polym. Symp. 39 (1984) 75-92)
     parameters = (
         positive("softening", 50.0, 1.5),

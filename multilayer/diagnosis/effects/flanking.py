@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, between, positive
 
 
@@ -14,6 +17,8 @@ class Flanking(Effect):
     separated_by = "another thickness; a force cell"
     source = "cables, guides and tape: 10 to 1e4 N/m"
     moves_resonances = True
+    # 10 right names of seeds 1008 to 1011: off by 2.3 % beyond noise; another solver: 0.5 %
+    size_errors: ClassVar[Mapping[str, float]] = {"stiffness": 0.05}
     parameters = (positive("stiffness", 500.0, 1.5, "N/m"), between("loss_factor", 0.0, 0.5))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

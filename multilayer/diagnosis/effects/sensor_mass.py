@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive, signed
 from multilayer.diagnosis.effects.plate_flexure import bending
@@ -16,6 +19,8 @@ class SensorMass(Effect):
     separated_by = "a second top plate of another mass"
     source = "piezoelectric accelerometers of 0.2 to 10 g; PCB 352C22 of the paper: 0.5 g, with cable about 1 g"
     moves_resonances = True
+    # 15 right names of seeds 1008 to 1011: off by noise alone; another solver: 0.4 %
+    size_errors: ClassVar[Mapping[str, float]] = {"mass": 0.01}
     parameters = (positive("mass", 1e-3, 1.2, "kg"), signed("bending", 0.3))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
