@@ -1,14 +1,17 @@
 """The blind check: what is drawn, what is scored."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from multilayer.diagnosis.diagnose import chosen_effects
 from multilayer.rig.effects import EFFECTS as RIG_EFFECTS
+from validation.blind_check.again import kept_answers
 from validation.blind_check.check import Answer, Outcome, unseal
 from validation.blind_check.draw import KNOWN, MIX, OUTSIDE, draw
+from validation.blind_check.report import blind_page
 from validation.blind_check.score import ONE, SEVERAL, calibration_error, confusion, detection, reliability, scores
 
 N = 60
@@ -106,3 +109,11 @@ def test_detection_is_told_by_size():
 def test_failures_are_left_out_of_scores():
     answers = [Answer(number, "failed", problem="too soft") for number in range(10)]
     assert all(score.n == 0 and score.met is None for score in found(answers, SEVERAL).values())
+
+
+def test_page_of_the_final_run_is_that_of_the_answers_that_are_kept():
+    page = Path(__file__).parents[2].joinpath("docs/validation/blind_check.md").read_text()
+    seed = int(page.split("--seed ")[1].split("`")[0])
+    made = blind_page(unseal(kept_answers(seed), seed), seed)
+    # the thresholds are those in force, which may have moved on since
+    assert page.split("## Thresholds")[0] == made.split("## Thresholds")[0]
