@@ -121,6 +121,7 @@ def rows(browser, *, busy) -> list[str]:
 
 def pictures(folder: Path) -> None:
     """Draw the pages of a stack and of a campaign with the effect that it lacks, fitted."""
+    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as profile, browsing(Path(profile)) as browser:
         with serving(Explorer(EXAMPLES / "double_wall.yaml")) as server:
             browser.open(server.url, height=800)
