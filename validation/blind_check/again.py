@@ -35,6 +35,8 @@ def main() -> None:
         for outcome in unseal(kept_answers(given.seed), given.seed):
             if outcome.visible and ((given.right and _is_named(outcome)) or (given.missed and not outcome.right)):
                 numbers.add(outcome.draw.number)
+    if not numbers:
+        parser.error("which campaigns? Their numbers, --right or --missed")
     tasks = [BlindTask(number, given.seed) for number in sorted(numbers)]
     held: list[bool] = []
     sys.stdout.write(f"{HEADING}\n")
