@@ -10,9 +10,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from multilayer.arrays import RealArray
 from multilayer.report.listing import Listing
 from multilayer.report.report import Picture, Report, Section
-from multilayer.report.simulation_figures import draw_losses, draw_quantity
+from multilayer.report.simulation_figures import draw_losses, draw_quantity, draw_spread
 from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.compare import Comparison, Misfit
 from multilayer.simulation.quantities import QUANTITIES, Quantity
@@ -57,6 +58,11 @@ def simulation_report(result: SimulationResult) -> Report:
     if any(case.layer_losses for case in result.cases):
         pictures += (Picture(partial(draw_losses, result, upright=True), "Share of the power that each layer loses."),)
         figures["layer_losses.png"] = partial(draw_losses, result)
+    scattered = [case for case in result.cases if case.spread.get(main.name)]
+    if scattered:
+        text = f"Standard deviation of the {main.title} that comes of each tolerance; black: of all."
+        pictures += (Picture(partial(draw_spread, result, main.name, upright=True), text),)
+        figures["scatter.png"] = partial(draw_spread, result, main.name)
     listings = [_values(result, quantity, only="console") for quantity in others]
     means = [_mean(case, main) for case in cases]
     ranked = _ranked(cases)
@@ -74,6 +80,7 @@ def simulation_report(result: SimulationResult) -> Report:
         sections=(
             Section("Over frequency", pictures),
             Section("Values", listings=(*listings, _values(result, main, notes=notes))),
+            *([Section("Scatter", listings=(_origins(scattered, main),))] if scattered else []),
         ),
         inputs=result.settings,
         tables={"simulation.csv": result.to_csv()},
@@ -243,6 +250,35 @@ def _values(result: SimulationResult, quantity: Quantity, **options: Any) -> Lis
         for case in cases
     )
     return Listing(tuple(headings), cells, tuple(range(1, len(headings))), caption, **options)
+
+
+def _origins(cases: Sequence[CaseResult], quantity: Quantity) -> Listing:
+    """Return what each tolerance contributes to the scatter of a quantity, most first; of several cases a range."""
+    variances = [{path: _mean_square(sd) for path, sd in case.spread[quantity.name].items()} for case in cases]
+    shares = [{path: value / (sum(of_case.values()) or 1) for path, value in of_case.items()} for of_case in variances]
+    fields = sorted(shares[0], key=lambda path: -max(of_case[path] for of_case in shares))
+    unit = f" / {quantity.unit}" if quantity.unit else ""
+    of_cases = " (range of the cases)" if len(cases) > 1 else ""
+    return Listing.of(
+        fields,
+        {
+            "tolerance of": str,
+            ">share of the variance": lambda path: _range([f"{of_case[path]:.0%}" for of_case in shares]),
+            ">standard deviation": lambda path: _range([f"{np.sqrt(of_case[path]):.2g}" for of_case in variances]),
+        },
+        caption=f"Where the scatter of the {quantity.title}{unit} comes from, over all frequencies{of_cases}",
+    )
+
+
+def _mean_square(values: RealArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.mean(finite**2)) if finite.size else 0.0
+
+
+def _range(texts: Sequence[str]) -> str:
+    """Return the least and the most of numbers, each written as it is to be told."""
+    ends = (extreme(texts, key=lambda text: float(text.rstrip("%"))) for extreme in (min, max))
+    return " to ".join(dict.fromkeys(ends))
 
 
 def _rows(result: SimulationResult) -> Rows:

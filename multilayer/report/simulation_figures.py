@@ -84,6 +84,38 @@ def draw_losses(result: SimulationResult, *, upright: bool = False) -> Figure:
     return figure
 
 
+def draw_spread(result: SimulationResult, name: str, *, upright: bool = False) -> Figure:
+    """Draw the standard deviations that come of the tolerances over frequency, a panel for each of the first cases.
+
+    Parameters
+    ----------
+    result : SimulationResult
+    name : str
+        Of `QUANTITIES`.
+    upright : bool
+        As in `draw_quantity`.
+    """
+    quantity = QUANTITIES[name]
+    cases = [case for case in result.cases if case.spread.get(name)][:_MOST_PANELS]
+    width, height = (WIDTH, 1.8) if upright else (7.5, 2.2)
+    figure, grid = blank(len(cases), 1, (width, 1.2 + height * len(cases)), sharex=True, sharey=True)
+    for axis, case in zip(grid[:, 0], cases, strict=True):
+        of_fields = case.spread[name]
+        whole = np.sqrt(np.sum(np.square([*of_fields.values()]), axis=0))
+        _line(axis, result, whole, color="black", label="all")
+        for (path, deviation), tint in zip(of_fields.items(), _tints(len(of_fields)), strict=True):
+            _line(axis, result, deviation, color=tint, label=plain(path))
+        axis.set_ylabel(f"standard deviation{f' / {quantity.unit}' if quantity.unit else ''}")
+        if case.shown:
+            axis.set_title(plain(case.label), fontsize=8)
+    grid[0, 0].set_ylim(bottom=0.0)  # shared by all
+    _frequency_axis(grid[-1, 0], result)
+    legend_below(figure, grid[0, 0])
+    if not upright:
+        figure.suptitle(f"{plain(result.name)}: scatter of the {quantity.title}")
+    return figure
+
+
 def _label(quantity: Quantity, column: str) -> str:
     unit = f" / {quantity.unit}" if quantity.unit else ""
     part = {"_re": "real part of ", "_im": "imaginary part of "}.get(column[-3:], "") if quantity.is_complex else ""

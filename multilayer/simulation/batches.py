@@ -58,7 +58,7 @@ def _numbers(task: Task, paths: Sequence[str]) -> dict[str, float]:
     """Return what layers hold at those paths that lead to a number; nothing where tasks may differ beside the stack."""
     values: dict[str, float] = {}
     roots = {path.partition(".")[0] for path in paths}
-    if task.samples or not takes_arrays(task, []) or not roots <= Stack.model_fields.keys():
+    if task.samples or task.deviations or not takes_arrays(task, []) or not roots <= Stack.model_fields.keys():
         return values
     for path in paths:
         with suppress(InputError):  # as of a material, whose name the stack does not keep

@@ -14,7 +14,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.frames import Column, Frame, Tabular
 from multilayer.response.bands import Width
-from multilayer.simulation.quantities import LOST_IN, columns_of
+from multilayer.simulation.quantities import LOST_IN, QUANTITIES, columns_of
 
 PERCENTILES = (5, 50, 95)
 
@@ -37,6 +37,9 @@ class CaseResult:
         By column, shape (3, n_frequency): 5, 50 and 95 % of the samples; empty without tolerances.
     ratings : mapping
         Single numbers by name, where the frequencies suffice for them.
+    spread : mapping
+        By quantity and field (path without ``layers.``), the standard deviation that comes of the field's tolerance,
+        to first order about the nominal stack; empty without tolerances.
     """
 
     label: str
@@ -45,6 +48,7 @@ class CaseResult:
     quantities: Mapping[str, NDArray[Any]]
     percentiles: Mapping[str, RealArray] = field(default_factory=dict)
     ratings: Mapping[str, str] = field(default_factory=dict)
+    spread: Mapping[str, Mapping[str, RealArray]] = field(default_factory=dict)
 
     @property
     def absorption(self) -> RealArray:
@@ -85,12 +89,15 @@ class CaseResult:
 
     @property
     def columns(self) -> dict[str, RealArray]:
-        """Columns of a table: nominal values, each followed by its percentiles as ``NAME_p05``."""
+        """Columns of a table: nominal values, each with its percentiles as ``NAME_p05``, then what the spread is of."""
         columns: dict[str, RealArray] = {}
         for name, values in columns_of(self.quantities).items():
             columns[name] = values
             for percent, band in zip(PERCENTILES, self.percentiles.get(name, ()), strict=False):
                 columns[f"{name}_p{percent:02d}"] = band
+        for quantity, of_fields in self.spread.items():
+            (name,) = QUANTITIES[quantity].columns
+            columns |= {f"{name}_sd_from_{path}": values for path, values in of_fields.items()}
         return columns
 
 

@@ -23,7 +23,8 @@ from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
 from multilayer.simulation.settings import DiffuseIncidence
 from multilayer.simulation.single_numbers import ratings
-from multilayer.simulation.tasks import Arrays, Task, refuse_unsound
+from multilayer.simulation.spread import standard_deviation
+from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
 from multilayer.simulation.tolerances import draw
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
@@ -36,6 +37,7 @@ _WAVENUMBERS_OF_DUCT = 2700
 _BYTES_OF_RESULT = 96  # all quantities at one frequency, once more where they are put together
 _COLUMNS = 6  # of which there are percentiles
 _BYTES_OF_DRAW = 16  # of a field, and its copy in a task
+_BYTES_OF_SPREAD = 48  # of a field at one frequency: of absorption and losses, and their copies in tables
 _BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
 
@@ -91,6 +93,7 @@ def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
         solves += points * layers * (1 + samples)
         held += len(grid.frequency) * (_BYTES_OF_RESULT + _COLUMNS * bytes_kept(samples, len(PERCENTILES)))
         held += samples * len(file.scatter) * _BYTES_OF_DRAW
+        held += len(grid.frequency) * len(file.scatter) * _BYTES_OF_SPREAD
         # samples are not cut into pieces along the frequencies
         alone = min(points, POINTS // max(1, layers // 50))
         cases = _points_at_once(layers) if len(simulation.cases) > 1 else 0
@@ -108,10 +111,11 @@ def _tasks(case: Case, grid: Grid) -> Iterator[Task]:
         file.stack, grid.points, file.incidence, case.label, file.finite_size, file.reference, file.excitation,
         file.free_waves, file.layer_losses, file.duct,
     )  # fmt: skip
-    yield nominal
     if not file.scatter:
+        yield nominal
         return
     drawn = draw(file.stack, file.scatter, file.samples, file.seed)
+    yield replace(nominal, deviations={path: standard_deviation(values) for path, values in drawn.items()})
     angles = _ANGLES_OF_DIFFUSE_FIELD if isinstance(file.incidence, DiffuseIncidence) else 1
     size = int(np.clip(_MOST_VALUES // (grid.points.size * angles), 1, _MOST_SAMPLES))
     sampled = replace(nominal, layer_losses=False)
@@ -159,7 +163,7 @@ def run(
     cases = plan.simulation.cases
     together = batches(plan.tasks, [*cases[0].values], cases_at_once(plan))
     first = np.cumsum([0, *(len(batch.tasks) for batch in together)])
-    nominal: dict[int, Arrays] = {}
+    nominal: dict[int, Outcome] = {}
     scatter: list[dict[str, Percentiles]] = [{} for _ in cases]
     warned: dict[int, tuple[str, ...]] = {}
     for index, outcomes in as_done(run_batch, together, executor):
@@ -171,11 +175,11 @@ def run(
             if task.samples:
                 _add(scatter[case], outcome.quantities)
             else:
-                nominal[case] = outcome.quantities
+                nominal[case] = outcome
             if progress is not None:
                 progress(cases[case].label)
     _warn_once(plan.tasks, dict(sorted(warned.items())))
-    rated = ratings([nominal[i] for i in range(len(cases))], plan.grid)
+    rated = ratings([nominal[i].quantities for i in range(len(cases))], plan.grid)
     return SimulationResult(
         plan.name,
         plan.grid.frequency,
@@ -201,10 +205,14 @@ def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> 
         warn(text, ValidityWarning, stacklevel=3)
 
 
-def _case_result(case: Case, nominal: Arrays, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:
+def _case_result(case: Case, nominal: Outcome, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:
     percentiles = {name: of_column.result() for name, of_column in scatter.items()}
     impedance = case.simulation.ambient.gas.impedance
-    return CaseResult(case.label, case.shown, impedance, nominal, percentiles, rated)
+    spread = {
+        name: {path.removeprefix("layers."): values for path, values in of_quantity.items()}
+        for name, of_quantity in nominal.spread.items()
+    }
+    return CaseResult(case.label, case.shown, impedance, nominal.quantities, percentiles, rated, spread)
 
 
 def simulate(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
-from multilayer.paths import with_values
+from multilayer.paths import locate, with_values
 from multilayer.response.bands import POINTS_PER_THIRD
 from multilayer.response.beside import Shares, Sound
 from multilayer.response.chunks import in_chunks
@@ -28,6 +28,7 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.quantities import LOST_IN, quantity_named
 from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
+from multilayer.simulation.spread import Slopes, by_derivatives, by_differences
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
@@ -61,6 +62,8 @@ class Task:
         That the stack lines.
     samples : mapping
         By path, values of fields in place of those in `stack`, all of one length; empty for the stack itself.
+    deviations : mapping
+        By path, standard deviations of fields, whose share of the scatter is asked for.
     effort : mapping
         Arguments of `diffuse_field` in place of its own tolerances.
     """
@@ -76,6 +79,7 @@ class Task:
     layer_losses: bool = False
     duct: Duct | None = None
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    deviations: Mapping[str, float] = field(default_factory=dict)
     effort: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -86,10 +90,22 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Quantities of a task by name, of shape (n_frequency,) or (n_samples, n_frequency), and warnings of validity."""
+    """What a task gives.
+
+    Attributes
+    ----------
+    quantities : dict
+        By name, of shape (n_frequency,) or (n_samples, n_frequency).
+    warnings : tuple of str
+        Of validity.
+    spread : dict
+        By quantity and path, the standard deviation that comes of a field's tolerance, to first order, shape
+        (n_frequency,).
+    """
 
     quantities: Arrays
     warnings: tuple[str, ...]
+    spread: dict[str, dict[str, RealArray]] = field(default_factory=dict)
 
 
 def run_task(task: Task) -> Outcome:
@@ -103,13 +119,14 @@ def run_task(task: Task) -> Outcome:
     with collected_warnings() as warnings, np.errstate(all="ignore"):  # what is not finite is refused
         try:
             quantities = _sampled(task) if task.samples else _respond(task.stack, task)
+            spread = _spread(task)
         except ArithmeticError as error:  # of single numbers, as those of the gas; arrays become inf or nan
             if not has_extremes(task.stack):
                 raise
             raise _of_case(task, refusal(task.stack, f"the stack cannot be computed: {_LOST} ({error})")) from error
         except MultilayerError as error:
             raise _of_case(task, error) from error
-    return Outcome(quantities, tuple(dict.fromkeys(warnings)))
+    return Outcome(quantities, tuple(dict.fromkeys(warnings)), spread)
 
 
 _LOST = "its numbers are too large or too small beside each other"
@@ -136,12 +153,41 @@ def _sampled(task: Task) -> Arrays:
     return {name: np.stack([row_quantities[name] for row_quantities in each]) for name in each[0]}
 
 
+def _spread(task: Task) -> dict[str, dict[str, RealArray]]:
+    """Return the standard deviations that come of each field's tolerance, by quantity and path."""
+    exact = [path for path in task.deviations if _takes_derivatives(task, path)]
+    slopes: dict[str, Slopes] = {}
+    if exact:
+        every = by_derivatives(task.stack, exact, task.frequency, task.incidence, task.window, task.effort)
+        if task.reference is not None:
+            every["insertion_loss"] = every["transmission_loss"]
+        slopes = {path: {name: slope[i] for name, slope in every.items()} for i, path in enumerate(exact)}
+    spread: dict[str, dict[str, RealArray]] = {}
+    for path, deviation in task.deviations.items():
+        if path not in slopes:
+            slopes[path] = by_differences(task.stack, path, deviation, lambda stack: _respond(stack, task))
+        for name, slope in slopes[path].items():
+            spread.setdefault(name, {})[path] = np.abs(slope) * deviation
+    return spread
+
+
 def takes_arrays(task: Task, paths: Sequence[str]) -> bool:
     """Tell whether the responses of a task take arrays of values at some paths."""
-    of_layers = all(path.startswith("layers.") for path in paths)
+    return isinstance(task.incidence, PlaneIncidence) and _is_of_sound(task) and all(map(_is_in_a_layer, paths))
+
+
+def _takes_derivatives(task: Task, path: str) -> bool:
+    return _is_of_sound(task) and _is_in_a_layer(path) and isinstance(locate(task.stack, path).value, int | float)
+
+
+def _is_of_sound(task: Task) -> bool:
+    """Tell whether nothing is asked for but what a stack alone makes of sound."""
     beside_sound = task.excitation is not None or task.free_waves or task.layer_losses or task.duct is not None
-    of_sound = not beside_sound and not _is_built(task.stack)
-    return isinstance(task.incidence, PlaneIncidence) and of_layers and of_sound
+    return not beside_sound and not _is_built(task.stack)
+
+
+def _is_in_a_layer(path: str) -> bool:
+    return path.startswith("layers.")
 
 
 def _respond(stack: Stack, task: Task) -> Arrays:

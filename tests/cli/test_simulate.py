@@ -53,7 +53,7 @@ class TestSweep:
     def test_ends_well(self, simulated):
         done, folder = simulated
         assert (done.status, done.err) == (0, "")
-        assert result_names(folder) == TABLES | {"report.html", "absorption.png", "impedance.png"}
+        assert result_names(folder) == TABLES | {"report.html", "absorption.png", "impedance.png", "scatter.png"}
 
     def test_csv(self, simulated):
         _, folder = simulated
@@ -98,12 +98,18 @@ class TestSweep:
         lines = done.out.splitlines()
         assert lines[0] == "foam: absorption coefficient, averages over third octaves"
         assert lines[1].split() == ["foam.thickness", "20", "mm", "40", "mm"]
-        bands = [int(line.split()[0]) for line in lines[3:] if line.lstrip()[0].isdecimal()]
+        bands = [int(line.split()[0]) for line in lines[3:] if line.lstrip()[:1].isdecimal()]
         assert bands == [200, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000]
-        assert (
-            lines[-1]
-            == f"written to {folder}: simulation.csv, simulation.json, report.html, absorption.png, impedance.png"
-        )
+        tables = "simulation.csv, simulation.json, report.html"
+        assert lines[-1] == f"written to {folder}: {tables}, absorption.png, impedance.png, scatter.png"
+
+    def test_where_the_scatter_comes_from(self, simulated):
+        done, folder = simulated
+        _, _, below = done.out.partition("Where the scatter of the absorption coefficient comes from")
+        fields = [line.split()[0] for line in below.splitlines()[2:-1]]
+        columns = (folder / "simulation.csv").read_text().partition("\n")[0].split(",")
+        assert fields
+        assert {f"absorption_sd_from_{path}" for path in fields} <= {*columns}
 
 
 class TestOptions:
