@@ -380,6 +380,7 @@ def _unfinished(begun: Fitted) -> PlaceFit:
 
 def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
     """Return the fit of a place, from a coarse one and from the nominal model, with each size of its law."""
+    begun = _best_variant(nominal, begun, *_COARSE)
     law: DrawnLaw = begun.hypothesis.effects[-1]
     count, at_rest = (
         len(law.parameters),
@@ -395,6 +396,18 @@ def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
     evidences = [tolerant_evidence(fit) for fit in fits]
     best = fits[int(np.argmax(evidences))]
     return PlaceFit(law.at_place, best, float(logsumexp(evidences) - np.log(len(evidences))))
+
+
+def _best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -> Fitted:
+    """Return the fit of a law at a place in the way of acting there that has the most evidence, each from that fit.
+
+    Of large laws the first step from the nominal model, by which a variant is chosen, does not tell.
+    """
+    law, z = fitted.hypothesis.effects[-1], fitted.minimum.z
+    others = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
+    hypotheses = [nominal.hypothesis.with_effects(replace(law, at_place=kind())) for kind in others]
+    fits = [fitted, *(_descended(hypothesis, z, most, tolerance) for hypothesis in hypotheses)]
+    return max(fits, key=tolerant_evidence)
 
 
 def _descended(hypothesis: Hypothesis, z: RealArray, most: int, tolerance: float) -> Fitted:
@@ -421,8 +434,9 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     scale, frequency = _scale(nominal, at.place)
     law = SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale)
     form = _fit_form(nominal, at, law, _nearest(at, law)[1])
-    is_better = form.log_evidence > at.log_evidence
-    return replace(at, simple=form.fitted, log_evidence=form.log_evidence) if is_better else at
+    fitted = _best_variant(nominal, form.fitted, *_FINE)
+    evidence, place = tolerant_evidence(fitted), fitted.hypothesis.effects[-1].at_place
+    return replace(at, place=place, simple=fitted, log_evidence=evidence) if evidence > at.log_evidence else at
 
 
 def _fit_forms(

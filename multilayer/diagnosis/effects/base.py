@@ -44,6 +44,8 @@ __all__ = [
     "BaseEffect",
     "Chain",
     "Effect",
+    "Parameter",
+    "Prior",
     "Setting",
     "Values",
     "between",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from multilayer.diagnosis.effects.sensor_mass import BENDING
 from multilayer.diagnosis.places.base import Chain, ComplexArray, Place, Setting
 
 
@@ -20,6 +21,11 @@ class TopPlate(Place):
         "resonance": ("mass on a spring", "kg"),
     }  # fmt: skip
 
+    @classmethod
+    def variants(cls) -> tuple[type[TopPlate], ...]:
+        """Return what is spread over the plate, and what stands in its centre."""
+        return (TopPlate, InCentre)
+
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return the mass of the lightest plate."""
         return min(setting.plate_mass for setting in settings)
@@ -27,6 +33,21 @@ class TopPlate(Place):
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with a dynamic mass on the plate."""
         return chain.with_(plate_mass=chain.plate_mass + values)
+
+
+class InCentre(TopPlate):
+    """Something in the centre of the top plate, which bends the plate under the accelerometer."""
+
+    variant = "in_centre"
+    title = "on the top plate, in its centre"
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with the dynamic mass that acts alike on a rigid plate."""
+        return super().chain(setting, chain, setting.at_centre(values, BENDING)[0])
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the motion of the plate's centre."""
+        return motion * setting.at_centre(values, BENDING)[1]
 
 
 class Plate(Place):

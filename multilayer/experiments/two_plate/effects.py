@@ -15,6 +15,7 @@ from multilayer.experiments.two_plate.burst import STRETCH_POWERS
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
 from multilayer.media.elastic import FIRST_BENDING, flexural_rigidity
+from multilayer.rig.partly_bonded import CENTRE_DEFLECTION
 
 _CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
 _ORDER = 2  # of the polynomial through the bins of a burst
@@ -101,6 +102,29 @@ class Setting:
     def bending_gain(self, frequency: RealArray) -> ComplexArray:
         """Return by how much that mode amplifies the static bending of the top plate at frequencies, Hz."""
         return np.asarray(1 / (1 - (frequency / self.first_bending) ** 2 + 1j * _PLATE_LOSS))
+
+    def at_centre(self, dynamic_mass: Numeric, share: Numeric) -> tuple[ComplexArray, ComplexArray]:
+        """Return what a thing in the centre of the top plate does, which bends the plate.
+
+        Its force moves the centre by C beyond the plate's mean, so that the centre, and with it the thing and the
+        accelerometer, follows the mean by ``1/(1 - omega^2 mu C)``; C is that of a force on a free plate whose inertia
+        is spread over its area (`partly_bonded.deflection`), amplified by the first bending mode.
+
+        Parameters
+        ----------
+        dynamic_mass : array, shape (..., n)
+            mu, force over acceleration, kg.
+        share : float or array
+            Of C: below 1 for a thing with a footprint.
+
+        Returns
+        -------
+        array, array, shape (..., n)
+            The dynamic mass on a rigid plate that acts alike, kg, and the motion of the centre over the mean.
+        """
+        compliance = CENTRE_DEFLECTION * self.configuration.specimen_radius**2 / (8 * np.pi * self.bending_stiffness)
+        bent = share * self.omega**2 * dynamic_mass * compliance * self.bending_gain(self.frequency)
+        return np.asarray(dynamic_mass / (1 - bent)), np.asarray(1 / (1 - bent))
 
     @cached_property
     def strain_nodes(self) -> RealArray:
