@@ -7,6 +7,7 @@ import pytest
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
+from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
 from multilayer.errors import InputError
@@ -197,6 +198,8 @@ def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
         ("sample_strain", "at_once", SampleStrainAtOnce),
         ("sample_order", "", SampleOrder),
         ("sample_order", "since_mounting", SampleOrderInMounting),
+        ("top_plate", "", TopPlate),
+        ("top_plate", "in_centre", InCentre),
     ],
 )
 def test_a_law_is_saved_with_the_way_in_which_it_acts(tmp_path, place, variant, kind):

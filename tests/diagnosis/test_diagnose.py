@@ -1,6 +1,7 @@
 """Diagnoses of campaigns whose effect is known: synthetic ones, and those of an independent solver."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,15 @@ from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_camp
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
+from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError
+from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
 from multilayer.rig import TwoPlateRig
 from multilayer.rig.synthesis import make_campaign
-from multilayer.testing.benches import joint_bench
+from multilayer.testing.benches import joint_bench, soft_sample
 from tests.fits.test_joint import campaign_and_signals
 from validation.blind_check.draw import draw
 
@@ -106,6 +109,27 @@ CHAINS = {
         },
     ),
 }
+
+
+@pytest.mark.parametrize("mass", [1e-3, 5e-3])
+def test_a_plate_bends_under_what_stands_in_its_centre_as_finite_elements_do(mass):
+    joint = joint_bench()
+    law = SimpleLaw.at(InCentre(), (Term("power", 0),), np.array([100.0, 1600.0]), 1e-2)
+    hypothesis = joint.with_effects(law)
+    z = np.concatenate([soft_sample(joint), [law.parameters[0].prior.coordinate(mass)]])
+    for setting in hypothesis.settings:
+        size = setting.configuration
+        modulus = joint.space.modulus(joint.law_coordinates(z), setting.frequency)
+        plain, loaded = (
+            TwoPlateRig(
+                size.specimen_radius, size.specimen_thickness, 80.0, 0.0, size.top_plate_thickness, attached_mass=m
+            ).transmissibility(setting.frequency, modulus)
+            for m in (0.0, mass)
+        )
+        rigid = hypothesis.with_effects(replace(law, at_place=TopPlate())).predict(setting, z)[1]
+        found, nominal = hypothesis.predict(setting, z)[1], joint.predict(setting, z[:-1])[1]
+        errors = [np.max(np.abs(of / nominal / (loaded / plain) - 1)) for of in (found, rigid)]
+        assert errors[0] < 0.1 * errors[1]
 
 
 @pytest.mark.parametrize("name", CHAINS)

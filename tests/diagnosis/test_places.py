@@ -87,6 +87,22 @@ def test_the_place_and_the_simple_form_of_its_law(name, term, values):
     assert np.all(np.abs(fitted.minimum.z[-len(values) :] - true) < 4 * deviations)
 
 
+@pytest.mark.parametrize("kind", PLACES["top_plate"].variants())
+@pytest.mark.parametrize(
+    ("term", "values"),
+    [(Term("power", 0), [3e-3]), (Term("resonance"), [5e-3, 900.0, 0.05])],
+    ids=["mass", "resonance"],
+)
+def test_what_bends_the_plate_is_told_from_what_does_not(kind, term, values):
+    nominal = measured((kind(), term, values))
+    places = fit_places(nominal, names=["top_plate", "beside"])
+    if not is_explained(place.fitted for place in places.values()):
+        places = with_resonances(nominal, places)
+    first = next(iter(places.values()))
+    assert type(first.place) is kind
+    assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+
+
 def test_a_faint_sharp_resonance_is_found_where_a_drawn_law_shows_it():
     nominal = measured((PLACES["reading"](), Term("resonance"), [0.01, 1250.0, 0.02]))
     first, *_ = with_resonances(nominal, fit_places(nominal, names=["reading", "plate"])).values()

@@ -108,7 +108,8 @@ class Setting:
 
         Its force moves the centre by C beyond the plate's mean, so that the centre, and with it the thing and the
         accelerometer, follows the mean by ``1/(1 - omega^2 mu C)``; C is that of a force on a free plate whose inertia
-        is spread over its area (`partly_bonded.deflection`), amplified by the first bending mode.
+        is spread over its area (`partly_bonded.deflection`), amplified by the first bending mode. The sample must be
+        soft beside the plate: its modulus over its height, beside 81 D/R^4, is the share of C that is lacking then.
 
         Parameters
         ----------
