@@ -65,7 +65,7 @@ LAWS: dict[str, Law] = {
     "attached_resonator": _resonator,
     "channel_delay": lambda truth, frequency: -2j * np.pi * frequency * truth["parameters"]["delay"],
     "crosstalk": _same("ratio"),
-    "flanking": lambda truth, frequency: _same("stiffness")(truth, frequency) + 1j * np.nan,
+    "flanking": lambda truth, frequency: np.full(frequency.shape, complex(truth["parameters"]["stiffness"], np.nan)),
     "high_pass": lambda truth, frequency: -np.log(1 + truth["parameters"]["corner"] / (1j * frequency)),
     "sensor_mass": _same("mass"),
     "skin": _skin,
