@@ -337,6 +337,8 @@ def main() -> None:
         "",
         *tolerances(),
         "",
+        "The differences of the seven layers are not straight where the gel's Poisson's ratio comes near a half.",
+        "",
         "## Optimisation",
         "",
         "[Searches](../tasks/optimise.md) of the best design take derivatives of all goals and limits of a point. "
