@@ -58,10 +58,8 @@ def simulation_report(result: SimulationResult) -> Report:
     if any(case.layer_losses for case in result.cases):
         pictures += (Picture(partial(draw_losses, result, upright=True), "Share of the power that each layer loses."),)
         figures["layer_losses.png"] = partial(draw_losses, result)
-    scattered = [case for case in result.cases if case.spread.get(main.name)]
-    if scattered:
-        text = f"Standard deviation of the {main.title} that comes of each tolerance; black: of all."
-        pictures += (Picture(partial(draw_spread, result, main.name, upright=True), text),)
+    scatter = _scatter(result, main)
+    if scatter:
         figures["scatter.png"] = partial(draw_spread, result, main.name)
     listings = [_values(result, quantity, only="console") for quantity in others]
     means = [_mean(case, main) for case in cases]
@@ -80,7 +78,7 @@ def simulation_report(result: SimulationResult) -> Report:
         sections=(
             Section("Over frequency", pictures),
             Section("Values", listings=(*listings, _values(result, main, notes=notes))),
-            *([Section("Scatter", listings=(_origins(scattered, main),))] if scattered else []),
+            *scatter,
         ),
         inputs=result.settings,
         tables={"simulation.csv": result.to_csv()},
@@ -250,6 +248,16 @@ def _values(result: SimulationResult, quantity: Quantity, **options: Any) -> Lis
         for case in cases
     )
     return Listing(tuple(headings), cells, tuple(range(1, len(headings))), caption, **options)
+
+
+def _scatter(result: SimulationResult, quantity: Quantity) -> tuple[Section, ...]:
+    """Return the section on what tolerances contribute to the scatter of a quantity; none where it does not scatter."""
+    cases = [case for case in result.cases if case.spread.get(quantity.name)]
+    if not cases:
+        return ()
+    text = f"Standard deviation of the {quantity.title} that comes of each tolerance; black: of all."
+    picture = Picture(partial(draw_spread, result, quantity.name, upright=True), text)
+    return (Section("Scatter", (picture,), (_origins(cases, quantity),)),)
 
 
 def _origins(cases: Sequence[CaseResult], quantity: Quantity) -> Listing:

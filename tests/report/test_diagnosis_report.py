@@ -148,7 +148,7 @@ def test_numbers_have_units_and_sensible_digits(pages):
 def test_group_is_explained(pages):
     text = Page(pages["one"]).text
     assert "The data cannot tell these apart: sensor mass; preload." in text
-    assert "f1 of the free disc; separated by a second top plate of another mass" in text
+    assert "C the yielding of the plate's centre; separated by a second top plate of another mass" in text
 
 
 def test_other_configurations_are_folded_away(pages):
