@@ -26,7 +26,7 @@ class SensorMass(Effect):
     size_errors: ClassVar[Mapping[str, float]] = {"mass": 0.01}
     parameters = (
         positive("mass", 1e-3, 1.2, "kg"),
-        Parameter(name="bending", prior=Prior(normal=(BENDING, 0.3))),
+        Parameter(name="bending", prior=Prior(normal=(0.5, 0.4))),  # from 0, as wide as the plate, to 1, a point
     )
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:
