@@ -39,7 +39,7 @@ class InCentre(TopPlate):
     """Something in the centre of the top plate, which bends the plate under the accelerometer."""
 
     variant = "in_centre"
-    title = "on the top plate, in its centre"
+    title = "in the centre of the top plate"
 
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with the dynamic mass that acts alike on a rigid plate."""
