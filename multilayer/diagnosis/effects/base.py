@@ -44,8 +44,6 @@ __all__ = [
     "BaseEffect",
     "Chain",
     "Effect",
-    "Parameter",
-    "Prior",
     "Setting",
     "Values",
     "between",

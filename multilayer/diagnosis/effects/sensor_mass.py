@@ -6,11 +6,8 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from multilayer.arrays import ComplexArray
-from multilayer.diagnosis.effects.base import Chain, Effect, Parameter, Prior, Setting, Values, positive
-
-# of the bending under a point: 0.92 and 0.89 of a footprint of 3 mm on steel of 1 mm, radius 22.5 and 12 mm, beside
-# finite elements; 0.81 of one of 6 mm
-BENDING = 0.92
+from multilayer.diagnosis.effects.base import Chain, Effect, Setting, Values, positive
+from multilayer.inference.priors import Parameter, Prior
 
 
 class SensorMass(Effect):

@@ -103,6 +103,11 @@ class Setting:
         """Return by how much that mode amplifies the static bending of the top plate at frequencies, Hz."""
         return np.asarray(1 / (1 - (frequency / self.first_bending) ** 2 + 1j * _PLATE_LOSS))
 
+    def bending_compliance(self, frequency: RealArray) -> ComplexArray:
+        """Return the unit of `partly_bonded.deflection`, ``R^2 / (8 pi D)``, with that gain, m/N."""
+        static = self.configuration.specimen_radius**2 / (8 * np.pi * self.bending_stiffness)
+        return np.asarray(static * self.bending_gain(frequency))
+
     def at_centre(self, dynamic_mass: Numeric, share: Numeric) -> tuple[ComplexArray, ComplexArray]:
         """Return what a thing in the centre of the top plate does, which bends the plate.
 
@@ -123,8 +128,8 @@ class Setting:
         array, array, shape (..., n)
             The dynamic mass on a rigid plate that acts alike, kg, and the motion of the centre over the mean.
         """
-        compliance = CENTRE_DEFLECTION * self.configuration.specimen_radius**2 / (8 * np.pi * self.bending_stiffness)
-        bent = share * self.omega**2 * dynamic_mass * compliance * self.bending_gain(self.frequency)
+        compliance = CENTRE_DEFLECTION * self.bending_compliance(self.frequency)
+        bent = share * self.omega**2 * dynamic_mass * compliance
         return np.asarray(dynamic_mass / (1 - bent)), np.asarray(1 / (1 - bent))
 
     @cached_property

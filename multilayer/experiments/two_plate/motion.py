@@ -259,8 +259,7 @@ def _open_rim_factor(
     on_top, on_base = held((top, base))
     # glue passes on as much of the forces that bend the plate as of those that move it
     by_top, by_base, by_bending = (by_top * on_top / top, by_base * on_base / base, by_bending * on_top / top)
-    compliance = setting.configuration.specimen_radius**2 / (8 * np.pi * setting.bending_stiffness)
-    yielding = 1 / (CENTRE_DEFLECTION / (compliance * setting.bending_gain(frequency)) + by_bending)
+    yielding = 1 / (CENTRE_DEFLECTION / setting.bending_compliance(frequency) + by_bending)
     mean = moved(on_top - yielding * by_top**2, on_base - yielding * by_top * by_base)
     reading = mean - CENTRE_DEFLECTION * yielding * (by_top * mean + by_base)
     return np.asarray(reading / moved(*held(disc.bonded(x))))
