@@ -245,6 +245,14 @@ def _overlap(window: Window, radius: RealArray) -> RealArray:
     return np.asarray(np.where(high > low, 4 * (primitive(high) - primitive(low)), 0.0))
 
 
+def radiation_towards(
+    window: Window, frequency: RealArray, angle: ArrayLike, sound_speed: float
+) -> tuple[ComplexArray, RealArray]:
+    """Return the `radiation_impedance` of plane waves at frequencies, Hz, and angles, degrees, and their cosines."""
+    wavenumber, radians = 2 * np.pi * frequency / sound_speed, np.deg2rad(angle)
+    return radiation_impedance(window, wavenumber, wavenumber * np.sin(radians)), np.cos(radians)
+
+
 def finite_transmission(transmission: RealArray, efficiency: RealArray, cosine: RealArray) -> RealArray:
     """Return the power transmission coefficient of a finite panel from that of an infinite one.
 

@@ -22,13 +22,14 @@ from multilayer.response.driven import driven
 from multilayer.response.duct import duct_mode
 from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.fields import power_balance
-from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_impedance
+from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_towards
 from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
+from multilayer.simulation.linearised import linearised
 from multilayer.simulation.quantities import LOST_IN, quantity_named
 from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
-from multilayer.simulation.spread import Slopes, by_derivatives, by_differences
+from multilayer.simulation.spread import Slopes, by_differences
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
@@ -158,7 +159,8 @@ def _spread(task: Task) -> dict[str, dict[str, RealArray]]:
     exact = [path for path in task.deviations if _takes_derivatives(task, path)]
     slopes: dict[str, Slopes] = {}
     if exact:
-        every = by_derivatives(task.stack, exact, task.frequency, task.incidence, task.window, task.effort)
+        found = linearised(task.stack, exact, task.frequency, task.incidence, task.window, task.effort)
+        every = {name: slopes for name, (_, slopes) in found.items() if not quantity_named(name).is_complex}
         if task.reference is not None:
             every["insertion_loss"] = every["transmission_loss"]
         slopes = {path: {name: slope[i] for name, slope in every.items()} for i, path in enumerate(exact)}
@@ -339,12 +341,10 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
 
 def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict[str, NDArray[Any] | None]:
     """Return absorption and loss of a finite panel; impedance and coefficients stay those of an infinite one."""
-    angle = np.deg2rad(wave.angle)
-    wavenumber = 2 * np.pi * wave.frequency / sound_speed
-    radiation = radiation_impedance(window, wavenumber, wavenumber * np.sin(angle))
-    changed = {"absorption": finite_absorption(wave.reflection, radiation, np.cos(angle)), "transmission_loss": None}
+    radiation, cosine = radiation_towards(window, wave.frequency, wave.angle, sound_speed)
+    changed = {"absorption": finite_absorption(wave.reflection, radiation, cosine), "transmission_loss": None}
     if wave.transmission_loss is not None:
-        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation.real, np.cos(angle))
+        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation.real, cosine)
         with np.errstate(divide="ignore"):
             changed["transmission_loss"] = -10 * np.log10(power)
     return changed

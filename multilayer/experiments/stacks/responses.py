@@ -30,14 +30,11 @@ from multilayer.media.laws import complex_modulus
 from multilayer.paths import with_values
 from multilayer.response.base_motion import base_motion
 from multilayer.response.derivatives import (
-    Derivatives,
     base_motion_derivatives,
-    diffuse_field_derivatives,
-    plane_wave_derivatives,
 )
 from multilayer.response.finite_size import Window
 from multilayer.simulation.bands import Grid
-from multilayer.simulation.quantities import QUANTITIES
+from multilayer.simulation.linearised import linearised
 from multilayer.simulation.settings import DiffuseIncidence, FiniteSize, PlaneIncidence
 from multilayer.simulation.tasks import Task, run_task
 from multilayer.stack import Stack
@@ -133,23 +130,8 @@ class WaveResponse:
 
     def linearised(self, stack: Stack, fields: Sequence[str]) -> Linear:
         """Return the quantity of a single stack, and its derivatives by fields of its layers."""
-        f = self.points.ravel()
-        found: Derivatives
-        if isinstance(self.incidence, DiffuseIncidence):
-            asked, size = self.incidence.diffuse, self.size
-            window = None if size is None else Window(size.width, size.height)
-            found = diffuse_field_derivatives(
-                stack, fields, f, asked.max_angle, weighting=asked.weighting, window=window
-            )
-        else:
-            found = plane_wave_derivatives(stack, fields, f, self.incidence.angle)
-        values, slopes = getattr(found.response, self.quantity), getattr(found, self.quantity)
-        if self.points.ndim == 1:
-            return values, slopes
-        quantity, shape = QUANTITIES[self.quantity], self.points.shape
-        return quantity.mean(values.reshape(shape)), quantity.slope_of_mean(
-            values.reshape(shape), slopes.reshape(-1, *shape)
-        )
+        window = None if self.size is None else Window(self.size.width, self.size.height)
+        return linearised(stack, fields, self.points, self.incidence, window, {})[self.quantity]
 
 
 @dataclass(frozen=True)
