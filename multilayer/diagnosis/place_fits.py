@@ -35,6 +35,7 @@ _STARTS = 8  # of a simple form that is compared with the drawn law
 # of a resonance in that law: amplitude, frequency and loss factor, of which the nearest are followed
 _RESONANCES = tuple(product((-0.5, -0.1, -0.02, 0.02, 0.1, 0.5), np.linspace(-2, 2, 17), (-1.0, 0.0, 1.0)))
 _CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
+_LIKELY = 3  # resonances that are followed, of those of the grid
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
@@ -434,9 +435,22 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     scale, frequency = _scale(nominal, at.place)
     law = SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale)
     form = _fit_form(nominal, at, law, _nearest(at, law)[1])
-    fitted = _best_variant(nominal, form.fitted, *_FINE)
+    likely = [_descended(form.fitted.hypothesis, z, *_FINE) for z in _likely_resonances(nominal, at, law)]
+    fitted = _best_variant(nominal, max([form.fitted, *likely], key=tolerant_evidence), *_FINE)
     evidence, place = tolerant_evidence(fitted), fitted.hypothesis.effects[-1].at_place
     return replace(at, place=place, simple=fitted, log_evidence=evidence) if evidence > at.log_evidence else at
+
+
+def _likely_resonances(nominal: Fitted, at: PlaceFit, law: SimpleLaw) -> list[RealArray]:
+    """Return coordinates with the resonances that fit the data best, all else as with the free law.
+
+    That law need not show them: sharp ones that move the data by more than themselves.
+    """
+    hypothesis = nominal.hypothesis.with_effects(law)
+    rest = at.fitted.minimum.z[: len(nominal.minimum.z)]
+    points = np.stack([np.concatenate([rest, resonance]) for resonance in _RESONANCES])
+    costs = costs_per_datum(hypothesis.residual, points)
+    return [points[i] for i in np.argsort(costs)[:_LIKELY]]
 
 
 def _fit_forms(
@@ -490,6 +504,8 @@ def _fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray) ->
     """
     hypothesis, start = nominal.hypothesis.with_effects(law), at.fitted.minimum.z[: len(nominal.minimum.z)]
     starts = np.concatenate([start, near])[None]
+    if at.simple is not None and at.simple.hypothesis.effects[-1].terms == law.terms:
+        starts = np.concatenate([starts, at.simple.minimum.z[None]])
     if law.is_resonant:
         starts = np.concatenate([starts, begin(hypothesis, start, others=nominal.minimum.z[None]).starts])
     best = best_of([_descended(hypothesis, z, *_FINE) for z in starts])
