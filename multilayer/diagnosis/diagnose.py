@@ -17,8 +17,10 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
+from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import (
+    COARSELY,
     Fitted,
     StartedFit,
     begin_tasks,
@@ -27,6 +29,7 @@ from multilayer.diagnosis.fitting import (
     finish_all,
     fit,
     fit_effects,
+    minimise_scaled,
     polish_fits,
     rough_fit,
     worth_finishing,
@@ -38,8 +41,10 @@ from multilayer.diagnosis.place_fits import (
     fit_places,
     may_explain,
     with_free_rim,
+    with_open_rims,
     with_resonances,
 )
+from multilayer.diagnosis.places.beside import Faces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
@@ -147,6 +152,7 @@ def diagnose_campaign(
     if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not any(map(is_misfit_likely, laws)):
         places = with_resonances(nominal, places, executor)
         nominal, places = _with_rim_place(nominal, minima, usable, places)
+        places = _with_open_rims(nominal, minima, usable, places, executor)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
@@ -296,6 +302,29 @@ def _with_rim_place(
     rigs, start = free_rim(problem, minima)
     nominal = _with_rigs(nominal, rigs)
     return nominal, with_free_rim(nominal, places, start)
+
+
+def _with_open_rims(
+    nominal: Fitted,
+    minima: list[Minimum],
+    effects: Mapping[str, BaseEffect],
+    places: dict[str, PlaceFit],
+    executor: Executor | None,
+) -> dict[str, PlaceFit]:
+    """Return the places, with open rims at the sample's faces unless a known effect has these."""
+    problem, rims = nominal.hypothesis_as(CampaignProblem), Delamination()
+    known = [effect.name for effect in (*effects.values(), *problem.given)]
+    if rims.name in known or Faces.name not in places or not problem.admits(rims):
+        return places
+    others = {rims.name: _other_starts(nominal, minima, places, rims)}
+    ((key, task),) = begin_tasks(nominal, {rims.name: rims}, others=others).items()
+    begun = finish_all({key: task()}, executor)[key]
+    hypothesis, z = begun.hypothesis.bare(begun.minimum.z)
+    z, worn = minimise_scaled(hypothesis, z, *COARSELY).z, WornRim()
+    starts = [np.append(z, depth) for depth in sorted({start[-1] for start in worn.starts})]
+    hypothesis = hypothesis.with_effects(worn)
+    ends = run_all(call, [partial(minimise_scaled, hypothesis, start, *COARSELY) for start in starts], executor)
+    return with_open_rims(nominal, places, best_of([Fitted(hypothesis, end) for end in ends]))
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

@@ -20,6 +20,7 @@ from multilayer.bounds import FILE_BYTES
 from multilayer.config.validate import read
 from multilayer.diagnosis.effects.base import EFFECTS, Effect
 from multilayer.diagnosis.places import BasePlace, places_of
+from multilayer.diagnosis.places.beside import Faces, OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
@@ -27,6 +28,8 @@ from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.files import refuse_endless
 from multilayer.inference.priors import WIDEST, Prior
 from multilayer.models import NO_BOOL, Model
+from multilayer.rig.partly_bonded import WIDEST_RIM
+from multilayer.rig.worn_rim import DEPTHS
 from multilayer.writing.manifest import note_input
 
 RECORD = "diagnosis.json"
@@ -107,16 +110,27 @@ class SavedTable(Model):
         return self
 
 
+class SavedRim(Model):
+    """Open rims of the sample's faces, as `OpenFaces` has them."""
+
+    width: Annotated[float, Field(ge=0, le=WIDEST_RIM)]
+    trend: Annotated[float, Field(ge=-3, le=3)] = 0.0
+    at_base: Annotated[float, Field(ge=0, le=1)] = 0.0
+    depth: Annotated[float, Field(ge=0, le=DEPTHS[-1])] = 0.0
+
+
 class SavedLaw(Model):
     """A law at a place: a sum of simple terms, amplitudes at `centre`, Hz; or a table.
 
-    With `free_rim` it is what acts beyond the sample's free rim, which finite elements have.
+    With `free_rim` it is what acts beyond the sample's free rim, which finite elements have; with `open_rim` what acts
+    beyond open rims of its faces.
     """
 
     place: str
     variant: str = ""
     configuration: str = ""
     free_rim: Annotated[bool, Field(strict=True)] = False
+    open_rim: SavedRim | None = None
     quantity: str = ""
     unit: str = ""
     text: str = ""
@@ -245,7 +259,9 @@ def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
 
 def _saved(law: Mapping[str, Any]) -> SavedLaw:
     named = {
-        key: law[key] for key in ("place", "variant", "configuration", "free_rim", "quantity", "unit") if key in law
+        key: law[key]
+        for key in ("place", "variant", "configuration", "free_rim", "open_rim", "quantity", "unit")
+        if key in law
     }
     form = law["form"]
     if law["form_is_enough"]:
@@ -307,7 +323,10 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
         if saved.place != SampleShape.name:
             raise InputError(Problem(f"free_rim is of the place {SampleShape.name}, not of {saved.place}", file=file))
         fields["needs_finite_elements"] = True
-    place: BasePlace = kinds[saved.variant](**fields)
+    if saved.open_rim and saved.place != Faces.name:
+        raise InputError(Problem(f"open_rim is of the place {Faces.name}, not of {saved.place}", file=file))
+    opened = OpenFaces(**saved.open_rim.model_dump()) if saved.open_rim else None
+    place: BasePlace = opened or kinds[saved.variant](**fields)
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)

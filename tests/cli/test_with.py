@@ -7,6 +7,7 @@ import pytest
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
+from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
@@ -139,6 +140,8 @@ def test_a_table_is_a_law_with_its_band():
         ({"laws": [{**SAVED["laws"][0], "place": "top_plat"}]}, "did you mean 'top_plate'"),
         ({"laws": [{**SAVED["laws"][0], "terms": []}]}, "terms"),
         ({"laws": [{**SAVED["laws"][0], "free_rim": True}]}, "free_rim is of the place sample_shape"),
+        ({"laws": [{**SAVED["laws"][0], "open_rim": {"width": 0.1}}]}, "open_rim is of the place faces"),
+        ({"laws": [{**SAVED["laws"][0], "place": "faces", "open_rim": {"width": 1.1}}]}, "open_rim.width"),
         ({"laws": [{**SAVED["laws"][0], "variant": "at_once"}]}, "top_plate has no variant 'at_once'"),
         ({"laws": [{**SAVED["laws"][0], "place": "sample_strain", "variant": "atonce"}]}, "did you mean 'at_once'"),
         ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
@@ -189,6 +192,11 @@ def saved_and_read(tmp_path, **law):
 def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
     effect = saved_and_read(tmp_path, place="sample_shape", free_rim=rim)
     assert effect.needs_finite_elements is rim
+
+
+def test_a_law_beyond_open_rims_is_saved_with_them(tmp_path):
+    rim = {"width": 0.16, "trend": 0.02, "at_base": 0.0, "depth": 0.06}
+    assert saved_and_read(tmp_path, place="faces", open_rim=rim).at_place == OpenFaces(**rim)
 
 
 @pytest.mark.parametrize(

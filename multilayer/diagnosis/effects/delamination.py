@@ -97,7 +97,5 @@ def _own_width(configuration: str) -> str:
 
 def _rim(setting: Setting, values: Values) -> RealArray:
     """Return the width of the open rim of a configuration, as a share of the radius."""
-    names = [configuration.name for configuration in setting.campaign.configurations]
-    place = 2 * names.index(setting.configuration.name) / (len(names) - 1) - 1 if len(names) > 1 else 0.0
     own = values.get(_own_width(setting.configuration.name), 0.0)
-    return np.clip(values["open_rim"] * np.exp(place * values["trend"] + own), 0.0, WIDEST_RIM)
+    return np.clip(values["open_rim"] * np.exp(setting.from_first_to_last * values["trend"] + own), 0.0, WIDEST_RIM)

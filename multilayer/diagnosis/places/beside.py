@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from multilayer.diagnosis.places.base import Chain, ComplexArray, Place, Setting
+import numpy as np
 
+from multilayer.diagnosis.places.base import Chain, ComplexArray, Place, Setting
+from multilayer.experiments.two_plate.effects import OpenRim
+from multilayer.number_text import percent
+from multilayer.rig.partly_bonded import WIDEST_RIM
+
+_BOTH = 0.5  # share of a rim that is open at the lower face, above which both are said to be
 _STIFF = 1e-18  # m/Pa, added to the compliance: a layer may not be rigid
 
 
@@ -26,6 +33,51 @@ class Faces(Place):
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with a layer without mass at each face."""
         return chain.glued(1 / (values + _STIFF))
+
+
+@dataclass(frozen=True)
+class OpenFaces(Faces):
+    """The sample's faces with open rims: by how much more they change the forces on the plates than open rims do.
+
+    No compliance per area acts as an open rim on samples of several heights; see `rig.partly_bonded`.
+
+    Attributes
+    ----------
+    width : float
+        Of the open rim at the upper face, as a share of the radius, in the middle of the configurations.
+    trend : float
+        ln of the width in the last configuration over that.
+    at_base : float
+        What of it is open at the lower face as well, 0 to 1.
+    depth : float
+        What is worn away of it, as a share of the height.
+    """
+
+    width: float
+    trend: float = 0.0
+    at_base: float = 0.0
+    depth: float = 0.0
+
+    quantity = "relative change of what open rims do"
+    unit = ""
+    passive_sign = 0
+    terms: ClassVar = {0: ("factor", "")}
+
+    def in_words(self, law: str) -> str:
+        """Return what acts there: open rims, and what is left beyond them."""
+        faces = "both faces" if self.at_base > _BOTH else "the upper face"
+        return f"an open rim of {faces}, {percent(self.width)} of the radius, and beyond it {law}"
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return 1."""
+        return 1.0
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with open rims that do more than such rims do."""
+        width = np.clip(self.width * np.exp(setting.from_first_to_last * self.trend), 0.0, WIDEST_RIM)
+        rim = np.full((len(values), 1), width)
+        at_base, depth = (np.full_like(rim, share) for share in (self.at_base, self.depth))
+        return chain.with_(open_rim=OpenRim(rim, at_base, depth if self.depth else None, 1 + values))
 
 
 class Beside(Place):

@@ -62,6 +62,12 @@ class Setting:
         return any(self.configuration == described for described in self.campaign.configurations)
 
     @property
+    def from_first_to_last(self) -> float:
+        """Place of the configuration among all of the campaign, -1 for the first to 1 for the last; 0 of one alone."""
+        names = [configuration.name for configuration in self.campaign.configurations]
+        return 2 * names.index(self.configuration.name) / (len(names) - 1) - 1 if len(names) > 1 else 0.0
+
+    @property
     def omega(self) -> RealArray:
         """Angular frequencies of the data, rad/s."""
         return 2 * np.pi * self.data.frequency
@@ -227,11 +233,14 @@ class OpenRim:
         What of it is open at the lower face as well, 0 or 1, or a value between.
     depth : array or None
         What is worn away of it at the upper face, as a share of the height.
+    gain : complex array, shape (..., n), or None
+        Factor on what it changes of the forces on the plates; 1 where left out.
     """
 
     width: RealArray
     at_base: RealArray
     depth: RealArray | None = None
+    gain: ComplexArray | None = None
 
 
 @dataclass(frozen=True)

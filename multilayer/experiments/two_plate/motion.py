@@ -255,6 +255,9 @@ def _open_rim_factor(
     if rim.depth is not None:
         worn = worn_change(solid[0], setting.shape, x, rim.width, rim.depth, turned)
         forces = [force + change for force, change in zip(forces, worn, strict=True)]
+    if rim.gain is not None:
+        closed = disc.stiffness(x, np.zeros_like(rim.width), rim.at_base, turned)
+        forces = [bonded + rim.gain * (force - bonded) for force, bonded in zip(forces, closed, strict=True)]
     top, base, by_top, by_base, by_bending = forces
     on_top, on_base = held((top, base))
     # glue passes on as much of the forces that bend the plate as of those that move it
