@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from scipy.special import ndtri
@@ -16,6 +16,7 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
+from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
@@ -78,6 +79,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         **({"variant": place.variant} if place.variant else {}),
         **({"configuration": place.configuration} if place.configuration else {}),
         **({"free_rim": True} if place.needs_finite_elements else {}),
+        **({"open_rim": asdict(place)} if isinstance(place, OpenFaces) else {}),
         "quantity": place.quantity,
         "unit": place.unit,
         "frequency_hz": fit.grid.tolist(),
@@ -93,6 +95,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
 def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     """Return a simple form: its terms with values and 90 % intervals, and its curve at frequencies, Hz."""
     law, parts, position = form.form, [], 0
+    spreads = form.covariance(frequency).diagonal() ** 0.5
     for term in law.terms:
         count = term.count
         named, unit = law.at_place.terms.get(term.key, (law.at_place.quantity, law.at_place.unit))
@@ -100,8 +103,8 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
             named = f"{named} {term.real_words(law.centre) if law.at_place.is_real else term.words}"
         factor = 1.0 if law.at_place.is_real else (2 * math.pi * law.centre) ** (-term.order)
         parameters = law.parameters[position : position + count]
-        first = position - len(law.parameters)
-        intervals = [interval_at(form.fitted, parameter, first + i) for i, parameter in enumerate(parameters)]
+        z = form.fitted.minimum.z[-len(law.parameters) :]
+        intervals = [_interval(parameter, z[i], spreads[i]) for i, parameter in enumerate(parameters, position)]
         entry: dict[str, Any] = {"term": named, "kind": term.kind, "order": term.order, "parameters": {}}
         for name, (value, low, high), parameter in zip(_keys(parameters), intervals, parameters, strict=True):
             entry["parameters"][name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
@@ -147,7 +150,11 @@ def _keys(parameters: Sequence[Parameter]) -> list[str]:
 
 def interval_at(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
     """Return value and ends of the 90 % interval of the parameter at an index of a fit's unknowns."""
-    z, spread = fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index])
+    return _interval(parameter, fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index]))
+
+
+def _interval(parameter: Parameter, z: float, spread: float) -> tuple[float, float, float]:
+    """Return value and ends of the 90 % interval of a parameter whose coordinate has a standard deviation."""
     reach = float(ndtri(0.5 + _PROBABILITY / 2)) * spread
     value, low, high = (float(parameter.prior.value(z + step)) for step in (0.0, -reach, reach))
     return value, low, high

@@ -16,8 +16,19 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
+from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.thresholds import FORM_AS_WELL, LAW_SIZES, LEAST_SCORE, NEAR, ROUGH, SECOND_TERM, UNEXPLAINED
+from multilayer.diagnosis.thresholds import (
+    DRAWN_ERROR,
+    FORM_AS_WELL,
+    LAW_LENGTH,
+    LAW_SIZES,
+    LEAST_SCORE,
+    NEAR,
+    ROUGH,
+    SECOND_TERM,
+    UNEXPLAINED,
+)
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
@@ -36,6 +47,7 @@ _STARTS = 8  # of a simple form that is compared with the drawn law
 _RESONANCES = tuple(product((-0.5, -0.1, -0.02, 0.02, 0.1, 0.5), np.linspace(-2, 2, 17), (-1.0, 0.0, 1.0)))
 _CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
 _LIKELY = 3  # resonances that are followed, of those of the grid
+_TINY = 1e-3  # of a law's largest value, where that is taken for its size
 _PROMISING = 3  # simple forms that are fitted to the data, of those near the drawn law
 _TERMS = (
     Term("power", 0), Term("power", 1), Term("power", -1), Term("power", 2), Term("power", -2),
@@ -119,20 +131,24 @@ class PlaceFit:
         return next((values for values in found if values is not None), None)
 
     def band(self, deviations: float = 1.645) -> tuple[ComplexArray, ComplexArray]:
-        """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each."""
+        """Return ends of the central 90 % intervals of real and imaginary part, shape (n,) each.
+
+        By Laplace's approximation, and by the error of the place's mechanics: a share of the law (`DRAWN_ERROR`).
+        """
+        law = self.law()
         if self._simple is not None:
-            law, z, covariance = self._simple
-            slopes = central(lambda points: law.curve(points, self.grid), z)[1]
+            simple, z, covariance = self._simple
+            slopes = central(lambda points: simple.curve(points, self.grid), z)[1]
             parts = [np.einsum("ni,ij,nj->n", slope, covariance, slope) for slope in (slopes.real, slopes.imag)]
-            spread = [np.sqrt(part) for part in parts]
         else:
             k, count = len(self.drawn.nodes), len(self.drawn.parameters)
             covariance = self.fitted.minimum.covariance[-count:, -count:]
             basis = self.drawn.size * self.drawn.basis(self.grid)
             blocks = [covariance[first : first + k, first : first + k] for first in range(0, count, k)]
-            spread = [np.sqrt(np.einsum("ni,ij,nj->n", basis, part, basis)) for part in blocks]
-        reach = deviations * (spread[0] + 1j * spread[1] if len(spread) > 1 else spread[0])
-        return self.law() - reach, self.law() + reach
+            parts = [np.einsum("ni,ij,nj->n", basis, part, basis) for part in blocks]
+        spread = [deviations * np.sqrt(part + (DRAWN_ERROR * np.abs(law)) ** 2) for part in parts]
+        reach = spread[0] if self.place.is_real else spread[0] + 1j * spread[1]
+        return law - reach, law + reach
 
 
 def _peak(law: SimpleLaw, z: RealArray) -> tuple[float, float]:
@@ -161,6 +177,31 @@ class SimpleForm:
         """The law."""
         law: SimpleLaw = self.fitted.hypothesis.effects[-1]
         return law
+
+    def covariance(self, frequency: RealArray) -> RealArray:
+        """Return the covariance of the law's coordinates, shape (k, k), with the error of the place's mechanics.
+
+        To Laplace's approximation is added what smooth relative errors of the law (`DRAWN_ERROR`, `LAW_LENGTH`) do to
+        the coordinates nearest to it (least squares, and the priors) at frequencies, Hz: a sharp resonance is known to
+        as small a share of its width.
+        """
+        law, count = self.form, len(self.form.parameters)
+        minimum, is_real = self.fitted.minimum, law.at_place.is_real
+        curve, slopes = central(lambda points: law.curve(points, frequency), minimum.z[-count:])
+        size = np.maximum(np.abs(curve), _TINY * np.max(np.abs(curve)))[:, None]
+        basis = DrawnLaw.at(law.at_place, frequency, 1.0, LAW_LENGTH).basis(frequency)
+        errors = basis if is_real else np.concatenate([basis, 1j * basis], axis=1)
+
+        def rows(columns: ComplexArray) -> RealArray:
+            return columns.real if is_real else np.concatenate([columns.real, columns.imag])
+
+        by_law = rows(slopes / size)
+        weight = basis.shape[1] / (len(frequency) * DRAWN_ERROR**2)  # so many values are independent
+        shifts = np.linalg.solve(
+            weight * by_law.T @ by_law + np.eye(count),
+            weight * by_law.T @ (DRAWN_ERROR * rows(errors * (curve[:, None] / size))),
+        )
+        return np.asarray(minimum.covariance[-count:, -count:] + shifts @ shifts.T)
 
 
 def fit_places(
@@ -262,13 +303,44 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     start : array, shape (n,)
         Coordinates of the nominal model that fit with a free rim roughly.
     """
-    place = SampleShape(needs_finite_elements=True)
+    return _with_place(nominal, places, SampleShape(needs_finite_elements=True), start)
+
+
+def with_open_rims(nominal: Fitted, places: Mapping[str, PlaceFit], rims: Fitted) -> dict[str, PlaceFit]:
+    """Return the places, that of the sample's faces with open rims where that is better.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    places : mapping
+        As `fit_places` returns them.
+    rims : Fitted
+        The nominal model with open rims, whose widths are taken from there.
+    """
+    (effect,), z, n = rims.hypothesis.effects, rims.minimum.z, len(nominal.minimum.z)
+    sizes = Priors.of(effect.parameters).values(z[n:])
+    named = {parameter.name: float(size) for parameter, size in zip(effect.parameters, sizes, strict=True)}
+    place = OpenFaces(named["open_rim"], named["trend"], named["at_base"], named["depth"])
+    # what a fit of the rims' parameters costs, by Laplace's approximation: the place has them fixed
+    precision = rims.minimum.precision
+    volume = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(precision[:n, :n])[1]
+    return _with_place(nominal, places, place, z[:n], 0.5 * float(z[n:] @ z[n:] + volume))
+
+
+def _with_place(
+    nominal: Fitted, places: Mapping[str, PlaceFit], place: BasePlace, start: RealArray, price: float = 0.0
+) -> dict[str, PlaceFit]:
+    """Return the places, that of a label in another way where that has more evidence, searched from a start.
+
+    `price` is what the place's fields cost of evidence, nats.
+    """
     scale, frequency = _scale(nominal, place)
     law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
     at = np.concatenate([start, np.zeros(len(law.parameters))])
     hypothesis = nominal.hypothesis.with_effects(law)
-    free = _finished(nominal, Fitted(hypothesis, hypothesis.as_minimum(at)))
-    better = {place.label: free} if free.log_evidence > places[place.label].log_evidence else {}
+    other = _finished(nominal, Fitted(hypothesis, hypothesis.as_minimum(at)))
+    other = replace(other, log_evidence=other.log_evidence - price)
+    better = {place.label: other} if other.log_evidence > places[place.label].log_evidence else {}
     return _ranked({**places, **better}.values())
 
 

@@ -5,21 +5,32 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis.fitting import fit
-from multilayer.diagnosis.place_fits import fit_places, is_explained, simple_form, with_resonances
+from multilayer.diagnosis.effects.delamination import Delamination, WornRim
+from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
+from multilayer.diagnosis.place_fits import (
+    SimpleForm,
+    fit_places,
+    is_explained,
+    simple_form,
+    with_open_rims,
+    with_resonances,
+)
 from multilayer.diagnosis.places import PLACES
+from multilayer.diagnosis.places.beside import OpenFaces
+from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
-from multilayer.testing.benches import joint_bench
-from tests.diagnosis.rigs import TRIED, measured
+from multilayer.testing.benches import joint_bench, soft_sample
+from tests.diagnosis.rigs import TRIED, F, measured, measured_with
 
 
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
     rng = np.random.default_rng(0)
-    for place in (place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)):
+    registered = [place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)]
+    for place in (*registered, OpenFaces(0.16, 0.1)):
         problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
         z = 0.3 * rng.standard_normal(len(problem.parameters))
         residual, jacobian = problem.linearised(z)
@@ -103,6 +114,40 @@ def test_what_bends_the_plate_is_told_from_what_does_not(kind, term, values):
     assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
 
 
+@pytest.mark.parametrize(("at_base", "depth"), [(0.0, 0.0), (0.6, 0.0), (0.0, 0.06)])
+def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
+    """And with a law of -1 they are bonded: what is left is that the plate bends on the sample."""
+    bench = joint_bench()
+    z, sizes = soft_sample(bench), (0.16, 0.1, at_base, depth)
+    own = [p.prior.coordinate(max(size, 1e-9)) for p, size in zip(WornRim().parameters, sizes, strict=True)]
+    effect = WornRim() if depth else Delamination()
+    expected = bench.with_effects(effect).differences(np.append(z, own[: len(effect.parameters)]))
+    law = SimpleLaw.at(OpenFaces(*sizes), (Term("power", 0),), F, 1.0)
+    whole = bench.with_effects(law)
+    amplitude = law.parameters[0].prior
+    found = whole.differences(np.append(z, amplitude.coordinate(0.0)))
+    bonded = whole.differences(np.append(z, amplitude.coordinate(-1.0)))
+    for a, b, c, d in zip(found, expected, bonded, bench.differences(z), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-7)
+        assert np.abs(c - d).max() < 0.01
+        assert np.abs(a - d).max() > 0.1
+
+
+def test_open_rims_that_no_compliance_is_are_drawn_as_such():
+    nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
+    places = fit_places(nominal, names=["faces", "sample_radius"])
+    n = len(nominal.minimum.residual)
+    assert places["faces"].explanation.minimum.misfit / n > 10
+    hypothesis = nominal.hypothesis.with_effects(WornRim())
+    start = np.append(soft_sample(nominal.hypothesis), [0.5, 0.0, -1.5, 0.0])
+    found = with_open_rims(nominal, places, Fitted(hypothesis, minimise_scaled(hypothesis, start)))
+    first, _ = found.values()
+    assert first.place.width == pytest.approx(0.2, rel=0.02)
+    assert first.place.depth == pytest.approx(0.04, rel=0.1)
+    assert first.explanation.minimum.misfit / n < 1.1
+    assert np.abs(first.law()).max() < 0.1
+
+
 def test_a_faint_sharp_resonance_is_found_where_a_drawn_law_shows_it():
     nominal = measured((PLACES["reading"](), Term("resonance"), [0.01, 1250.0, 0.02]))
     first, *_ = with_resonances(nominal, fit_places(nominal, names=["reading", "plate"])).values()
@@ -118,6 +163,32 @@ def test_the_band_of_a_drawn_law_holds_the_true_one():
     held = (low.real < true.real) & (true.real < high.real), (low.imag < true.imag) & (true.imag < high.imag)
     assert np.mean(held) > 0.75
     assert np.abs(place.law() / true - 1).max() < 0.2
+
+
+@pytest.mark.parametrize(
+    ("term", "values", "shares"),
+    [
+        (Term("power", 0), [1.5e-3], {"amplitude": (0.2, 1.0)}),
+        # its width is known to half a per cent, and the phase about it
+        (Term("resonance"), [1.5e-3, 600.0, 0.03], {"frequency": (0.03 / 20, 0.03), "loss_factor": (0.2, 2.0)}),
+    ],
+)
+def test_a_law_far_above_the_noise_is_as_exact_as_the_mechanics_of_its_place(term, values, shares):
+    """Sizes beside DRAWN_ERROR: without it they would be known to 1e-9."""
+    place = PLACES["top_plate"]()
+    bench = joint_bench()
+    law = SimpleLaw.at(place, (term,), F, place.scale(bench.settings, 3e5))
+    own = [p.prior.coordinate(value) for p, value in zip(law.parameters, values, strict=True)]
+    hypothesis = bench.with_effects(law)
+    minimum = hypothesis.as_minimum(np.append(soft_sample(bench), own))
+    exact = Fitted(hypothesis, replace(minimum, jacobian=1e9 * minimum.jacobian))
+    near = values[1] * (1 + 0.15 * np.linspace(-1, 1, 61)) if len(values) > 1 else []
+    spreads = SimpleForm(place, exact, 0.0).covariance(np.unique([*F, *near])).diagonal() ** 0.5
+    for parameter, z, spread in zip(law.parameters, own, spreads, strict=True):
+        name = parameter.name.partition(".")[2]
+        relative = abs(parameter.prior.slope(z)) / (1 if parameter.prior.is_logarithmic else abs(values[0])) * spread
+        low, high = shares[name]
+        assert low * DRAWN_ERROR < relative < high * DRAWN_ERROR
 
 
 def test_nothing_is_drawn_without_a_gap():
