@@ -261,6 +261,12 @@ def finite_transmission(transmission: RealArray, efficiency: RealArray, cosine: 
     return np.asarray(transmission * efficiency * cosine)
 
 
+def finite_loss(loss: RealArray, efficiency: RealArray, cosine: RealArray) -> RealArray:
+    """Return the transmission loss of a finite panel from that of an infinite one, dB; see `finite_transmission`."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(-10 * np.log10(finite_transmission(10 ** (-loss / 10), efficiency, cosine)))
+
+
 def finite_absorption(reflection: ComplexArray, impedance: ComplexArray, cosine: RealArray) -> RealArray:
     """Return the absorption coefficient of a finite sample from the reflection of an infinite one.
 

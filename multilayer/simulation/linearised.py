@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.response.derivatives import diffuse_field_derivatives, plane_wave_derivatives
-from multilayer.response.finite_size import Window, finite_absorption, finite_absorption_slope, radiation_towards
+from multilayer.response.finite_size import (
+    Window,
+    finite_absorption,
+    finite_absorption_slope,
+    finite_loss,
+    radiation_towards,
+)
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
 from multilayer.stack import Stack
@@ -63,10 +69,12 @@ def _of_plane_wave(
 ) -> tuple[dict[str, NDArray[Any] | None], dict[str, NDArray[Any] | None]]:
     found = plane_wave_derivatives(stack, paths, frequency, angle)
     wave, absorption, slope = found.response, found.response.absorption, found.absorption
-    if window is not None:  # the loss changes by what does not depend on the stack
+    loss = wave.transmission_loss
+    if window is not None:  # the loss by what does not depend on the stack: its slopes stay
         radiation, cosine = radiation_towards(window, frequency, angle, stack.ambient.gas.sound_speed)
         absorption = finite_absorption(wave.reflection, radiation, cosine)
         slope = finite_absorption_slope(wave.reflection, found.reflection, radiation, cosine)
-    values = {"absorption": absorption, "transmission_loss": wave.transmission_loss, "reflection": wave.reflection}
+        loss = None if loss is None else finite_loss(loss, radiation.real, cosine)
+    values = {"absorption": absorption, "transmission_loss": loss, "reflection": wave.reflection}
     slopes = {"absorption": slope, "transmission_loss": found.transmission_loss, "reflection": found.reflection}
     return values, slopes

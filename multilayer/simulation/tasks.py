@@ -22,7 +22,7 @@ from multilayer.response.driven import driven
 from multilayer.response.duct import duct_mode
 from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.fields import power_balance
-from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_towards
+from multilayer.response.finite_size import Window, finite_absorption, finite_loss, radiation_towards
 from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
@@ -344,7 +344,5 @@ def _of_finite_size(wave: PlaneWave, window: Window, sound_speed: float) -> dict
     radiation, cosine = radiation_towards(window, wave.frequency, wave.angle, sound_speed)
     changed = {"absorption": finite_absorption(wave.reflection, radiation, cosine), "transmission_loss": None}
     if wave.transmission_loss is not None:
-        power = finite_transmission(10 ** (-wave.transmission_loss / 10), radiation.real, cosine)
-        with np.errstate(divide="ignore"):
-            changed["transmission_loss"] = -10 * np.log10(power)
+        changed["transmission_loss"] = finite_loss(wave.transmission_loss, radiation.real, cosine)
     return changed

@@ -77,8 +77,10 @@ class TestDerivatives:
         np.testing.assert_allclose(residual, expected_residual, rtol=1e-6, atol=1e-6)
         assert np.max(np.abs(slopes - expected)) < (1e-2 if "diffuse" in kind else 1e-4) * np.max(np.abs(expected))
 
-    def test_of_bands_through_a_window(self, tmp_path):
-        options = {"incidence": "diffuse", "finite_size": {"width": "1.2 m", "height": "0.9 m"}, "bands": "octaves"}
+    @pytest.mark.parametrize("incidence", ["diffuse", "50 deg"])
+    def test_of_bands_through_a_window(self, tmp_path, monkeypatch, incidence):
+        monkeypatch.setattr(stack_problem, "_MANY", 0)
+        options = {"incidence": incidence, "finite_size": {"width": "1.2 m", "height": "0.9 m"}, "bands": "octaves"}
         centres = np.array([125.0, 250.0])
         measurement = {"kind": "transmission_loss", "file": "data.csv", "noise": "0.5 dB", **options}
         unknowns = {

@@ -123,10 +123,7 @@ class WaveResponse:
             raise InputError(f"this stack has no {self.quantity}; end it with 'termination: ambient'")
         return result.quantities[self.quantity]
 
-    @property
-    def is_differentiable(self) -> bool:
-        """Whether `linearised` gives derivatives: not of plane waves that meet a panel of finite size."""
-        return isinstance(self.incidence, DiffuseIncidence) or self.size is None
+    is_differentiable: ClassVar[bool] = True
 
     def linearised(self, stack: Stack, fields: Sequence[str]) -> Linear:
         """Return the quantity of a single stack, and its derivatives by fields of its layers."""
