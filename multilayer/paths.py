@@ -113,12 +113,15 @@ def index_of(items: Sequence[Any], token: str, where: str) -> int:
     InputError
         When there is none, with the nearest name.
     """
-    names = {str(i): i for i in range(len(items))}
-    names |= {str(name): i for i, item in enumerate(items) if (name := _name(item)) is not None}
-    if token not in names:
-        called = [name for name in names if not name.isdecimal()] or names
-        raise InputError(f"leads nowhere: there is no '{token}' in {where}; {suggest(token, called)}")
-    return names[token]
+    for i in reversed(range(len(items))):
+        if (name := _name(items[i])) is not None and str(name) == token:
+            return i
+    if token.isdecimal() and token in (indices := [str(i) for i in range(len(items))]):
+        return indices.index(token)
+    names = {str(i): None for i in range(len(items))}
+    names |= {str(name): None for item in items if (name := _name(item)) is not None}
+    called = [name for name in names if not name.isdecimal()] or names
+    raise InputError(f"leads nowhere: there is no '{token}' in {where}; {suggest(token, called)}")
 
 
 def _name(item: Any) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,6 +49,13 @@ STC_CONTOUR = (-16, -13, -10, -7, -4, -1, 0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
 # ISO 11654:1997, table 1
 PRACTICAL_OCTAVES = (125, 250, 500, 1000, 2000, 4000)
 ABSORPTION_CURVE = {250: 0.80, 500: 1.00, 1000: 1.00, 2000: 1.00, 4000: 0.90}
+_CURVE_TWENTIETHS = tuple(round(20 * value) for value in ABSORPTION_CURVE.values())
+_THIRDS = {
+    centre: THIRD_OCTAVES[first : first + 3]
+    for centre in PRACTICAL_OCTAVES
+    for first in (THIRD_OCTAVES.index(centre) - 1,)
+}
+_MARKS = {"L": (250,), "M": (500, 1000), "H": (2000, 4000)}
 _CLASSES = (("A", 0.90), ("B", 0.80), ("C", 0.60), ("D", 0.30), ("E", 0.15))
 
 
@@ -240,13 +248,11 @@ def practical_absorption(absorption: Bands) -> dict[int, float]:
     Each is the mean of three third octaves, rounded to 0.05, at most 1. The octave of 125 Hz is left out where its
     bands are missing.
     """
-    first = [THIRD_OCTAVES.index(centre) - 1 for centre in PRACTICAL_OCTAVES]
-    octaves = {centre: THIRD_OCTAVES[i : i + 3] for centre, i in zip(PRACTICAL_OCTAVES, first, strict=True)}
-    if any(band not in absorption for band in octaves[125]):
-        del octaves[125]
-    thirds = _values(absorption, tuple(band for bands in octaves.values() for band in bands)).reshape(-1, 3)
-    means = np.mean(np.floor(100 * thirds + 0.5 + 1e-9) / 100, axis=1).tolist()
-    return {centre: _practical(mean) for centre, mean in zip(octaves, means, strict=True)}
+    lowest = 0 if all(band in absorption for band in _THIRDS[125]) else 1
+    octaves = PRACTICAL_OCTAVES[lowest:]
+    thirds = _numbers(absorption, tuple(band for centre in octaves for band in _THIRDS[centre]))
+    rounded = [math.floor(100 * value + 0.5 + 1e-9) / 100 for value in thirds]
+    return {centre: _practical(sum(rounded[3 * i : 3 * i + 3]) / 3) for i, centre in enumerate(octaves)}
 
 
 def _practical(mean: float) -> float:
@@ -267,29 +273,34 @@ def weighted_absorption(absorption: Bands) -> WeightedAbsorption:
 def weighted_absorption_octaves(absorption: Bands) -> WeightedAbsorption:
     """Return alpha_w of ISO 11654 from means over octaves, 250 to 4000 Hz, that become its practical coefficients."""
     there = [centre for centre in PRACTICAL_OCTAVES if centre != 125 or 125 in absorption]
-    values = _values(absorption, tuple(there))
+    values = _numbers(absorption, tuple(there))
     return weighted_from_practical({centre: _practical(value) for centre, value in zip(there, values, strict=True)})
 
 
 def weighted_from_practical(practical: Mapping[int, float]) -> WeightedAbsorption:
     """Return alpha_w of ISO 11654 from practical coefficients by octave, 250 to 4000 Hz."""
-    octaves = tuple(ABSORPTION_CURVE)
     # in steps of 0.05: whole numbers, no rounding
-    values = np.round(20 * _values(practical, octaves)).astype(int)
-    curve = np.round(20 * np.array(list(ABSORPTION_CURVE.values()))).astype(int)
-    short = np.maximum(curve - np.arange(21)[:, None] - values, 0).sum(axis=1)
-    shift = int(np.argmax(short <= 2))
-    excess = dict(zip(octaves, values - np.maximum(curve - shift, 0), strict=True))
-    marks = {"L": (250,), "M": (500, 1000), "H": (2000, 4000)}
-    indicators = "".join(mark for mark, bands in marks.items() if any(excess[band] >= 5 for band in bands))
+    twentieths = tuple(round(20 * value) for value in _numbers(practical, tuple(ABSORPTION_CURVE)))
+    alpha, indicators, sound_class = _weighted(twentieths)
+    return WeightedAbsorption(alpha, indicators, sound_class, {int(k): float(v) for k, v in practical.items()})
+
+
+@lru_cache(maxsize=4096)
+def _weighted(twentieths: tuple[int, ...]) -> tuple[float, str, str]:
+    """Return alpha_w, shape indicators and class; thousands of cases of a sweep have the same few coefficients."""
+    pairs = tuple(zip(_CURVE_TWENTIETHS, twentieths, strict=True))
+    shorts = ((shift, sum(max(curve - shift - value, 0) for curve, value in pairs)) for shift in range(21))
+    shift = next((shift for shift, short in shorts if short <= 2), 20)
+    excess = {band: v - max(curve - shift, 0) for band, (curve, v) in zip(ABSORPTION_CURVE, pairs, strict=True)}
+    indicators = "".join(mark for mark, bands in _MARKS.items() if any(excess[band] >= 5 for band in bands))
     alpha = (20 - shift) / 20
     sound_class = next((name for name, least in _CLASSES if alpha >= least - 1e-9), "unclassified")
-    return WeightedAbsorption(alpha, indicators, sound_class, {int(k): float(v) for k, v in practical.items()})
+    return alpha, indicators, sound_class
 
 
 def noise_reduction_coefficient(absorption: Bands) -> float:
     """Return the NRC of ASTM C423: the mean at 250, 500, 1000 and 2000 Hz, rounded to 0.05."""
-    return _to_twentieths(float(np.mean(_values(absorption, (250, 500, 1000, 2000)))))
+    return _to_twentieths(sum(_numbers(absorption, (250, 500, 1000, 2000))) / 4)
 
 
 def sound_absorption_average(absorption: Bands) -> float:
@@ -299,10 +310,14 @@ def sound_absorption_average(absorption: Bands) -> float:
 
 
 def _values(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int, ...]) -> RealArray:
+    return np.array(_numbers(given, bands))
+
+
+def _numbers(given: Mapping[float, float] | Mapping[int, float], bands: tuple[int, ...]) -> list[float]:
     missing = [f"{band} Hz" for band in bands if band not in given]
     if missing:
         raise InputError(f"this rating needs the bands {', '.join(missing)} as well")
-    values = np.array([given[band] for band in bands], dtype=float)
-    if not np.all(np.isfinite(values)):
+    values = [float(given[band]) for band in bands]
+    if not all(map(math.isfinite, values)):
         raise InputError("this rating needs finite values in all of its bands")
     return values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -55,7 +56,7 @@ class Case:
     values: Mapping[str, Any]
     simulation: SimulationFile
 
-    @property
+    @cached_property
     def shown(self) -> dict[str, str]:
         """The values as text, by path without ``layers.``: numbers with the unit of their field."""
         return {path.removeprefix("layers."): self._shown(path, value) for path, value in self.values.items()}

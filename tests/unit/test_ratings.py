@@ -121,6 +121,8 @@ def test_full_and_no_absorption() -> None:
     assert (full.alpha_w, full.sound_class) == (1.0, "A")
     assert none.alpha_w <= 0.05
     assert none.sound_class == "unclassified"
+    # a measurement may say that a sample gives off sound: it was rated as 1 once
+    assert rt.weighted_absorption(dict.fromkeys(rt.THIRD_OCTAVES, -0.3)).alpha_w == 0.0
 
 
 def test_nrc_and_saa() -> None:
