@@ -18,7 +18,14 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, simple_form, simple_term, with_simple_laws
+from multilayer.diagnosis.place_fits import (
+    PlaceFit,
+    SimpleForm,
+    as_told,
+    simple_form,
+    simple_term,
+    with_simple_laws,
+)
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.thresholds import NEAR
@@ -233,7 +240,8 @@ def _drawn(
         before = _nominal_gap(comparison, shrinkages)
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
     known = term if term is not None and term.place is at.place else at.term
-    return DrawnPlace(at, simple_form(nominal, at, executor, known), shrinkage)
+    told = as_told(nominal, at)
+    return DrawnPlace(told, simple_form(nominal, told, executor, known), shrinkage)
 
 
 def _on_held_out_data(

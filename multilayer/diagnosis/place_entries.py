@@ -61,7 +61,7 @@ def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list
                 "behind": round(best - fit.log_evidence, 2),
                 "tied": best - fit.log_evidence < TIED,
                 "gap_after": gap_in_fit(fit.explanation),
-                "shrinkage": round(drawn.shrinkage.share, 4) if drawn and drawn.free is fit else None,
+                "shrinkage": round(drawn.shrinkage.share, 4) if drawn and drawn.free.place is fit.place else None,
             }
         )
     first = drawn.free.place.name if drawn else ""

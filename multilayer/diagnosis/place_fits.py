@@ -27,6 +27,7 @@ from multilayer.diagnosis.thresholds import (
     NEAR,
     ROUGH,
     SECOND_TERM,
+    TOLD_SIZE,
     UNEXPLAINED,
 )
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
@@ -289,6 +290,21 @@ def with_simple_laws(
         return replace(fit, log_evidence=evidence, simple=term.fitted if is_enough else None, term=term)
 
     return _ranked(map(simplified, places.values()))
+
+
+def as_told(nominal: Fitted, fit: PlaceFit) -> PlaceFit:
+    """Return a place with its free law as it is told: with a standard deviation of at least `TOLD_SIZE`.
+
+    The size of the most evidence is the smallest that the data bear, and pulls a law that the unknowns can take up in
+    part, as a compliance beside the modulus, towards 0.
+    """
+    size = TOLD_SIZE * _scale(nominal, fit.place)[0]
+    if fit.simple is not None or np.all(fit.drawn.size >= size):
+        return fit
+    law = replace(fit.drawn, size=size)
+    z, count = fit.fitted.minimum.z.copy(), len(law.parameters)
+    z[-count:] *= fit.drawn.size / size
+    return replace(fit, fitted=_descended(fit.fitted.hypothesis.with_effects(law), z, *_FINE))
 
 
 def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealArray) -> dict[str, PlaceFit]:

@@ -16,7 +16,7 @@ from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, at_minimum
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.place_entries import DrawnPlace, interval_at, law_entry
-from multilayer.diagnosis.place_fits import PlaceFit, fit_places, simple_form
+from multilayer.diagnosis.place_fits import PlaceFit, as_told, fit_places, simple_form
 from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_SHARE, SECOND_TERM
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 
@@ -76,7 +76,8 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
         return None
     is_known = first is not best_alone.explanation
     effect = first.hypothesis.effects[0]
-    drawn = DrawnPlace(second, simple_form(base, second, executor), shrinkage)
+    told = as_told(base, second)
+    drawn = DrawnPlace(told, simple_form(base, told, executor), shrinkage)
     place = str(getattr(effect, "place", "")) if is_known else best_alone.place.name
     return TwoCauses(None if is_known else best_alone, first.names if is_known else (), place, drawn)
 

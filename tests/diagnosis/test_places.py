@@ -9,6 +9,7 @@ from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.place_fits import (
     SimpleForm,
+    as_told,
     fit_places,
     is_explained,
     simple_form,
@@ -189,6 +190,22 @@ def test_a_law_far_above_the_noise_is_as_exact_as_the_mechanics_of_its_place(ter
         relative = abs(parameter.prior.slope(z)) / (1 if parameter.prior.is_logarithmic else abs(values[0])) * spread
         low, high = shares[name]
         assert low * DRAWN_ERROR < relative < high * DRAWN_ERROR
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_faint_law_is_told_as_large_as_it_is(seed):
+    """A skin at the faces, which the modulus takes up in part: the prior of the most evidence pulls it towards 0."""
+    true = -1.5e-9
+    nominal = measured((PLACES["faces"](), Term("power", 0), [true]), seed=seed)
+    fit = fit_places(nominal, names=["faces"])["faces"]
+    told = as_told(nominal, fit)
+    assert fit.drawn.size < told.drawn.size
+    assert as_told(nominal, told) is told
+    assert (told.place, told.log_evidence) == (fit.place, fit.log_evidence)
+    pulled, free = (float(np.mean(place.law().real) / true) for place in (fit, told))
+    assert pulled < free
+    low, high = told.band()
+    assert np.mean((low.real < true) & (true < high.real)) > 0.8
 
 
 def test_nothing_is_drawn_without_a_gap():
