@@ -44,7 +44,7 @@ from multilayer.diagnosis.place_fits import (
     with_open_rims,
     with_resonances,
 )
-from multilayer.diagnosis.places.beside import Faces
+from multilayer.diagnosis.places.beside import Faces, OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
@@ -140,6 +140,8 @@ def diagnose_campaign(
     every = dict(effects) if effects is not None else chosen_effects()
     if any(effect.needs_finite_elements for effect in given):  # the model has what they change
         every = {name: effect for name, effect in every.items() if not effect.needs_finite_elements}
+    if _has_open_rims(given):  # a chain has one pair of rims
+        every = {name: effect for name, effect in every.items() if name != Delamination.name}
     nominal, minima = fit_nominal(
         campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor
     )
@@ -313,8 +315,8 @@ def _with_open_rims(
 ) -> dict[str, PlaceFit]:
     """Return the places, with open rims at the sample's faces unless a known effect has these."""
     problem, rims = nominal.hypothesis_as(CampaignProblem), Delamination()
-    known = [effect.name for effect in (*effects.values(), *problem.given)]
-    if rims.name in known or Faces.name not in places or not problem.admits(rims):
+    is_known = rims.name in [effect.name for effect in effects.values()] or _has_open_rims(problem.given)
+    if is_known or Faces.name not in places or not problem.admits(rims):
         return places
     others = {rims.name: _other_starts(nominal, minima, places, rims)}
     ((key, task),) = begin_tasks(nominal, {rims.name: rims}, others=others).items()
@@ -325,6 +327,12 @@ def _with_open_rims(
     hypothesis = hypothesis.with_effects(worn)
     ends = run_all(call, [partial(minimise_scaled, hypothesis, start, *COARSELY) for start in starts], executor)
     return with_open_rims(nominal, places, best_of([Fitted(hypothesis, end) for end in ends]))
+
+
+def _has_open_rims(given: Sequence[Acting]) -> bool:
+    """Tell whether the nominal model has open rims, by name or as a law that stands beside them."""
+    places = [getattr(effect, "at_place", None) for effect in given]
+    return Delamination.name in [effect.name for effect in given] or any(isinstance(p, OpenFaces) for p in places)
 
 
 def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

@@ -33,7 +33,7 @@ class DrawnPlace:
     free : PlaceFit
     form : SimpleForm
     shrinkage : Shrinkage
-        Of the gap on held-out data, with the free law.
+        Of the gap on held-out data, with the free law as it was compared; `free` has it as it is told.
     """
 
     free: PlaceFit

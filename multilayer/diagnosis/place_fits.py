@@ -65,7 +65,7 @@ class PlaceFit:
     ----------
     place : BasePlace
     fitted : Fitted
-        With the law's size of the most evidence.
+        With the law's size of the most evidence, or as it is told (`as_told`).
     log_evidence : float
         Averaged over sizes, with a discrepancy as large as the differences of solvers; of the simple law where there
         is one.
@@ -189,7 +189,7 @@ class SimpleForm:
         law, count = self.form, len(self.form.parameters)
         minimum, is_real = self.fitted.minimum, law.at_place.is_real
         curve, slopes = central(lambda points: law.curve(points, frequency), minimum.z[-count:])
-        size = np.maximum(np.abs(curve), _TINY * np.max(np.abs(curve)))[:, None]
+        size = np.maximum(np.abs(curve), _TINY * np.max(np.abs(curve)) + np.finfo(float).tiny)[:, None]
         basis = DrawnLaw.at(law.at_place, frequency, 1.0, LAW_LENGTH).basis(frequency)
         errors = basis if is_real else np.concatenate([basis, 1j * basis], axis=1)
 
@@ -296,7 +296,7 @@ def as_told(nominal: Fitted, fit: PlaceFit) -> PlaceFit:
     """Return a place with its free law as it is told: with a standard deviation of at least `TOLD_SIZE`.
 
     The size of the most evidence is the smallest that the data bear, and pulls a law that the unknowns can take up in
-    part, as a compliance beside the modulus, towards 0.
+    part, as a compliance beside the modulus, towards 0. The evidence stays that of the place as it was compared.
     """
     size = TOLD_SIZE * _scale(nominal, fit.place)[0]
     if fit.simple is not None or np.all(fit.drawn.size >= size):

@@ -114,7 +114,7 @@ class SavedRim(Model):
     """Open rims of the sample's faces, as `OpenFaces` has them."""
 
     width: Annotated[float, Field(ge=0, le=WIDEST_RIM)]
-    trend: Annotated[float, Field(ge=-3, le=3)] = 0.0
+    trend: Annotated[float, Field(ge=-20, le=20)] = 0.0
     at_base: Annotated[float, Field(ge=0, le=1)] = 0.0
     depth: Annotated[float, Field(ge=0, le=DEPTHS[-1])] = 0.0
 

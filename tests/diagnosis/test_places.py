@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis import diagnose
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.place_fits import (
@@ -149,6 +150,32 @@ def test_open_rims_that_no_compliance_is_are_drawn_as_such():
     assert np.abs(first.law()).max() < 0.1
 
 
+def test_open_rims_cost_the_evidence_of_their_sizes():
+    """Known a thousand times as well, each of four sizes costs ln 1000 more."""
+    nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
+    places = fit_places(nominal, names=["faces"])
+    hypothesis = nominal.hypothesis.with_effects(WornRim())
+    own = [p.prior.coordinate(size) for p, size in zip(WornRim().parameters, (0.2, 0.1, 1e-6, 0.04), strict=True)]
+    minimum = hypothesis.as_minimum(np.append(soft_sample(nominal.hypothesis), own))
+    sharp = replace(minimum, jacobian=1e6 * minimum.jacobian)
+    sharper = replace(minimum, jacobian=1e9 * minimum.jacobian)
+    first, second = (with_open_rims(nominal, places, Fitted(hypothesis, m))["faces"] for m in (sharp, sharper))
+    assert first.log_evidence - second.log_evidence == pytest.approx(4 * np.log(1000), rel=1e-3)
+
+
+def test_open_rims_are_looked_for_where_no_effect_has_them():
+    nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
+    places = fit_places(nominal, names=["faces", "sample_radius"])
+    found = diagnose._with_open_rims(nominal, [nominal.minimum], {}, places, None)
+    assert type(found["faces"].place) is OpenFaces
+    assert found["faces"].explanation.minimum.misfit / len(nominal.minimum.residual) < 1.2
+    known = {"delamination": Delamination()}
+    assert diagnose._with_open_rims(nominal, [nominal.minimum], known, places, None) is places
+    law = SimpleLaw.at(OpenFaces(0.1), (Term("power", 0),), F, 1.0)
+    given = replace(nominal, hypothesis=replace(nominal.hypothesis, given=(law,)))
+    assert diagnose._with_open_rims(given, [nominal.minimum], {}, places, None) is places
+
+
 def test_a_faint_sharp_resonance_is_found_where_a_drawn_law_shows_it():
     nominal = measured((PLACES["reading"](), Term("resonance"), [0.01, 1250.0, 0.02]))
     first, *_ = with_resonances(nominal, fit_places(nominal, names=["reading", "plate"])).values()
@@ -171,7 +198,11 @@ def test_the_band_of_a_drawn_law_holds_the_true_one():
     [
         (Term("power", 0), [1.5e-3], {"amplitude": (0.2, 1.0)}),
         # its width is known to half a per cent, and the phase about it
-        (Term("resonance"), [1.5e-3, 600.0, 0.03], {"frequency": (0.03 / 20, 0.03), "loss_factor": (0.2, 2.0)}),
+        (
+            Term("resonance"),
+            [1.5e-3, 600.0, 0.03],
+            {"amplitude": (0.2, 1.0), "frequency": (0.03 / 20, 0.03), "loss_factor": (0.2, 2.0)},
+        ),
     ],
 )
 def test_a_law_far_above_the_noise_is_as_exact_as_the_mechanics_of_its_place(term, values, shares):

@@ -144,7 +144,8 @@ def _answer(number: int, record: Mapping[str, Any], seconds: tuple[float, float]
         number, record["verdict"], chosen, group, record["probability"], excess, (), record["gap"]["shrinkage"],
         {name: (p["low"], p["high"]) for name, p in cause["parameters"].items()}, evidence, seconds,
         places=tuple(place["place"] for place in record["places"]),
-        law={name: law[name] for name in _LAW if law},
+        # a law beyond open rims is not the quantity that is drawn at the faces
+        law={name: law[name] for name in _LAW} if law and "open_rim" not in law else {},
         form=tuple(term["kind"] for term in law["form"]["terms"]) if law else (),
     )  # fmt: skip
 

@@ -13,6 +13,7 @@ from multilayer.number_text import percent
 from multilayer.rig.partly_bonded import WIDEST_RIM
 
 _BOTH = 0.5  # share of a rim that is open at the lower face, above which both are said to be
+_WORN = 0.005  # share of the height: what is worn away by less is not told
 _STIFF = 1e-18  # m/Pa, added to the compliance: a layer may not be rigid
 
 
@@ -61,12 +62,13 @@ class OpenFaces(Faces):
     quantity = "relative change of what open rims do"
     unit = ""
     passive_sign = 0
-    terms: ClassVar = {0: ("factor", "")}
+    terms: ClassVar = {0: ("relative change", "")}
 
     def in_words(self, law: str) -> str:
         """Return what acts there: open rims, and what is left beyond them."""
         faces = "both faces" if self.at_base > _BOTH else "the upper face"
-        return f"an open rim of {faces}, {percent(self.width)} of the radius, and beyond it {law}"
+        worn = f", worn away to {percent(self.depth)} of the height" if self.depth > _WORN else ""
+        return f"an open rim of {faces}, {percent(self.width)} of the radius{worn}, and beyond it {law}"
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return 1."""
