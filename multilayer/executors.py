@@ -119,6 +119,9 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
                     yield index, error
             for future in _done(running, executor):
                 index = running.pop(future)
+                if not future.done():
+                    yield index, ConnectionError("the cluster's scheduler is lost")
+                    continue
                 try:
                     yield index, future.result()
                 except MultilayerError:
@@ -131,17 +134,28 @@ def _outcomes(function: Callable[[T], R], tasks: Sequence[T], executor: Executor
 
 
 def _done(running: Collection[Future[R]], executor: Executor) -> set[Future[R]]:
-    """Return futures that are done; processes of a pool that wait for ever are ended, whose tasks have failed then."""
+    """Return futures that are done; processes of a pool that wait for ever are ended, whose tasks have failed then.
+
+    Where a cluster's scheduler is lost, all of them: Dask may forget one that it was about to fetch.
+    """
     before = None
     while running:
         done, _ = wait(running, STALLED_SECONDS, FIRST_COMPLETED)
         if done:
             return done
+        if _is_cut_off(executor):
+            return set(running)
         used = _processor_time(executor)
         if used is not None and used == before:
             _end(executor)
         before = used
     return set()
+
+
+def _is_cut_off(executor: Executor) -> bool:
+    """Tell whether the executor is that of a Dask client which has given its scheduler up."""
+    client = getattr(executor, "_client", None)
+    return getattr(client, "status", "running") in ("closing", "closed")
 
 
 def _processor_time(executor: Executor) -> float | None:
