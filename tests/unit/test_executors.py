@@ -283,4 +283,4 @@ def test_an_executor_holds_few_tasks_at_a_time(monkeypatch):
 def test_a_pool_that_takes_nothing_is_told_with_all_its_tasks():
     n = 2 * executors._MOST_RUNNING
     with pytest.warns(LostWorkerWarning, match=f"failed on {n} of {n} tasks"):
-        assert run_all(square, list(range(n)), CutOff(0), ignore) == [x * x for x in range(n)]
+        assert run_all(square, list(range(n)), Forgetful(0), ignore) == [x * x for x in range(n)]
