@@ -301,10 +301,7 @@ def as_told(nominal: Fitted, fit: PlaceFit) -> PlaceFit:
     size = TOLD_SIZE * _scale(nominal, fit.place)[0]
     if fit.simple is not None or np.all(fit.drawn.size >= size):
         return fit
-    law = replace(fit.drawn, size=size)
-    z, count = fit.fitted.minimum.z.copy(), len(law.parameters)
-    z[-count:] *= fit.drawn.size / size
-    return replace(fit, fitted=_descended(fit.fitted.hypothesis.with_effects(law), z, *_FINE))
+    return replace(fit, fitted=_descended(*_resized(fit.fitted, size), *_FINE))
 
 
 def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealArray) -> dict[str, PlaceFit]:
@@ -471,20 +468,21 @@ def _finished(nominal: Fitted, begun: Fitted) -> PlaceFit:
     """Return the fit of a place, from a coarse one and from the nominal model, with each size of its law."""
     begun = _best_variant(nominal, begun, *_COARSE)
     law: DrawnLaw = begun.hypothesis.effects[-1]
-    count, at_rest = (
-        len(law.parameters),
-        np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))]),
-    )
+    at_rest = np.concatenate([nominal.hypothesis.at_rest(nominal.minimum.z), np.zeros(len(law.parameters))])
     fits = [_descended(begun.hypothesis, begun.minimum.z, *_FINE)]
     for size in LAW_SIZES[:-1]:
-        sized = replace(law, size=law.size * size / LAW_SIZES[-1])
-        z = fits[0].minimum.z.copy()
-        z[-count:] *= law.size / sized.size
-        hypothesis = nominal.hypothesis.with_effects(sized)
+        hypothesis, z = _resized(fits[0], law.size * size / LAW_SIZES[-1])
         fits.append(best_of([_descended(hypothesis, start, *_FINE) for start in (z, at_rest)]))
     evidences = [tolerant_evidence(fit) for fit in fits]
     best = fits[int(np.argmax(evidences))]
     return PlaceFit(law.at_place, best, float(logsumexp(evidences) - np.log(len(evidences))))
+
+
+def _resized(fitted: Fitted, size: float | RealArray) -> tuple[Hypothesis, RealArray]:
+    """Return the hypothesis with a drawn law of another size, and coordinates at which the law is the same."""
+    law, z = fitted.hypothesis.effects[-1], fitted.minimum.z.copy()
+    z[-len(law.parameters) :] *= law.size / size
+    return fitted.hypothesis.with_effects(replace(law, size=size)), z
 
 
 def _best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -> Fitted:

@@ -180,16 +180,11 @@ def run(
                 progress(cases[case].label)
     _warn_once(plan.tasks, dict(sorted(warned.items())))
     rated = ratings([nominal[i].quantities for i in range(len(cases))], plan.grid)
-    ambients = {id(case.simulation.ambient): case.simulation.ambient for case in cases}  # mostly one for all
-    impedances = {key: ambient.gas.impedance for key, ambient in ambients.items()}
     return SimulationResult(
         plan.name,
         plan.grid.frequency,
         plan.grid.bands,
-        tuple(
-            _case_result(case, impedances[id(case.simulation.ambient)], nominal[i], scatter[i], rated[i])
-            for i, case in enumerate(cases)
-        ),
+        tuple(_case_result(case, nominal[i], scatter[i], rated[i]) for i, case in enumerate(cases)),
         plan.simulation.to_dict(),
     )
 
@@ -210,10 +205,9 @@ def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> 
         warn(text, ValidityWarning, stacklevel=3)
 
 
-def _case_result(
-    case: Case, impedance: float, nominal: Outcome, scatter: Mapping[str, Percentiles], rated: dict[str, str]
-) -> CaseResult:
+def _case_result(case: Case, nominal: Outcome, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:
     percentiles = {name: of_column.result() for name, of_column in scatter.items()}
+    impedance = case.simulation.ambient.gas.impedance
     spread = {
         name: {path.removeprefix("layers."): values for path, values in of_quantity.items()}
         for name, of_quantity in nominal.spread.items()
