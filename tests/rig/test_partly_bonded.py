@@ -163,6 +163,16 @@ def test_wider_rims_are_softer_and_take_power(rim, more, at_base, ratio_and_shap
     assert np.all((top * (1 + 0.2j)).imag > 0)
 
 
+@pytest.mark.parametrize("at_base", [0.0, 1.0])
+def test_the_widest_rims_resonate_as_those_a_little_narrower(at_base):
+    """A straight line through two narrower rims foretells the widest to 10 %, with the resonances of the others."""
+    disc, x = partly_bonded_disc(0.0, 0.9), np.geomspace(0.1, 9, 60) / (1 + 0.2j)
+    rims = (0.68, 0.69, WIDEST_RIM)
+    first, second, widest = (np.array(disc.stiffness(x, NONE + rim, NONE + at_base)) for rim in rims)
+    off = np.abs(widest - 2 * second + first).max(axis=-1) / np.abs(widest).max(axis=-1)
+    assert np.all(off < 0.1)
+
+
 def test_rims_broadcast_over_samples():
     disc, x = partly_bonded_disc(0.0, 0.9), np.geomspace(0.1, 9, 5) * (1 - 0.2j)
     rims, shares = np.array([[0.02], [0.31], [0.6]]), np.array([[0.0], [0.5], [1.0]])
