@@ -22,6 +22,7 @@ from warnings import warn
 
 from multilayer.errors import InputError, MultilayerError, MultilayerWarning, show
 from multilayer.limits import require_files
+from multilayer.shared_results import join, sharing
 from multilayer.threads import THREADS
 
 T = TypeVar("T")
@@ -260,7 +261,7 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
         return
     require_files(_FILES + _FILES_PER_JOB * jobs, f"--jobs {jobs}")
     # never forks of this process: they would copy the locks of its threads, and its settings of BLAS
-    with _one_thread_each():
+    with _one_thread_each(), sharing() as folder:
         if sys.platform == "linux":  # forks of a process that does nothing but import, once for all of them
             from multiprocessing import forkserver
 
@@ -270,10 +271,10 @@ def local_pool(jobs: int, modules: Sequence[str] = ()) -> Iterator[Executor | No
                 sys.warnoptions.append(_NO_LEAKS_TOLD)
             with _without_ctrl_c():
                 forkserver.ensure_running()
-            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, context, _end_with_parent)) as pool:
+            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, context, _begin, (folder,))) as pool:
                 yield pool
         else:
-            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, get_context("spawn"), _end_with_parent)) as pool:
+            with _ended_by_ctrl_c(ProcessPoolExecutor(jobs, get_context("spawn"), _begin, (folder,))) as pool:
                 for _ in range(jobs):
                     pool.submit(_import_all, modules)
                 yield pool
@@ -307,12 +308,13 @@ def _ended_by_ctrl_c(pool: ProcessPoolExecutor) -> Iterator[ProcessPoolExecutor]
     pool.shutdown()
 
 
-def _end_with_parent() -> None:
-    """End this process when its parent ends, even by a signal: a pool's worker would wait for ever.
+def _begin(folder: Path | None) -> None:
+    """Make this process a pool's worker, which ends when its parent ends, even by a signal: it would wait for ever.
 
     Ctrl-C is the parent's to answer: a terminal sends it to every process.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    join(folder)
     parent = parent_process()
     if parent is not None:
         Thread(target=_end_after, args=(parent,), daemon=True).start()

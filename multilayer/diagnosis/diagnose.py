@@ -231,14 +231,11 @@ def fits_one_by_one(
         {name: effect for name, effect in wanted.items() if name not in finite},
         others={name: _other_starts(nominal, minima, places or {}, effect) for name, effect in wanted.items()},
     )
-    # what takes as long as many fits comes first: finite elements, and tables, which another process would make again
-    tabled = {key: tasks.pop(key) for key in [*tasks] if effects[key[0]].is_tabled}
+    # what takes as long as many fits comes first: finite elements, which the other fits do not need, and tables
+    tasks = dict(sorted(tasks.items(), key=lambda item: not effects[item[0][0]].is_tabled))
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
-    first += [partial(_fitted_at_once, key, task) for key, task in tabled.items()]
     started = run_all(call, [*first, *tasks.values()], executor)
     rigs, fits = started.pop(0) if finite else (nominal.hypothesis_as(CampaignProblem).finite, {})
-    for _ in tabled:
-        fits |= started.pop(0)
     rim, begun = fits.get((FiniteSize.name,)), dict(zip(tasks, started, strict=True))
     samples = elements_of_samples(rim) if rim is not None and rim.log_evidence > nominal.log_evidence else {}
     ends = worth_finishing(begun, list(fits.values()))
@@ -253,11 +250,6 @@ def fits_one_by_one(
     fits = _with_finer_law(polish_fits(fits, executor), executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
     return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
-
-
-def _fitted_at_once(key: tuple[str, ...], begun: Callable[[], StartedFit]) -> dict[tuple[str, ...], Fitted]:
-    """Return the coarse fit of a task of `begin_tasks`, by its key."""
-    return finish_all({key: begun()})
 
 
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:

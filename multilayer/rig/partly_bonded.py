@@ -30,6 +30,7 @@ from multilayer.errors import InputError
 from multilayer.rig.assembly import blocks, isotropic, solid_parts
 from multilayer.rig.mesh import Section, Slab, graded
 from multilayer.rig.operators import Sparse, basis_of, mass, operators
+from multilayer.shared_results import shared
 
 WIDEST_RIM = 0.7  # share of the radius
 _ACROSS = 80  # elements to a radius where rims may open
@@ -212,6 +213,7 @@ def partly_bonded_disc(poisson_ratio: float, shape: float) -> PartlyBondedDisc:
 
 
 @lru_cache(maxsize=8192)
+@shared
 def _released(poisson_ratio: float, shape: float, number: int, is_both: bool) -> Forces:
     """Return the forces of the rim of a number, open at the upper face or at both."""
     rim = RIMS[number]
@@ -350,6 +352,7 @@ def slope(place: RealArray) -> RealArray:
 
 
 @lru_cache(maxsize=16)
+@shared
 def _condensed(poisson_ratio: float, radius: float) -> _Condensed:
     """Return the disc on few unknowns, from its upper half in symmetric and in antisymmetric motion.
 

@@ -37,6 +37,7 @@ from multilayer.rig.partly_bonded import (
     slope,
     weighed,
 )
+from multilayer.shared_results import shared
 
 DEPTHS = (0.0, 1 / 32, 1 / 16, 1 / 8)  # shares of the height
 _FINE = 1 - np.array([8, 6, 4, 3, 2, 1, 0]) / 64  # rows where the rim may be worn away
@@ -83,6 +84,7 @@ def worn_change(
 
 
 @lru_cache(maxsize=4096)
+@shared
 def _forces(poisson_ratio: float, shape: float, number: int, depth: float) -> Forces:
     """Return the forces of the rim of a number, worn to a depth."""
     disc = _disc(poisson_ratio, shape)
