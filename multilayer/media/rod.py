@@ -49,18 +49,23 @@ def chain_transmissibility(frequency: ArrayLike, layers: Sequence[tuple[Numeric,
     -----
     The impedance that loads each rod is carried from the free end to the driven one. Time exp(+i w t).
     """
-    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
-    load: Numeric = 0.0  # force over velocity per area at the far end
+    turning = -2j * np.pi * np.asarray(frequency, dtype=float)
+    load: Numeric | None = None  # force over velocity per area at the far end, which is free at first
     ratio: Numeric = 1.0
     for modulus, density, thickness in reversed(layers):
-        speed = np.sqrt(np.asarray(modulus, dtype=complex) / density)
-        characteristic = density * speed
+        slowness = np.sqrt(density / np.asarray(modulus, dtype=complex))
+        characteristic = modulus * slowness
         # over exp(i k h), which grows: nothing overflows, however lossy and thick
-        decay = np.exp((-1j * omega) * (thickness / speed))
+        decay = np.exp(turning * (thickness * slowness))
         square = decay * decay
-        tangent = (1 - square) / (1 + square)  # i tan(k h)
+        half = 1 / (1 + square)
+        tangent = (1 - square) * half  # i tan(k h)
+        ratio = ratio * (2 * decay * half)
+        if load is None:
+            load = characteristic * tangent
+            continue
         relative = load / characteristic
         step = 1 / (1 + relative * tangent)
-        ratio = ratio * (2 * decay / (1 + square)) * step
+        ratio = ratio * step
         load = characteristic * (relative + tangent) * step
     return np.asarray(ratio)
