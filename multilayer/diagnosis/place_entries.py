@@ -80,6 +80,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         **({"configuration": place.configuration} if place.configuration else {}),
         **({"free_rim": True} if place.needs_finite_elements else {}),
         **({"open_rim": asdict(place)} if isinstance(place, OpenFaces) else {}),
+        **({"modelled": place.modelled} if place.modelled else {}),
         "quantity": place.quantity,
         "unit": place.unit,
         "frequency_hz": fit.grid.tolist(),

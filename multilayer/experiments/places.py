@@ -106,9 +106,14 @@ class BasePlace:
         """Return the places of this kind in a campaign or a series of measurements: usually one of each variant."""
         return [kind() for kind in cls.variants()]
 
+    @property
+    def modelled(self) -> str:
+        """What is modelled there beneath the law, in words; empty where that is nothing."""
+        return ""
+
     def in_words(self, law: str) -> str:
-        """Return what acts there, given the words of its simple form."""
-        return law
+        """Return what acts there, given the words of the law."""
+        return f"{self.modelled}, and beyond it {law}" if self.modelled else law
 
     def scale(self, settings: tuple[Any, ...], modulus: float) -> float:
         """Return a value of the law that changes the data by about their own size.

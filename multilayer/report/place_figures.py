@@ -18,6 +18,7 @@ _HEIGHT = 2.6  # inches
 _SHAKER, _BASE, _SAMPLE, _TOP = (0.0, 0.16), (0.2, 0.32), (0.32, 0.68), (0.68, 0.76)  # heights in the drawing
 _LEFT, _RIGHT = 0.28, 0.72
 _MARK = 1  # colour of what is marked
+_MOST_TICKS = 6  # of frequency, on all panels
 
 
 def draw_place(law: Mapping[str, Any]) -> Figure:
@@ -37,7 +38,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
         axis.axhline(0.0, color="0.6", linewidth=0.6)
         if "form" in law and f"{part}" in law["form"]:
             axis.plot(f, np.asarray(law["form"][part]) / factor, "--", color=colour(_MARK), label="simple form")
-        octave_ticks(axis, float(f[0]), float(f[-1]))
+        octave_ticks(axis, float(f[0]), float(f[-1]), _MOST_TICKS // len(parts))
         axis.set_xlabel("frequency / Hz")
         axis.set_title(label, fontsize=8)
     axes[0, 1].set_ylabel(f"{law['quantity']}{f' / {unit}' if unit else ''}", fontsize=7)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -81,12 +82,13 @@ def finished(figure: Figure, axis: Axes, title: str, *, upright: bool, **options
     return figure
 
 
-def octave_ticks(axis: Axes, low: float, high: float) -> None:
-    """Mark octaves along the frequency axis, Hz, logarithmic where it is wide enough for them."""
+def octave_ticks(axis: Axes, low: float, high: float, most: int = 12) -> None:
+    """Mark octaves along the frequency axis, Hz, or every so many of them; logarithmic where it is wide enough."""
     if high < 4 * low:
         return
     axis.set_xscale("log")
     ticks = [tick for tick in band_centres(16, 16000, "octaves") if low <= tick <= high]
+    ticks = ticks[:: math.ceil(len(ticks) / most)]
     axis.set_xticks(ticks, [f"{tick / 1000:g}k" if tick >= 1000 else f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)
 

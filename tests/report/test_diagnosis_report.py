@@ -15,6 +15,7 @@ from multilayer.diagnosis.result import Similarity
 from multilayer.number_text import percent, significant, with_interval, with_unit
 from multilayer.report.console import show
 from multilayer.report.diagnosis import diagnosis_report
+from multilayer.report.style import blank, octave_ticks
 from tests.report.diagnoses import EFFECTS, diagnosis
 
 VOID = {"meta", "br", "hr", "img", "input", "link", "col", "source"}
@@ -287,3 +288,24 @@ def test_a_gain_beyond_doubt_is_no_number():
     page = diagnosis_report(replace(made, record={**made.record, "next_experiment": plans}))
     tables = [t for s in page.sections for part in s.parts() for t in part.listings]
     assert any("above 100 nats" in row for table in tables for row in table.rows)
+
+
+def test_what_is_modelled_beneath_a_drawn_law_is_told():
+    f, rim = np.geomspace(100, 1000, 20), "an open rim of the upper face, 16 % of the radius"
+    curves = {f"{part}{end}": [0.01] * 20 for part in ("real", "imag") for end in ("", "_low", "_high")}
+    form = {"text": f"{rim}, and beyond it a relative change of 0.03", "real": [0.01] * 20, "imag": [0.0] * 20}
+    law = {"place": "faces", "modelled": rim, "quantity": "relative change", "unit": "", "frequency_hz": [*f], **curves}
+    faces = {"place": "faces", "title": "at the faces of the sample", "probability": 1.0, "behind": 0.0}
+    made = diagnosis("unknown", 3)
+    places = [{**faces, "gap_after": 1.1, "shrinkage": 0.998}]
+    record = {**made.record, "places": places, "law": {**law, "form": form, "form_is_enough": False}}
+    text = Page(files_of(replace(made, record=record))["report.html"]).text
+    assert f"No simple form does as well as the law drawn there beyond {rim}; the nearest is {form['text']}." in text
+
+
+def test_narrow_axes_mark_few_octaves():
+    _, axes = blank(1, 2, (6, 2))
+    octave_ticks(axes[0, 0], 80.0, 1800.0)
+    octave_ticks(axes[0, 1], 80.0, 1800.0, most=3)
+    labels = [[label.get_text() for label in axis.get_xticklabels()] for axis in axes[0]]
+    assert labels == [["125", "250", "500", "1k"], ["125", "500"]]

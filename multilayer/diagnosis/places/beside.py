@@ -64,11 +64,12 @@ class OpenFaces(Faces):
     passive_sign = 0
     terms: ClassVar = {0: ("relative change", "")}
 
-    def in_words(self, law: str) -> str:
-        """Return what acts there: open rims, and what is left beyond them."""
+    @property
+    def modelled(self) -> str:
+        """The open rims."""
         faces = "both faces" if self.at_base > _BOTH else "the upper face"
         worn = f", worn away to {percent(self.depth)} of the height" if self.depth > _WORN else ""
-        return f"an open rim of {faces}, {percent(self.width)} of the radius{worn}, and beyond it {law}"
+        return f"an open rim of {faces}, {percent(self.width)} of the radius{worn}"
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return 1."""

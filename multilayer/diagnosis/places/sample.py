@@ -140,9 +140,10 @@ class SampleShape(Sample):
     title = "in the sample, by its shape"
     quantity = "change of ln E by a free rim, over that of slow compression"
 
-    def in_words(self, law: str) -> str:
-        """Return what acts there: with finite elements a free rim, and what is left beyond it."""
-        return f"a free rim of the sample, and beyond it {law}" if self.needs_finite_elements else law
+    @property
+    def modelled(self) -> str:
+        """With finite elements a free rim."""
+        return "a free rim of the sample" if self.needs_finite_elements else ""
 
     def factor(self, setting: Setting) -> Any:
         """Return what a free rim does to ln E."""
