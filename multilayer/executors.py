@@ -22,7 +22,7 @@ from warnings import warn
 
 from multilayer.errors import InputError, MultilayerError, MultilayerWarning, show
 from multilayer.limits import require_files
-from multilayer.shared_results import join, sharing
+from multilayer.shared_results import join, remove, sharing
 from multilayer.threads import THREADS
 
 T = TypeVar("T")
@@ -322,6 +322,7 @@ def _begin(folder: Path | None) -> None:
 
 def _end_after(parent: BaseProcess) -> None:
     parent.join()
+    remove()
     os._exit(1)
 
 

@@ -36,14 +36,20 @@ def sharing() -> Iterator[Path | None]:
     try:
         yield folder
     finally:
+        remove()
         join(before)
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def join(folder: Path | None) -> None:
     """Make this process share what it computes in a folder; nothing with None."""
     global _folder, _written
     _folder, _written = folder, 0
+
+
+def remove() -> None:
+    """Remove the folder of this process; another that still reads from it computes for itself."""
+    if _folder is not None:
+        shutil.rmtree(_folder, ignore_errors=True)
 
 
 def shared(function: Callable[P, R]) -> Callable[P, R]:

@@ -548,7 +548,7 @@ def _fit_forms(
     distances = [_nearest(at, law) for law in laws]
     order = sorted(range(len(laws)), key=lambda i: distances[i][0])
     sharp = [i for i, law in enumerate(laws) if law.is_resonant]
-    chosen = dict.fromkeys([*order[:most], *sharp])
+    chosen = dict.fromkeys([*sharp, *order[:most]])  # what takes longest first
     tasks = [partial(_fit_form, nominal, at, laws[i], distances[i][1]) for i in chosen]
     return run_all(call, tasks, executor)
 

@@ -114,8 +114,8 @@ def test_a_local_worker_computes_with_one_thread(monkeypatch):
     assert "MKL_NUM_THREADS" not in os.environ
 
 
-def test_workers_end_with_the_process_that_began_them():
-    """However it ends: what inherits its output would keep that open."""
+def test_workers_end_with_the_process_that_began_them(tmp_path):
+    """However it ends: what inherits its output would keep that open. They leave no folder behind."""
     code = """
         import time
         from multilayer.executors import local_pool
@@ -124,10 +124,13 @@ def test_workers_end_with_the_process_that_began_them():
             time.sleep(60)
     """
     command = [sys.executable, "-c", dedent(code)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+    place = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=place) as parent:
         assert parent.stdout.readline() == "3\n"
+        assert len([*tmp_path.glob("multilayer-*")]) == 1
         parent.kill()
         assert parent.communicate(timeout=20)[0] == ""
+    assert not [*tmp_path.glob("multilayer-*")]
 
 
 def test_one_job_is_this_process():
