@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError, suggest
+from multilayer.number_text import over_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -182,7 +183,7 @@ class Tabular:
         rows: list[int | None] = list(range(n))
         if n > _MOST_ROWS:
             rows = [*range(_MOST_ROWS // 2), None, *range(n - _MOST_ROWS // 2, n)]
-        headings = [f"{name} / {frame.units[name]}" if frame.units.get(name) else name for name in flat]
+        headings = [over_unit(name, frame.units.get(name, "")) for name in flat]
         cells = [["…" if i is None else _cell(array[i]) for array in flat.values()] for i in rows]
         return html_table(
             headings, cells, f"{type(self).__name__}, {n} rows" if n > _MOST_ROWS else type(self).__name__
@@ -211,8 +212,7 @@ def _drawn(frame: Frame, name: str, axes: Axes, style: Mapping[str, Any]) -> Axe
         bars = None if spread is None else spread[rows]
         shown = {"label": label, **style} if label else dict(style)
         axes.errorbar(flat[along][rows], values[rows], bars, **shown)
-    unit = frame.units.get(name, "")
-    axes.set(xlabel="frequency / Hz", ylabel=f"{name} / {unit}" if unit else name)
+    axes.set(xlabel="frequency / Hz", ylabel=over_unit(name, frame.units.get(name, "")))
     if any(labels):
         axes.legend()
     return axes

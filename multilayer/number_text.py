@@ -20,6 +20,11 @@ def pressure_unit(largest: float) -> tuple[str, float]:
     return "Pa", 1.0
 
 
+def over_unit(name: str, unit: str) -> str:
+    """Return ``name / unit``, as axes and columns have it; the name alone without a unit."""
+    return f"{name} / {unit}" if unit else name
+
+
 def with_spread(value: float, spread: float) -> str:
     """Return ``value ± spread`` with two digits of the spread; the value alone when that is 0 or not finite."""
     if not math.isfinite(value):

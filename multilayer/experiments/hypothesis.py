@@ -13,6 +13,7 @@ from multilayer.arrays import ComplexArray, IndexArray, RealArray
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Experiments, Points
+from multilayer.number_text import over_unit
 
 
 class Data(Protocol):
@@ -52,7 +53,7 @@ class Part(NamedTuple):
     @property
     def label(self) -> str:
         """Title and unit, as an axis has them."""
-        return f"{self.title} / {self.unit}" if self.unit else self.title
+        return over_unit(self.title, self.unit)
 
 
 class Hypothesis(Experiments):

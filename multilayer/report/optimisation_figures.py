@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from multilayer.number_text import over_unit
 from multilayer.optimisation.aims import Aim
 from multilayer.optimisation.result import OptimisationResult
 from multilayer.report.style import WIDTH, blank, colour, plain
@@ -50,4 +51,4 @@ def _factor(aim: Aim) -> float:
 
 def _label(aim: Aim) -> str:
     unit = {"m": "mm", "kg/m^2": "kg/m²"}.get(aim.unit, aim.unit)
-    return plain(aim.title) + (f" / {unit}" if unit else "")
+    return over_unit(plain(aim.title), unit)

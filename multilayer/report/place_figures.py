@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multilayer.number_text import readable_unit
+from multilayer.number_text import over_unit, readable_unit
 from multilayer.report.style import WIDTH, blank, colour, octave_ticks
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
         octave_ticks(axis, float(f[0]), float(f[-1]), _MOST_TICKS // len(parts))
         axis.set_xlabel("frequency / Hz")
         axis.set_title(label, fontsize=8)
-    axes[0, 1].set_ylabel(f"{law['quantity']}{f' / {unit}' if unit else ''}", fontsize=7)
+    axes[0, 1].set_ylabel(over_unit(law["quantity"], unit), fontsize=7)
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
     return figure
 

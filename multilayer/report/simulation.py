@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.number_text import over_unit
 from multilayer.report.listing import Listing
 from multilayer.report.report import Picture, Report, Section
 from multilayer.report.simulation_figures import draw_losses, draw_quantity, draw_spread
@@ -229,8 +230,8 @@ def _values(result: SimulationResult, quantity: Quantity, **options: Any) -> Lis
     """Return a quantity over frequency, cases beside each other; of many cases a row for each."""
     cases, rows = _with(result, quantity), _rows(result)
     bands = result.bands or ("third octaves" if len(rows) != len(result.frequency) else None)
-    unit = f" / {quantity.unit}" if quantity.unit else ""
-    caption = f"{result.name}: {quantity.title}{unit}{f', averages over {bands}' if bands else ''}"
+    named = over_unit(quantity.title, quantity.unit)
+    caption = f"{result.name}: {named}{f', averages over {bands}' if bands else ''}"
     if len(cases) <= _MOST_COLUMNS:
         headings = ["\n".join([*cases[0].shown, "f / Hz"])]
         headings += ["\n".join([*case.shown.values(), " "]) if case.shown else "value" for case in cases]
@@ -265,7 +266,7 @@ def _origins(cases: Sequence[CaseResult], quantity: Quantity) -> Listing:
     variances = [{path: _mean_square(sd) for path, sd in case.spread[quantity.name].items()} for case in cases]
     shares = [{path: value / (sum(of_case.values()) or 1) for path, value in of_case.items()} for of_case in variances]
     fields = sorted(shares[0], key=lambda path: -max(of_case[path] for of_case in shares))
-    unit = f" / {quantity.unit}" if quantity.unit else ""
+    named = over_unit(quantity.title, quantity.unit)
     of_cases = " (range of the cases)" if len(cases) > 1 else ""
     return Listing.of(
         fields,
@@ -274,7 +275,7 @@ def _origins(cases: Sequence[CaseResult], quantity: Quantity) -> Listing:
             ">share of the variance": lambda path: _range([f"{of_case[path]:.0%}" for of_case in shares]),
             ">standard deviation": lambda path: _range([f"{np.sqrt(of_case[path]):.2g}" for of_case in variances]),
         },
-        caption=f"Where the scatter of the {quantity.title}{unit} comes from, over all frequencies{of_cases}",
+        caption=f"Where the scatter of the {named} comes from, over all frequencies{of_cases}",
     )
 
 

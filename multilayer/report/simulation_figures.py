@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.number_text import over_unit
 from multilayer.report.style import COLOURS, WIDTH, blank, colour, legend_below, octave_ticks, plain
 from multilayer.response.bands import band_edges
 from multilayer.simulation.quantities import QUANTITIES, Quantity
@@ -105,7 +106,7 @@ def draw_spread(result: SimulationResult, name: str, *, upright: bool = False) -
         _line(axis, result, whole, color="black", label="all")
         for (path, deviation), tint in zip(of_fields.items(), _tints(len(of_fields)), strict=True):
             _line(axis, result, deviation, color=tint, label=plain(path))
-        axis.set_ylabel(f"standard deviation{f' / {quantity.unit}' if quantity.unit else ''}")
+        axis.set_ylabel(over_unit("standard deviation", quantity.unit))
         if case.shown:
             axis.set_title(plain(case.label), fontsize=8)
     grid[0, 0].set_ylim(bottom=0.0)  # shared by all
@@ -117,9 +118,8 @@ def draw_spread(result: SimulationResult, name: str, *, upright: bool = False) -
 
 
 def _label(quantity: Quantity, column: str) -> str:
-    unit = f" / {quantity.unit}" if quantity.unit else ""
     part = {"_re": "real part of ", "_im": "imaginary part of "}.get(column[-3:], "") if quantity.is_complex else ""
-    return f"{part}{quantity.title}{unit}".replace(" of surface impedance", " of Z")
+    return over_unit(f"{part}{quantity.title}", quantity.unit).replace(" of surface impedance", " of Z")
 
 
 def _draw_column(

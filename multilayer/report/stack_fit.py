@@ -10,7 +10,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.fits.stacks.result import POOR, FittedCurve, FoundQuantity, StackFitResult, parts_of
-from multilayer.number_text import percent, significant, with_interval, with_unit
+from multilayer.number_text import over_unit, percent, significant, with_interval, with_unit
 from multilayer.report.files import file_names
 from multilayer.report.identifiability import determined_section
 from multilayer.report.listing import Listing, yes_or_no
@@ -168,14 +168,14 @@ def draw_curve(curve: FittedCurve, *, upright: bool = False) -> Figure:
 
 def _parts(curve: FittedCurve) -> list[tuple[str, RealArray, RealArray]]:
     """Return what is drawn: label, measured, predicted."""
-    unit = f" / {curve.unit.replace('*', ' ')}" if curve.unit else ""
+    unit = curve.unit.replace("*", " ")
     if not np.iscomplexobj(curve.measured):
-        labels = [f"{_KINDS[curve.kind]}{unit}"]
+        labels = [over_unit(_KINDS[curve.kind], unit)]
     elif curve.kind == "transmissibility":
         labels = ["amplitude", "phase / degrees"]
     else:
         names = ("E1", "E2") if curve.kind == "modulus" else ("real part", "imaginary part")
-        labels = [f"{name}{unit}" for name in names]
+        labels = [over_unit(name, unit) for name in names]
     measured, predicted = (parts_of(curve.kind, values) for values in (curve.measured, curve.predicted))
     return list(zip(labels, measured, predicted, strict=True))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from multilayer.number_text import over_unit
 from multilayer.report.report import Report
 from multilayer.report.style import blank, colour, plain
 from multilayer.simulation.quantities import QUANTITIES
@@ -46,7 +47,7 @@ def draw_tube(result: TubeResult) -> Figure:
                 _draw(axis, result, quantity.parts(spectra[name]), colour(i), _TITLES[condition])
         if quantity.is_complex:
             axis.set_title("real part solid, imaginary part dashed", fontsize="small", loc="right")
-        axis.set_ylabel(f"{quantity.title}{f' / {quantity.unit}' if quantity.unit else ''}")
+        axis.set_ylabel(over_unit(quantity.title, quantity.unit))
         _shade(axis, result)
     if len(result.spectra) > 1:
         axes[0, 0].legend()
