@@ -222,8 +222,8 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     law = record.get("law")
     remarks = (f"The law drawn there looks like {law['form']['text']}.",) if law else ()
     if law and not law["form_is_enough"]:
-        drawn = f"the law drawn there beyond {law['modelled']}" if "modelled" in law else "the law drawn there"
-        remarks = (f"No simple form does as well as {drawn}; the nearest is {law['form']['text']}.",)
+        nearest = law["form"]["text"].removeprefix(f"{law.get('modelled')}, and beyond it ")  # the sentence tells it
+        remarks = (f"No simple form does as well as the law drawn there; the nearest is {nearest}.",)
     if law:
         remarks = (*remarks, *_physical(law))
     titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}
