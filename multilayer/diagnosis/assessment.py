@@ -121,8 +121,8 @@ class Assessment:
         text = sentence(decision, probability)
         if law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
-        elif law and is_drawn and "modelled" in law:
-            text = f"{text} It acts like {law['modelled']}, and beyond it like the law drawn there."
+        elif self.drawn and is_drawn and (place := self.drawn.free.place).modelled:
+            text = f"{text} It acts like {place.in_words('like the law drawn there')}."
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))

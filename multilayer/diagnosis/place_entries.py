@@ -120,10 +120,11 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
                 entry[name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
         parts.append(entry)
         position += count
-    text = law.at_place.in_words(", and ".join(map(_in_words, parts)))
+    words = ", and ".join(map(_in_words, parts))
     curve = law.curve(form.fitted.minimum.z[-position:], frequency)
     return {
-        "text": text,
+        "text": law.at_place.in_words(words),
+        **({"beyond": words} if law.at_place.modelled else {}),
         "centre_hz": law.centre,
         "terms": parts,
         "log_evidence": round(form.log_evidence, 2),

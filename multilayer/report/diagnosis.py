@@ -222,7 +222,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     law = record.get("law")
     remarks = (f"The law drawn there looks like {law['form']['text']}.",) if law else ()
     if law and not law["form_is_enough"]:
-        nearest = law["form"]["text"].removeprefix(f"{law.get('modelled')}, and beyond it ")  # the sentence tells it
+        nearest = law["form"].get("beyond", law["form"]["text"])  # the sentence tells what is modelled
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {nearest}.",)
     if law:
         remarks = (*remarks, *_physical(law))

@@ -268,8 +268,8 @@ class _Condensed:
         inner, inner_mass = k[np.ix_(free, free)], m[np.ix_(free, free)]
         factor = cho_factor(inner)
         poles, modes = eigh(inner, inner_mass, driver="gvd")  # all of them take a third of the time of a part
-        modes = modes[:, :_POLES]
-        return partial_fractions(k, m, rigid, free, partial(cho_solve, factor), (poles[:_POLES], modes), self.area)
+        lowest = poles[:_POLES], modes[:, :_POLES]
+        return partial_fractions(k, m, rigid, free, partial(cho_solve, factor), lowest, self.area)
 
 
 def partial_fractions(

@@ -19,6 +19,7 @@ from multilayer.diagnosis.place_fits import (
 )
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.beside import OpenFaces
+from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
@@ -133,6 +134,22 @@ def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
         np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-7)
         assert np.abs(c - d).max() < 0.01
         assert np.abs(a - d).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (OpenFaces(0.16), "an open rim of the upper face, 16 % of the radius, and beyond it a law"),
+        (
+            OpenFaces(0.16, at_base=1.0, depth=0.06),
+            "an open rim of both faces, 16 % of the radius, worn away to 6 % of the height, and beyond it a law",
+        ),
+        (SampleShape(needs_finite_elements=True), "a free rim of the sample, and beyond it a law"),
+        (SampleShape(), "a law"),
+    ],
+)
+def test_what_is_modelled_at_a_place_is_told_before_its_law(place, words):
+    assert place.in_words("a law") == words
 
 
 def test_open_rims_that_no_compliance_is_are_drawn_as_such():

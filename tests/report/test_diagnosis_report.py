@@ -293,7 +293,8 @@ def test_a_gain_beyond_doubt_is_no_number():
 def test_what_is_modelled_beneath_a_drawn_law_is_told_once():
     f, rim = np.geomspace(100, 1000, 20), "an open rim of the upper face, 16 % of the radius"
     curves = {f"{part}{end}": [0.01] * 20 for part in ("real", "imag") for end in ("", "_low", "_high")}
-    form = {"text": f"{rim}, and beyond it a relative change of 0.03", "real": [0.01] * 20, "imag": [0.0] * 20}
+    beyond = "a relative change of 0.03"
+    form = {"text": f"{rim}, and beyond it {beyond}", "beyond": beyond, "real": [0.01] * 20, "imag": [0.0] * 20}
     law = {"place": "faces", "modelled": rim, "quantity": "relative change", "unit": "", "frequency_hz": [*f], **curves}
     faces = {"place": "faces", "title": "at the faces of the sample", "probability": 1.0, "behind": 0.0}
     made = diagnosis("unknown", 3)
