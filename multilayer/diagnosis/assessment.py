@@ -121,7 +121,7 @@ class Assessment:
         text = sentence(decision, probability)
         if law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
-        elif self.drawn and is_drawn and (place := self.drawn.free.place).modelled:
+        elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:
             text = f"{text} It acts like {place.in_words('like the law drawn there')}."
         where, causes, plans = [], [], []
         if self.is_gap:

@@ -41,6 +41,7 @@ from multilayer.diagnosis.place_fits import (
     fit_places,
     may_explain,
     with_free_rim,
+    with_moving_laws,
     with_open_rims,
     with_resonances,
 )
@@ -150,11 +151,12 @@ def diagnose_campaign(
     places = fit_places(nominal, executor)
     tell("places with free laws")
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
-    laws = [place.explanation for place in places.values()]
-    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not any(map(is_misfit_likely, laws)):
+    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not _explains_data(places):
         places = with_resonances(nominal, places, executor)
         nominal, places = _with_rim_place(nominal, minima, usable, places)
         places = _with_open_rims(nominal, minima, usable, places, executor)
+        if not _explains_data(places):
+            places = with_moving_laws(nominal, places, executor)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
@@ -328,6 +330,11 @@ def _with_open_rims(
     hypothesis = hypothesis.with_effects(worn)
     ends = run_all(call, [partial(minimise_scaled, hypothesis, start, *COARSELY) for start in starts], executor)
     return with_open_rims(nominal, places, best_of([Fitted(hypothesis, end) for end in ends]))
+
+
+def _explains_data(places: Mapping[str, PlaceFit]) -> bool:
+    """Tell whether a law at some place leaves no misfit that is a wonder."""
+    return any(is_misfit_likely(place.explanation) for place in places.values())
 
 
 def _has_open_rims(given: Sequence[Acting]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from scipy.special import ndtri
@@ -16,7 +16,6 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
-from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
@@ -76,13 +75,11 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
     return {
         "kind": place.kind,
         "place": place.name,
-        **({"variant": place.variant} if place.variant else {}),
-        **({"configuration": place.configuration} if place.configuration else {}),
-        **({"free_rim": True} if place.needs_finite_elements else {}),
-        **({"open_rim": asdict(place)} if isinstance(place, OpenFaces) else {}),
+        **place.entry,
         **({"modelled": place.modelled} if place.modelled else {}),
         "quantity": place.quantity,
         "unit": place.unit,
+        "correlation_length": fit.drawn.length,
         "frequency_hz": fit.grid.tolist(),
         "real": law.real.tolist(), "real_low": low.real.tolist(), "real_high": high.real.tolist(),
         **({} if place.is_real else imaginary),
@@ -124,7 +121,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     curve = law.curve(form.fitted.minimum.z[-position:], frequency)
     return {
         "text": law.at_place.in_words(words),
-        **({"beyond": words} if law.at_place.modelled else {}),
+        **({"beyond": words} if law.at_place.tells_more else {}),
         "centre_hz": law.centre,
         "terms": parts,
         "log_evidence": round(form.log_evidence, 2),

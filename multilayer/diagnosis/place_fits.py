@@ -33,7 +33,7 @@ from multilayer.diagnosis.thresholds import (
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.experiments.places import SHORT, DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.places import SHORT, DrawnLaw, MovingLaw, SimpleLaw, Term
 from multilayer.inference.derivative import central
 from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
@@ -41,6 +41,7 @@ from multilayer.inference.problem import Minimum, Scaled
 
 # evaluations and relative change of the cost: of descents on the way, of those that are compared, of what is told
 _COARSE, _FINE, _TOLD = (30, 1e-3), (60, 1e-6), (200, 1e-9)
+_TRENDS = (-1.0, 0.0, 1.0)  # of shifts of a law that moves, standard deviations in the last configuration at the start
 _SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _STARTS = 8  # of a simple form that is compared with the drawn law
@@ -233,9 +234,8 @@ def fit_places(
     tasks = [partial(_begun, nominal, place) for place, step in places if _gains(nominal, step)]
     begun = run_all(call, tasks, executor)
     begun.sort(key=lambda fit: -tolerant_evidence(fit))
-    best = tolerant_evidence(begun[0]) if begun else 0.0
     most = len(begun) if is_explained(begun) else _SHARP  # where no law explains anything, orders mean little
-    near = [fit for fit in begun[:most] if tolerant_evidence(fit) > best - NEAR - ROUGH * fit.minimum.cost]
+    near = _near(begun[:most])
     fits = run_all(call, [partial(_finished, nominal, fit) for fit in near], executor)
     fits += [_unfinished(fit) for fit in begun if not any(fit is other for other in near)]
     return _ranked([*fits, *idle])
@@ -316,7 +316,7 @@ def with_free_rim(nominal: Fitted, places: Mapping[str, PlaceFit], start: RealAr
     start : array, shape (n,)
         Coordinates of the nominal model that fit with a free rim roughly.
     """
-    return _with_place(nominal, places, SampleShape(needs_finite_elements=True), start)
+    return _with_place(nominal, places, _at_rest(nominal, SampleShape(needs_finite_elements=True), start))
 
 
 def with_open_rims(nominal: Fitted, places: Mapping[str, PlaceFit], rims: Fitted) -> dict[str, PlaceFit]:
@@ -334,26 +334,75 @@ def with_open_rims(nominal: Fitted, places: Mapping[str, PlaceFit], rims: Fitted
     sizes = Priors.of(effect.parameters).values(z[n:])
     named = {parameter.name: float(size) for parameter, size in zip(effect.parameters, sizes, strict=True)}
     place = OpenFaces(named["open_rim"], named["trend"], named["at_base"], named["depth"])
-    # what a fit of the rims' parameters costs, by Laplace's approximation: the place has them fixed
-    precision = rims.minimum.precision
-    volume = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(precision[:n, :n])[1]
-    return _with_place(nominal, places, place, z[:n], 0.5 * float(z[n:] @ z[n:] + volume))
+    return _with_place(nominal, places, _at_rest(nominal, place, z[:n]), _price(rims, len(z) - n))
+
+
+def with_moving_laws(
+    nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
+) -> dict[str, PlaceFit]:
+    """Return the places, with laws whose frequencies move from configuration to configuration where these are better.
+
+    For data that nothing else fits: what hangs on the rig resonates elsewhere after each mounting. The shifts are
+    fitted with the law, and fixed in the place.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    places : mapping
+        As `fit_places` returns them.
+    executor : Executor, optional
+    """
+    if len(nominal.hypothesis.data) < 2:  # nothing tells a law that moves from another
+        return dict(places)
+    tasks = [partial(_moving, nominal, fit.place) for fit in places.values() if fit.place.can_move]
+    begun = run_all(call, tasks, executor)
+    near = _near([fit for fit, _ in begun])
+    for fit, price in begun:
+        if any(fit is other for other in near):
+            places = _with_place(nominal, places, fit, price)
+    return dict(places)
+
+
+def _moving(nominal: Fitted, place: BasePlace) -> tuple[Fitted, float]:
+    """Return a place with a free law moved as the data have it, not finished, and what the shifts cost, nats."""
+    begun = _begun(nominal, place, SHORT)
+    names = [data.name for data in nominal.hypothesis.data]
+    law = MovingLaw.of(begun.hypothesis.effects[-1], names)
+    hypothesis = nominal.hypothesis.with_effects(law)
+    starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
+    fitted = max((_descended(hypothesis, z, *_COARSE) for z in starts), key=tolerant_evidence)
+    z = fitted.minimum.z[: len(begun.minimum.z)]
+    fixed = replace(begun.hypothesis.effects[-1], at_place=place.moving(law.moved(fitted.minimum.z)))
+    hypothesis = nominal.hypothesis.with_effects(fixed)
+    return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(names))
+
+
+def _price(fitted: Fitted, count: int) -> float:
+    """Return what a fit of its last unknowns costs, nats, by Laplace's approximation: a place has them fixed."""
+    z, precision = fitted.minimum.z[-count:], fitted.minimum.precision
+    volume = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(precision[:-count, :-count])[1]
+    return 0.5 * float(z @ z + volume)
+
+
+def _at_rest(nominal: Fitted, place: BasePlace, start: RealArray) -> Fitted:
+    """Return a place with a free law of the larger size that is 0, from coordinates of the nominal model."""
+    scale, frequency = _scale(nominal, place)
+    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
+    hypothesis = nominal.hypothesis.with_effects(law)
+    return Fitted(hypothesis, hypothesis.as_minimum(np.concatenate([start, np.zeros(len(law.parameters))])))
 
 
 def _with_place(
-    nominal: Fitted, places: Mapping[str, PlaceFit], place: BasePlace, start: RealArray, price: float = 0.0
+    nominal: Fitted, places: Mapping[str, PlaceFit], begun: Fitted, price: float = 0.0
 ) -> dict[str, PlaceFit]:
-    """Return the places, that of a label in another way where that has more evidence, searched from a start.
+    """Return the places, that of a label in another way where that has more evidence.
 
-    `price` is what the place's fields cost of evidence, nats.
+    `begun` is where the search begins, `price` what the place's fields cost of evidence, nats.
     """
-    scale, frequency = _scale(nominal, place)
-    law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale)
-    at = np.concatenate([start, np.zeros(len(law.parameters))])
-    hypothesis = nominal.hypothesis.with_effects(law)
-    other = _finished(nominal, Fitted(hypothesis, hypothesis.as_minimum(at)))
+    other = _finished(nominal, begun)
     other = replace(other, log_evidence=other.log_evidence - price)
-    better = {place.label: other} if other.log_evidence > places[place.label].log_evidence else {}
+    label = other.place.label
+    better = {label: other} if other.log_evidence > places[label].log_evidence else {}
     return _ranked({**places, **better}.values())
 
 
@@ -460,6 +509,12 @@ def _begun(nominal: Fitted, place: BasePlace, length: float | None = None) -> Fi
     return _descended(hypothesis, starts[np.argmin(costs_per_datum(hypothesis.residual, starts))], *_COARSE)
 
 
+def _near(begun: Sequence[Fitted]) -> list[Fitted]:
+    """Return the coarse fits that may turn out to be the best."""
+    best = max((tolerant_evidence(fit) for fit in begun), default=0.0)
+    return [fit for fit in begun if tolerant_evidence(fit) > best - NEAR - ROUGH * fit.minimum.cost]
+
+
 def _unfinished(begun: Fitted) -> PlaceFit:
     return PlaceFit(begun.hypothesis.effects[-1].at_place, begun, tolerant_evidence(begun))
 
@@ -492,7 +547,8 @@ def _best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) 
     """
     law, z = fitted.hypothesis.effects[-1], fitted.minimum.z
     others = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
-    hypotheses = [nominal.hypothesis.with_effects(replace(law, at_place=kind())) for kind in others]
+    places = [kind().moving(law.at_place.moved) if law.at_place.moved else kind() for kind in others]
+    hypotheses = [nominal.hypothesis.with_effects(replace(law, at_place=place)) for place in places]
     fits = [fitted, *(_descended(hypothesis, z, most, tolerance) for hypothesis in hypotheses)]
     return max(fits, key=tolerant_evidence)
 

@@ -23,7 +23,7 @@ from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.beside import Faces, OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.errors import InputError, Problem, suggest
-from multilayer.experiments.places import SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.places import LENGTH, SHORT, SPACING, SimpleLaw, TabulatedLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting
 from multilayer.files import refuse_endless
 from multilayer.inference.priors import WIDEST, Prior
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 _REACH = float(ndtri(0.95))  # standard deviations from the value to the end of a 90 % interval
 _LEAST = 1e-6  # relative standard deviation of a value whose interval is a point
-_NODES = 9  # of a table
+_NODES = 9  # of a table, at least
 _MOST = 1000  # values in a list of a file
 
 
@@ -123,7 +123,8 @@ class SavedLaw(Model):
     """A law at a place: a sum of simple terms, amplitudes at `centre`, Hz; or a table.
 
     With `free_rim` it is what acts beyond the sample's free rim, which finite elements have; with `open_rim` what acts
-    beyond open rims of its faces.
+    beyond open rims of its faces. `moved` has factors of the law's frequencies by configuration, 1 where there is none.
+    `correlation_length` in ln f is that of a table.
     """
 
     place: str
@@ -131,9 +132,11 @@ class SavedLaw(Model):
     configuration: str = ""
     free_rim: Annotated[bool, Field(strict=True)] = False
     open_rim: SavedRim | None = None
+    moved: dict[str, Annotated[float, Field(gt=0), NO_BOOL]] = Field(default_factory=dict, max_length=_MOST)
     quantity: str = ""
     unit: str = ""
     text: str = ""
+    correlation_length: Annotated[float, Field(ge=SHORT)] = LENGTH
     centre: Annotated[float, Field(gt=0)] = 1.0
     terms: tuple[SavedTerm, ...] = ()
     table: SavedTable | None = None
@@ -258,11 +261,7 @@ def _saved_effects(cause: Mapping[str, Any]) -> tuple[SavedEffect, ...]:
 
 
 def _saved(law: Mapping[str, Any]) -> SavedLaw:
-    named = {
-        key: law[key]
-        for key in ("place", "variant", "configuration", "free_rim", "open_rim", "quantity", "unit")
-        if key in law
-    }
+    named = {key: law[key] for key in SavedLaw.model_fields if key in law}
     form = law["form"]
     if law["form_is_enough"]:
         terms = tuple(
@@ -327,6 +326,10 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
         raise InputError(Problem(f"open_rim is of the place {Faces.name}, not of {saved.place}", file=file))
     opened = OpenFaces(**saved.open_rim.model_dump()) if saved.open_rim else None
     place: BasePlace = opened or kinds[saved.variant](**fields)
+    if saved.moved:
+        if not place.can_move:
+            raise InputError(Problem(f"moved is of a law in all configurations, alone at {saved.place}", file=file))
+        place = place.moving({name: float(np.log(factor)) for name, factor in saved.moved.items()})
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)
@@ -339,13 +342,14 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
         parameters = tuple(p.model_copy(update={"prior": found.prior(p.prior)}) for p, found in pairs)
         return SimpleLaw(place, terms, saved.centre, name, parameters)
     assert saved.table is not None  # checked when it was read
-    return _tabulated(place, name, saved.table)
+    return _tabulated(place, name, saved.table, saved.correlation_length)
 
 
-def _tabulated(place: BasePlace, name: str, table: SavedTable) -> TabulatedLaw:
+def _tabulated(place: BasePlace, name: str, table: SavedTable, length: float) -> TabulatedLaw:
     """Return the table at a few nodes: its values are correlated over that distance."""
     f = np.array(table.frequency_hz)
-    nodes = np.geomspace(f[0], f[-1], min(_NODES, len(f)))
+    count = int(np.ceil(np.log(f[-1] / f[0]) / (SPACING * length))) + 1
+    nodes = np.geomspace(f[0], f[-1], min(max(_NODES, count), len(f)))
 
     def at_nodes(values: Sequence[float]) -> np.ndarray:
         return np.interp(np.log(nodes), np.log(f), values)

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import product
-from typing import Any, ClassVar, Literal
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from scipy.special import ndtri
@@ -27,6 +29,7 @@ LENGTH, SHORT = 0.55, 0.14  # correlation lengths of a drawn law in ln f: of smo
 SPACING = 0.6  # of its nodes, in correlation lengths
 _JITTER = 1e-9
 AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
+SHIFT = 0.15  # standard deviation of ln f by which a law moves from configuration to configuration
 _WORDS = {
     "lossy": "with losses", "fractional": "as a power of i w", "relaxation": "that relaxes",
     "resonance": "that resonates",
@@ -55,6 +58,9 @@ class BasePlace:
         Which of several ways it is in which a law can act there; empty of the usual one.
     configuration : str
         Its name, of a place in one configuration only; a layer's, of a place in one layer.
+    moved : mapping
+        ln of the law's frequencies in a configuration over those of the law as it is told, by the configuration's name;
+        0 where it has no entry.
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
@@ -82,6 +88,7 @@ class BasePlace:
     unit: ClassVar[str] = ""
     variant: ClassVar[str] = ""
     configuration: str = ""
+    moved: Mapping[str, float] = MappingProxyType({})
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
     detunes: ClassVar[bool] = False
@@ -111,9 +118,48 @@ class BasePlace:
         """What is modelled there beneath the law, in words; empty where that is nothing."""
         return ""
 
+    @property
+    def can_move(self) -> bool:
+        """Whether its law may be tried at frequencies that differ from configuration to configuration."""
+        return not (self.configuration or self.needs_finite_elements or self.modelled)
+
+    def moving(self, moved: Mapping[str, float]) -> Self:
+        """Return the place with a law that moves (`moved`)."""
+        place = copy(self)
+        object.__setattr__(place, "moved", dict(moved))  # some are frozen
+        return place
+
+    def law_frequency(self, setting: Any) -> RealArray:
+        """Return the frequencies at which the law as it is told acts on a configuration's data, Hz, shape (n,)."""
+        shift = self.moved.get(setting.configuration.name, 0.0) if self.moved else 0.0
+        return np.asarray(setting.frequency * math.exp(-shift) if shift else setting.frequency)
+
+    @property
+    def tells_more(self) -> bool:
+        """Whether there is more to tell than the words of the law."""
+        return bool(self.modelled or self.moved)
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """What tells it from others of its name, as ``diagnosis.json`` and files of a saved law have it."""
+        found: dict[str, Any] = {}
+        if self.variant:
+            found["variant"] = self.variant
+        if self.configuration:
+            found["configuration"] = self.configuration
+        if self.needs_finite_elements:
+            found["free_rim"] = True
+        if self.moved:
+            found["moved"] = {name: math.exp(shift) for name, shift in self.moved.items()}
+        return found
+
     def in_words(self, law: str) -> str:
         """Return what acts there, given the words of the law."""
-        return f"{self.modelled}, and beyond it {law}" if self.modelled else law
+        text = f"{self.modelled}, and beyond it {law}" if self.modelled else law
+        if not self.moved:
+            return text
+        low, high = (100 * math.expm1(end(self.moved.values())) for end in (min, max))
+        return f"{text}, at frequencies that move from configuration to configuration ({low:+.0f} to {high:+.0f} %)"
 
     def scale(self, settings: tuple[Any, ...], modulus: float) -> float:
         """Return a value of the law that changes the data by about their own size.
@@ -256,7 +302,12 @@ class DrawnLaw(LawAtPlace):
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
         z = np.concatenate([values[parameter.name] for parameter in self.parameters], axis=-1)
-        return self.drawn(z, setting.frequency)
+        return self.drawn(z, self.at_place.law_frequency(setting))
+
+    def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
+        """Return the derivative of the law, over its size, by its coordinates z, shape (n, 2 k); of a complex law."""
+        basis = self.basis(self.at_place.law_frequency(setting))
+        return np.concatenate([basis, 1j * basis], axis=-1)
 
     def drawn(self, z: RealArray, frequency: RealArray) -> ComplexArray:
         """Return the law, shape (..., n), in the place's unit, of its parameters, shape (..., 2 k); (..., k) if real.
@@ -275,6 +326,60 @@ class DrawnLaw(LawAtPlace):
         if not isinstance(self.size, np.ndarray):
             return self.size
         return np.asarray(np.exp(np.interp(np.log(frequency), self.nodes, np.log(self.size))))
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLaw(DrawnLaw):
+    """A free function whose frequencies differ from configuration to configuration, by shifts of ln f that are unknown.
+
+    The first parameters are those of the function, the last ones the shifts.
+
+    Attributes
+    ----------
+    configurations : tuple of str
+        Their names.
+    """
+
+    configurations: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, law: DrawnLaw, configurations: Sequence[str]) -> MovingLaw:
+        """Return the law that is free to move."""
+        prior = Prior(normal=(0.0, SHIFT))
+        shifts = tuple(Parameter(name=f"shift[{name}]", prior=prior) for name in configurations)
+        parameters = (*law.parameters, *shifts)
+        return cls(
+            law.at_place, law.nodes, law.size, law.length, law.name, parameters, configurations=(*configurations,)
+        )
+
+    def moved(self, z: RealArray) -> dict[str, float]:
+        """Return `BasePlace.moved` of the coordinates z, shape (2 k + c,)."""
+        shifts = SHIFT * z[-len(self.configurations) :]
+        return dict(zip(self.configurations, map(float, shifts), strict=True))
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law."""
+        z = np.concatenate([values[parameter.name] for parameter in self._of_function], axis=-1)
+        shifts = values[f"shift[{setting.configuration.name}]"][..., 0]
+        law = np.empty((len(z), len(setting.frequency)), dtype=complex)
+        for shift in np.unique(shifts):  # one, but for differences
+            rows = shifts == shift
+            law[rows] = self.drawn(z[rows], setting.frequency * np.exp(-shift))
+        return law
+
+    def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
+        """Return the derivative of the law, over its size, by its coordinates z, shape (n, 2 k + c)."""
+        k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
+        frequency = setting.frequency * np.exp(-SHIFT * z[2 * k + own])
+        basis, slope = _basis_with_slope(self.nodes, self.length, frequency)
+        shifts = np.zeros((len(frequency), len(self.configurations)), dtype=complex)
+        shifts[:, own] = -SHIFT * (slope @ (z[:k] + 1j * z[k : 2 * k]))
+        return np.concatenate([basis, 1j * basis, shifts], axis=-1)
+
+    @property
+    def _of_function(self) -> tuple[Parameter, ...]:
+        """Parameters without the shifts: those of the function, and its offset."""
+        return tuple(parameter for parameter in self.parameters if not parameter.name.startswith("shift["))
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,11 +414,18 @@ class LawError(DrawnLaw):
 @lru_cache(maxsize=256)
 def _basis(nodes: bytes, length: float, frequency: bytes) -> RealArray:
     """Return the basis of `DrawnLaw`, of arrays as bytes: a fit asks for the same again and again."""
-    at, f = np.frombuffer(nodes) / length, np.frombuffer(frequency)
-    root = np.linalg.cholesky(_kernel(at, at) + _JITTER * np.eye(len(at)))
-    basis = np.linalg.solve(root, _kernel(at, np.log(f) / length)).T
+    basis, _ = _basis_with_slope(np.frombuffer(nodes), length, np.frombuffer(frequency))
     basis.setflags(write=False)
-    return np.asarray(basis)
+    return basis
+
+
+def _basis_with_slope(nodes: RealArray, length: float, frequency: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the basis of `DrawnLaw`, shape (n, k), and its derivative by ln f."""
+    at, x = nodes / length, np.log(frequency) / length
+    root = np.linalg.cholesky(_kernel(at, at) + _JITTER * np.eye(len(at)))
+    near = _kernel(at, x)
+    slope = near * np.subtract.outer(at, x) / length
+    return np.linalg.solve(root, near).T, np.linalg.solve(root, slope).T
 
 
 def _kernel(a: RealArray, b: RealArray) -> RealArray:
@@ -436,7 +548,8 @@ class SimpleLaw(LawAtPlace):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        return self.law_at(setting.frequency, [values[parameter.name] for parameter in self.parameters])
+        frequency = self.at_place.law_frequency(setting)
+        return self.law_at(frequency, [values[parameter.name] for parameter in self.parameters])
 
     def curve(self, z: RealArray, frequency: RealArray) -> ComplexArray:
         """Return the law, shape (..., n), of coordinates of shape (..., k)."""
@@ -485,7 +598,7 @@ class TabulatedLaw(LawAtPlace):
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
         k = len(self.nodes)
-        at = np.clip(np.log(setting.frequency), self.nodes[0], self.nodes[-1])
+        at = np.clip(np.log(self.at_place.law_frequency(setting)), self.nodes[0], self.nodes[-1])
         weights = np.stack([np.interp(at, self.nodes, row) for row in np.eye(k)])
         table = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
         return np.asarray((table[..., :k] + 1j * table[..., k:]) @ weights)

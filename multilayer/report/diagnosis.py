@@ -248,7 +248,11 @@ def _physical(law: Record) -> tuple[str, ...]:
 
 def _law_caption(record: Record) -> str:
     law = record.get("law")
-    return f"The place, and the law drawn there: {law['quantity']}." if law else ""
+    if not law:
+        return ""
+    moved = ", ".join(f"{name} {100 * (factor - 1):+.0f} %" for name, factor in law.get("moved", {}).items())
+    text = f"The place, and the law drawn there: {law['quantity']}."
+    return f"{text} Its frequencies in the configurations: {moved}." if moved else text
 
 
 def _causes(record: Record) -> Listing:

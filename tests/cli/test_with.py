@@ -142,6 +142,11 @@ def test_a_table_is_a_law_with_its_band():
         ({"laws": [{**SAVED["laws"][0], "free_rim": True}]}, "free_rim is of the place sample_shape"),
         ({"laws": [{**SAVED["laws"][0], "open_rim": {"width": 0.1}}]}, "open_rim is of the place faces"),
         ({"laws": [{**SAVED["laws"][0], "place": "faces", "open_rim": {"width": 1.1}}]}, "open_rim.width"),
+        ({"laws": [{**SAVED["laws"][0], "moved": {"c1": 0}}]}, "moved.c1"),
+        (
+            {"laws": [{**SAVED["laws"][0], "place": "one_configuration", "configuration": "c1", "moved": {"c1": 1.1}}]},
+            "moved is of a law in all configurations",
+        ),
         ({"laws": [{**SAVED["laws"][0], "variant": "at_once"}]}, "top_plate has no variant 'at_once'"),
         ({"laws": [{**SAVED["laws"][0], "place": "sample_strain", "variant": "atonce"}]}, "did you mean 'at_once'"),
         ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
@@ -197,6 +202,20 @@ def test_a_law_beyond_a_free_rim_is_saved_with_it(tmp_path, rim):
 def test_a_law_beyond_open_rims_is_saved_with_them(tmp_path):
     rim = {"width": 0.16, "trend": 0.02, "at_base": 0.0, "depth": 0.06}
     assert saved_and_read(tmp_path, place="faces", open_rim=rim).at_place == OpenFaces(**rim)
+
+
+def test_a_law_that_moves_is_saved_with_how_far(tmp_path):
+    effect = saved_and_read(tmp_path, place="reading", moved={"h25mm": 1.25, "h40mm": 0.8})
+    assert effect.at_place.moved == pytest.approx({"h25mm": np.log(1.25), "h40mm": np.log(0.8)})
+    assert effect.at_place.entry == {"moved": pytest.approx({"h25mm": 1.25, "h40mm": 0.8})}
+
+
+@pytest.mark.parametrize(("length", "nodes"), [(0.55, 9), (0.14, 29)])
+def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
+    f = np.geomspace(100, 1000, 61).tolist()
+    curves = {f"{part}{end}": [0.1] * 61 for part in ("real", "imag") for end in ("", "_low", "_high")}
+    effect = saved_and_read(tmp_path, place="reading", correlation_length=length, frequency_hz=f, **curves)
+    assert len(effect.nodes) == nodes
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from multilayer.diagnosis.place_fits import (
     fit_places,
     is_explained,
     simple_form,
+    with_moving_laws,
     with_open_rims,
     with_resonances,
 )
@@ -22,8 +23,9 @@ from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
-from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
+from multilayer.experiments.places import SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
 from multilayer.inference.derivative import central
+from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
 from tests.diagnosis.rigs import TRIED, F, measured, measured_with
 
@@ -40,6 +42,96 @@ def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
         expected, slopes = central(problem.residual, z)
         assert residual == pytest.approx(expected)
         assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+
+
+def test_the_derivative_by_the_nodes_of_a_law_that_is_given():
+    bench = joint_bench()
+    frequency = np.concatenate([data.frequency for data in bench.data])
+    given, law = (DrawnLaw.at(PLACES[name](), frequency, 0.05) for name in ("reading", "added_reading"))
+    problem = replace(bench, given=(given,)).with_effects(law)
+    z = 0.3 * np.random.default_rng(0).standard_normal(len(problem.parameters))
+    residual, jacobian = problem.linearised(z)
+    expected, slopes = central(problem.residual, z)
+    assert residual == pytest.approx(expected)
+    assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+
+
+def test_the_derivative_by_shifts_of_a_law_is_that_of_finite_differences():
+    bench = joint_bench()
+    frequency = np.concatenate([data.frequency for data in bench.data])
+    names = [data.name for data in bench.data]
+    for name in ("reading", "top_plate", "sample"):
+        place = PLACES[name]()
+        law = DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5), SHORT)
+        problem = bench.with_effects(MovingLaw.of(law, names))
+        z = 0.3 * np.random.default_rng(0).standard_normal(len(problem.parameters))
+        residual, jacobian = problem.linearised(z)
+        expected, slopes = central(problem.residual, z)
+        assert residual == pytest.approx(expected)
+        assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each shift does something
+        assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+
+
+def test_a_law_that_moves_is_the_law_at_other_frequencies():
+    """Every law of every place, by a factor of 1.2 in one configuration and none in the others."""
+    bench = joint_bench()
+    z, f = soft_sample(bench), np.geomspace(50.0, 3000.0, 30)
+    shifted = replace(bench, configurations=[replace(d, frequency=d.frequency / 1.2) for d in bench.configurations])
+    first, *others = [data.name for data in bench.data]
+    rng = np.random.default_rng(3)
+    for place in (PLACES[name]() for name in PLACES.names()):
+        scale = 0.05 * place.scale(bench.settings, 2e5)
+        table = rng.standard_normal(30) + 1j * rng.standard_normal(30)
+        for law in (
+            DrawnLaw.at(place, f, scale),
+            SimpleLaw.at(place, (Term("resonance"),), f, scale),
+            TabulatedLaw.of(place, "known", f, scale * table, np.full(30, scale * (1 + 1j))),
+        ):
+            own = rng.standard_normal(len(law.parameters))
+            names = [parameter.name for parameter in law.parameters]
+            values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
+            moved = replace(law, at_place=place.moving({first: np.log(1.2)}))
+            for here, there in zip(bench.settings, shifted.settings, strict=True):
+                expected = law.values(there if here.data.name == first else here, values)
+                np.testing.assert_allclose(moved.values(here, values), expected, rtol=1e-9, atol=1e-9 * scale)
+            still, change = (bench.with_effects(each).differences(np.append(z, own)) for each in (law, moved))
+            assert [np.allclose(a, b) for a, b in zip(still, change, strict=True)][1:] == [True] * len(others)
+    assert place.moved == {}
+
+
+def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
+    factors = {f"c{i}": 1.15 - 0.05 * i for i in range(7)}
+    place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
+    nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
+    n = len(nominal.minimum.residual)
+    places = with_resonances(nominal, fit_places(nominal, names=["reading", "beside", "one_configuration"]))
+    assert min(fit.explanation.minimum.misfit for fit in places.values()) / n > 4
+    first, second, *_ = with_moving_laws(nominal, places).values()
+    assert first.place.name == "reading"
+    assert first.log_evidence > second.log_evidence + 1000
+    assert first.explanation.minimum.misfit / n < 1.1
+    middle = np.mean([np.log(factor / first.place.entry["moved"][name]) for name, factor in factors.items()])
+    for name, factor in factors.items():  # how the law as it is told lies to them is arbitrary
+        assert first.place.entry["moved"][name] * np.exp(middle) == pytest.approx(factor, rel=0.01)
+    peak = first.grid[np.argmax(np.abs(first.law()))]
+    assert peak * np.exp(-middle) == pytest.approx(500.0, rel=0.04)
+
+
+def test_shifts_cost_the_evidence_of_their_fit():
+    """A law that does not move is not told to: its evidence is lower by what seven shifts cost."""
+    nominal = measured((PLACES["reading"](), Term("resonance"), [0.05, 500.0, 0.25]))
+    places = with_resonances(nominal, fit_places(nominal, names=["reading", "beside"]))
+    found = with_moving_laws(nominal, places)
+    assert next(iter(found)) == "reading"
+    assert not found["reading"].place.moved
+
+
+def test_a_single_configuration_has_nothing_to_move_to():
+    nominal = measured((PLACES["reading"](), Term("resonance"), [0.05, 500.0, 0.25]))
+    one = nominal.hypothesis.with_data(nominal.hypothesis.data[:1])
+    alone = fit(one, soft_sample(one))
+    places = {"reading": fit_places(nominal, names=["reading"])["reading"]}
+    assert with_moving_laws(alone, places) == places
 
 
 def test_a_drawn_law_goes_through_its_nodes_and_is_smooth():
@@ -146,6 +238,10 @@ def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
         ),
         (SampleShape(needs_finite_elements=True), "a free rim of the sample, and beyond it a law"),
         (SampleShape(), "a law"),
+        (
+            PLACES["reading"]().moving({"a": 0.182322, "b": 0.0, "c": -0.162519}),
+            "a law, at frequencies that move from configuration to configuration (-15 to +20 %)",
+        ),
     ],
 )
 def test_what_is_modelled_at_a_place_is_told_before_its_law(place, words):

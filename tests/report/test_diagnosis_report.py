@@ -302,6 +302,9 @@ def test_what_is_modelled_beneath_a_drawn_law_is_told_once():
     record = {**made.record, "places": places, "law": {**law, "form": form, "form_is_enough": False}}
     text = Page(files_of(replace(made, record=record))["report.html"]).text
     assert "No simple form does as well as the law drawn there; the nearest is a relative change of 0.03." in text
+    moved = {**law, "modelled": "", "moved": {"thin": 1.2, "thick": 0.85}, "form": form, "form_is_enough": False}
+    text = Page(files_of(replace(made, record={**record, "law": moved}))["report.html"]).text
+    assert "Its frequencies in the configurations: thin +20 %, thick -15 %." in text
 
 
 def test_narrow_axes_mark_few_octaves():

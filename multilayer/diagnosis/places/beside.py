@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -70,6 +70,11 @@ class OpenFaces(Faces):
         faces = "both faces" if self.at_base > _BOTH else "the upper face"
         worn = f", worn away to {percent(self.depth)} of the height" if self.depth > _WORN else ""
         return f"an open rim of {faces}, {percent(self.width)} of the radius{worn}"
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Its fields."""
+        return {**super().entry, "open_rim": asdict(self)}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return 1."""

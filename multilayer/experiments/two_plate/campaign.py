@@ -352,7 +352,7 @@ class CampaignProblem(Hypothesis):
     @cached_property
     def experiments(self) -> tuple[RigExperiment, ...]:
         """An experiment for each configuration in use."""
-        acting = (*self.given, *self.effects)
+        acting = self._acting
         rigs = self.finite if any(effect.needs_finite_elements for effect in acting) else self.rigs
         return tuple(
             RigExperiment(
@@ -457,25 +457,32 @@ class CampaignProblem(Hypothesis):
         jacobian[:, ~by_node] = self.whitened([part[~by_law] for part in slopes]).T
         columns = np.split(np.flatnonzero(by_node), np.cumsum([len(law.parameters) for law in self._drawn_laws])[:-1])
         for law, offset, places in zip(self._drawn_laws, np.flatnonzero(by_law), columns, strict=True):
-            bases = [law.basis(data.frequency).T for data in self.data]
-            parts = [part[offset] * basis for part, basis in zip(slopes, bases, strict=True)]
-            jacobian[:, places] = self.whitened([np.concatenate([part, 1j * part]) for part in parts]).T
+            by_parameters = [law.by_parameters(setting, z[places]).T for setting in self.settings]
+            parts = [part[offset] * change for part, change in zip(slopes, by_parameters, strict=True)]
+            jacobian[:, places] = self.whitened(parts).T
         return self.whitened([part[0] for part in differences]), jacobian
 
     @cached_property
     def _drawn_laws(self) -> list[DrawnLaw]:
-        return [effect for effect in self.effects if isinstance(effect, DrawnLaw)]
+        return [effect for effect in self._acting if isinstance(effect, DrawnLaw)]
+
+    @property
+    def _acting(self) -> tuple[Acting, ...]:
+        """Effects in the order of their parameters."""
+        return (*self.given, *self.effects)
 
     @cached_property
     def _with_offsets(self) -> tuple[CampaignProblem, BoolArray, BoolArray]:
         """The hypothesis with offsets of its drawn laws, and which of its unknowns are nodes, and which offsets."""
-        effects = [effect.with_offset if isinstance(effect, DrawnLaw) else effect for effect in self.effects]
-        is_node, is_offset = [False] * len(self.nominal_parameters), [False] * len(self.nominal_parameters)
-        for effect, shifted in zip(self.effects, effects, strict=True):
+        acting = [effect.with_offset if isinstance(effect, DrawnLaw) else effect for effect in self._acting]
+        count = len(self.nominal_parameters) - len(self.given_parameters)
+        is_node, is_offset = [False] * count, [False] * count
+        for effect, shifted in zip(self._acting, acting, strict=True):
             count, more = len(effect.parameters), len(shifted.parameters) - len(effect.parameters)
             is_node += [more > 0] * count + [False] * more
             is_offset += [False] * count + [True] * more
-        return self.with_effects(*effects), np.array(is_node), np.array(is_offset)
+        given, effects = tuple(acting[: len(self.given)]), acting[len(self.given) :]
+        return replace(self, given=given).with_effects(*effects), np.array(is_node), np.array(is_offset)
 
     @cached_property
     def _n_residuals(self) -> int:
