@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 from scipy.special import logsumexp
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.chi2 import exceeding
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import Fitted, begin, best_of, minimise_scaled
 from multilayer.diagnosis.places import BasePlace, places_of
@@ -20,6 +21,7 @@ from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import (
     DRAWN_ERROR,
+    FIT_P,
     FORM_AS_WELL,
     LAW_LENGTH,
     LAW_SIZES,
@@ -343,7 +345,8 @@ def with_moving_laws(
     """Return the places, with laws whose frequencies move from configuration to configuration where these are better.
 
     For data that nothing else fits: what hangs on the rig resonates elsewhere after each mounting. The shifts are
-    fitted with the law, and fixed in the place.
+    fitted with the law, and fixed in the place; those so far from 0 that their prior says they are not (`FIT_P`) are no
+    explanation.
 
     Parameters
     ----------
@@ -355,7 +358,7 @@ def with_moving_laws(
     if len(nominal.hypothesis.data) < 2:  # nothing tells a law that moves from another
         return dict(places)
     tasks = [partial(_moving, nominal, fit.place) for fit in places.values() if fit.place.can_move]
-    begun = run_all(call, tasks, executor)
+    begun = [found for found in run_all(call, tasks, executor) if found is not None]
     near = _near([fit for fit, _ in begun])
     for fit, price in begun:
         if any(fit is other for other in near):
@@ -363,15 +366,20 @@ def with_moving_laws(
     return dict(places)
 
 
-def _moving(nominal: Fitted, place: BasePlace) -> tuple[Fitted, float]:
-    """Return a place with a free law moved as the data have it, not finished, and what the shifts cost, nats."""
+def _moving(nominal: Fitted, place: BasePlace) -> tuple[Fitted, float] | None:
+    """Return a place with a free law moved as the data have it, not finished, and what the shifts cost, nats.
+
+    None where the shifts are too far from 0.
+    """
     begun = _begun(nominal, place, SHORT)
     names = [data.name for data in nominal.hypothesis.data]
     law = MovingLaw.of(begun.hypothesis.effects[-1], names)
     hypothesis = nominal.hypothesis.with_effects(law)
     starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
     fitted = max((_descended(hypothesis, z, *_COARSE) for z in starts), key=tolerant_evidence)
-    z = fitted.minimum.z[: len(begun.minimum.z)]
+    z, shifts = np.split(fitted.minimum.z, [len(begun.minimum.z)])
+    if exceeding(float(shifts @ shifts), len(shifts)) < FIT_P:
+        return None
     fixed = replace(begun.hypothesis.effects[-1], at_place=place.moving(law.moved(fitted.minimum.z)))
     hypothesis = nominal.hypothesis.with_effects(fixed)
     return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(names))

@@ -23,7 +23,7 @@ from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
-from multilayer.experiments.places import SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
@@ -124,6 +124,15 @@ def test_shifts_cost_the_evidence_of_their_fit():
     found = with_moving_laws(nominal, places)
     assert next(iter(found)) == "reading"
     assert not found["reading"].place.moved
+
+
+def test_no_law_is_told_to_move_farther_than_is_probable():
+    factors = dict(zip([f"c{i}" for i in range(7)], np.geomspace(0.2, 5.0, 7), strict=True))
+    place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
+    nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
+    places = fit_places(nominal, names=["reading", "beside", "added_reading"])
+    for found in with_moving_laws(nominal, places).values():
+        assert sum((shift / SHIFT) ** 2 for shift in found.place.moved.values()) < 24.4  # chi-square of 7, p 0.001
 
 
 def test_a_single_configuration_has_nothing_to_move_to():
