@@ -122,7 +122,8 @@ class Assessment:
         if law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
         elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:
-            text = f"{text} It acts like {place.in_words('like the law drawn there')}."
+            drawn = "like the law drawn there" if place.modelled else "the law drawn there"
+            text = f"{text} It acts like {place.in_words(drawn)}."
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
