@@ -13,7 +13,8 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.place_fits import PlaceFit, fit_places, with_simple_laws
+from multilayer.diagnosis.place_fits import PlaceFit, fit_places
+from multilayer.diagnosis.simple_forms import with_simple_laws
 from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.inference.least_squares import minimise

@@ -18,16 +18,10 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import (
-    PlaceFit,
-    SimpleForm,
-    as_told,
-    simple_form,
-    simple_term,
-    with_simple_laws,
-)
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, as_told
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
+from multilayer.diagnosis.simple_forms import simple_form, simple_term, with_simple_laws
 from multilayer.diagnosis.thresholds import NEAR
 
 Progress = Callable[[str], None]

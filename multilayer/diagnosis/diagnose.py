@@ -17,10 +17,9 @@ from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
-from multilayer.diagnosis.effects.delamination import Delamination, WornRim
+from multilayer.diagnosis.effects.delamination import Delamination
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import (
-    COARSELY,
     Fitted,
     StartedFit,
     begin_tasks,
@@ -29,28 +28,18 @@ from multilayer.diagnosis.fitting import (
     finish_all,
     fit,
     fit_effects,
-    minimise_scaled,
     polish_fits,
     rough_fit,
     worth_finishing,
 )
-from multilayer.diagnosis.free_rim import COARSE, elements_of_samples, fit_samples, free_rim
-from multilayer.diagnosis.goodness_of_fit import is_misfit_likely, lack_of_fit
-from multilayer.diagnosis.place_fits import (
-    PlaceFit,
-    fit_places,
-    may_explain,
-    with_free_rim,
-    with_moving_laws,
-    with_open_rims,
-    with_resonances,
-)
-from multilayer.diagnosis.places.beside import Faces, OpenFaces
-from multilayer.diagnosis.places.sample import SampleShape
+from multilayer.diagnosis.free_rim import COARSE, elements_of_samples, fit_samples, free_rim, with_rigs
+from multilayer.diagnosis.further_laws import explain_data, has_open_rims, with_further_laws
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit
+from multilayer.diagnosis.place_fits import PlaceFit, fit_places, may_explain
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
-from multilayer.diagnosis.starting_laws import starting_laws
+from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.errors import InputError, suggest
@@ -64,7 +53,6 @@ from multilayer.fits.joint.search import solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
-from multilayer.inference.multistart import is_far_off
 from multilayer.inference.problem import Minimum
 from multilayer.log import logged
 from multilayer.measurements.campaign import load_recordings
@@ -141,7 +129,7 @@ def diagnose_campaign(
     every = dict(effects) if effects is not None else chosen_effects()
     if any(effect.needs_finite_elements for effect in given):  # the model has what they change
         every = {name: effect for name, effect in every.items() if not effect.needs_finite_elements}
-    if _has_open_rims(given):  # a chain has one pair of rims
+    if has_open_rims(given):  # a chain has one pair of rims
         every = {name: effect for name, effect in every.items() if name != Delamination.name}
     nominal, minima = fit_nominal(
         campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor
@@ -151,12 +139,8 @@ def diagnose_campaign(
     places = fit_places(nominal, executor)
     tell("places with free laws")
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
-    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not _explains_data(places):
-        places = with_resonances(nominal, places, executor)
-        nominal, places = _with_rim_place(nominal, minima, usable, places)
-        places = _with_open_rims(nominal, minima, usable, places, executor)
-        if not _explains_data(places):
-            places = with_moving_laws(nominal, places, executor)
+    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not explain_data(places):
+        nominal, places = with_further_laws(nominal, minima, usable, places, executor)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
     both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
@@ -231,7 +215,7 @@ def fits_one_by_one(
     tasks = begin_tasks(
         nominal,
         {name: effect for name, effect in wanted.items() if name not in finite},
-        others={name: _other_starts(nominal, minima, places or {}, effect) for name, effect in wanted.items()},
+        others={name: other_starts(nominal, minima, places or {}, effect) for name, effect in wanted.items()},
     )
     # what takes as long as many fits comes first: finite elements, which the other fits do not need, and tables
     tasks = dict(sorted(tasks.items(), key=lambda item: not effects[item[0][0]].is_tabled))
@@ -251,7 +235,7 @@ def fits_one_by_one(
     fits |= best_ends(begun, ends, finished)
     fits = _with_finer_law(polish_fits(fits, executor), executor)
     fits |= {(name,): rough_fit(nominal, effect) for name, effect in rest.items()}
-    return _with_rigs(nominal, rigs), {names: _with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
+    return with_rigs(nominal, rigs), {names: with_rigs(fits[names], rigs) for names in ((name,) for name in effects)}
 
 
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
@@ -276,84 +260,12 @@ def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | No
     return fits | {best: best_of([fits[best], found])}
 
 
-def _other_starts(
-    nominal: Fitted, minima: Sequence[Minimum], places: Mapping[str, PlaceFit], effect: BaseEffect
-) -> RealArray:
-    """Return further starts of the nominal model's unknowns for the fit of an effect, shape (m, n).
-
-    Those with a free law at the effect's place; where that leaves a large gap, or there is none, the nominal model's
-    other minima, and laws all over the prior.
-    """
-    at = places.get(str(getattr(effect, "place", "")))
-    starts = [] if at is None else [at.explanation.minimum.z[: len(nominal.minimum.z)]]
-    if at is None or is_far_off(at.explanation.minimum.cost_per_datum):
-        starts += [minimum.z for minimum in minima]
-        if is_far_off(nominal.minimum.cost_per_datum):
-            starts += [*starting_laws(nominal.hypothesis_as(CampaignProblem))]
-    return np.stack(starts)
-
-
-def _with_rim_place(
-    nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect], places: dict[str, PlaceFit]
-) -> tuple[Fitted, dict[str, PlaceFit]]:
-    """Return the nominal model with finite elements, and the places with a rim that is free in these.
-
-    Only where no known effect has these elements, and a rim matters.
-    """
-    problem = nominal.hypothesis_as(CampaignProblem)
-    is_known = any(effect.needs_finite_elements for effect in (*effects.values(), *problem.given))
-    if is_known or SampleShape.name not in places or not FiniteSize().applies(problem.campaign):
-        return nominal, places
-    rigs, start = free_rim(problem, minima)
-    nominal = _with_rigs(nominal, rigs)
-    return nominal, with_free_rim(nominal, places, start)
-
-
-def _with_open_rims(
-    nominal: Fitted,
-    minima: list[Minimum],
-    effects: Mapping[str, BaseEffect],
-    places: dict[str, PlaceFit],
-    executor: Executor | None,
-) -> dict[str, PlaceFit]:
-    """Return the places, with open rims at the sample's faces unless a known effect has these."""
-    problem, rims = nominal.hypothesis_as(CampaignProblem), Delamination()
-    is_known = rims.name in [effect.name for effect in effects.values()] or _has_open_rims(problem.given)
-    if is_known or Faces.name not in places or not problem.admits(rims):
-        return places
-    others = {rims.name: _other_starts(nominal, minima, places, rims)}
-    ((key, task),) = begin_tasks(nominal, {rims.name: rims}, others=others).items()
-    begun = finish_all({key: task()}, executor)[key]
-    hypothesis, z = begun.hypothesis.bare(begun.minimum.z)
-    z, worn = minimise_scaled(hypothesis, z, *COARSELY).z, WornRim()
-    starts = [np.append(z, depth) for depth in sorted({start[-1] for start in worn.starts})]
-    hypothesis = hypothesis.with_effects(worn)
-    ends = run_all(call, [partial(minimise_scaled, hypothesis, start, *COARSELY) for start in starts], executor)
-    return with_open_rims(nominal, places, best_of([Fitted(hypothesis, end) for end in ends]))
-
-
-def _explains_data(places: Mapping[str, PlaceFit]) -> bool:
-    """Tell whether a law at some place leaves no misfit that is a wonder."""
-    return any(is_misfit_likely(place.explanation) for place in places.values())
-
-
-def _has_open_rims(given: Sequence[Acting]) -> bool:
-    """Tell whether the nominal model has open rims, by name or as a law that stands beside them."""
-    places = [getattr(effect, "at_place", None) for effect in given]
-    return Delamination.name in [effect.name for effect in given] or any(isinstance(p, OpenFaces) for p in places)
-
-
-def _with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
-    """Return a fit with finite elements, to which any effects may be added."""
-    return replace(fitted, hypothesis=replace(fitted.hypothesis_as(CampaignProblem), finite=rigs))
-
-
 def _fits_with_rim(
     nominal: Fitted, minima: list[Minimum], effects: Mapping[str, BaseEffect]
 ) -> tuple[Mapping[str, Rig], dict[tuple[str, ...], Fitted]]:
     """Return finite elements by configuration, and the fits of effects that need them."""
     rigs, start = free_rim(nominal.hypothesis_as(CampaignProblem), minima)
-    return rigs, fit_effects(_with_rigs(nominal, rigs), effects, start)
+    return rigs, fit_effects(with_rigs(nominal, rigs), effects, start)
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 from multilayer.arrays import RealArray
@@ -74,3 +75,8 @@ def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None]) -> Fitted:
 
     problem = fitted.hypothesis_as(CampaignProblem)
     return samples.fit_samples(problem, fitted.minimum.z, rigs, solve, lambda found: found.minimum.z)
+
+
+def with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:
+    """Return a fit with finite elements, to which any effects may be added."""
+    return replace(fitted, hypothesis=replace(fitted.hypothesis_as(CampaignProblem), finite=rigs))

@@ -1,12 +1,19 @@
-"""Modulus laws spread over their prior, as starting points of a search."""
+"""Starting points of a search: free laws at places, other minima, and modulus laws spread over their prior."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.place_fits import PlaceFit
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.inference.least_squares import draw_prior
+from multilayer.inference.multistart import is_far_off
+from multilayer.inference.problem import Minimum
 
 # resonances relative to the band, number of moduli, loss angles (rad), laws that are drawn to choose from
 _AROUND, _LEVELS, _ANGLES, _LAWS = (0.3, 4.0), 20, (0.08, 0.24, 0.47, 0.79, 1.1), 4096
@@ -37,3 +44,20 @@ def starting_laws(problem: CampaignProblem) -> RealArray:
     )
     chosen = laws[np.unique(np.argmin(distance, axis=-1))]
     return np.concatenate([chosen, np.zeros((len(chosen), len(problem.parameters) - chosen.shape[1]))], axis=1)
+
+
+def other_starts(
+    nominal: Fitted, minima: Sequence[Minimum], places: Mapping[str, PlaceFit], effect: BaseEffect
+) -> RealArray:
+    """Return further starts of the nominal model's unknowns for the fit of an effect, shape (m, n).
+
+    Those with a free law at the effect's place; where that leaves a large gap, or there is none, the nominal model's
+    other minima, and laws all over the prior.
+    """
+    at = places.get(str(getattr(effect, "place", "")))
+    starts = [] if at is None else [at.explanation.minimum.z[: len(nominal.minimum.z)]]
+    if at is None or is_far_off(at.explanation.minimum.cost_per_datum):
+        starts += [minimum.z for minimum in minima]
+        if is_far_off(nominal.minimum.cost_per_datum):
+            starts += [*starting_laws(nominal.hypothesis_as(CampaignProblem))]
+    return np.stack(starts)

@@ -16,7 +16,8 @@ from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, at_minimum
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.place_entries import DrawnPlace, interval_at, law_entry
-from multilayer.diagnosis.place_fits import PlaceFit, as_told, fit_places, simple_form
+from multilayer.diagnosis.place_fits import PlaceFit, as_told, fit_places
+from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_SHARE, SECOND_TERM
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 

@@ -5,22 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis import diagnose
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
-from multilayer.diagnosis.place_fits import (
-    SimpleForm,
-    as_told,
-    fit_places,
-    is_explained,
-    simple_form,
-    with_moving_laws,
-    with_open_rims,
-    with_resonances,
-)
+from multilayer.diagnosis.further_laws import search_open_rims, with_moving_laws, with_open_rims, with_resonances
+from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, is_explained
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
+from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
@@ -288,14 +280,14 @@ def test_open_rims_cost_the_evidence_of_their_sizes():
 def test_open_rims_are_looked_for_where_no_effect_has_them():
     nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
     places = fit_places(nominal, names=["faces", "sample_radius"])
-    found = diagnose._with_open_rims(nominal, [nominal.minimum], {}, places, None)
+    found = search_open_rims(nominal, [nominal.minimum], {}, places, None)
     assert type(found["faces"].place) is OpenFaces
     assert found["faces"].explanation.minimum.misfit / len(nominal.minimum.residual) < 1.2
     known = {"delamination": Delamination()}
-    assert diagnose._with_open_rims(nominal, [nominal.minimum], known, places, None) is places
+    assert search_open_rims(nominal, [nominal.minimum], known, places, None) is places
     law = SimpleLaw.at(OpenFaces(0.1), (Term("power", 0),), F, 1.0)
     given = replace(nominal, hypothesis=replace(nominal.hypothesis, given=(law,)))
-    assert diagnose._with_open_rims(given, [nominal.minimum], {}, places, None) is places
+    assert search_open_rims(given, [nominal.minimum], {}, places, None) is places
 
 
 def test_a_faint_sharp_resonance_is_found_where_a_drawn_law_shows_it():
