@@ -39,6 +39,7 @@ _REACH = float(ndtri(0.95))  # standard deviations from the value to the end of 
 _LEAST = 1e-6  # relative standard deviation of a value whose interval is a point
 _NODES = 9  # of a table, at least
 _MOST = 1000  # values in a list of a file
+_FARTHEST = 20.0  # factor by which a law moves
 
 
 class Interval(Model):
@@ -132,7 +133,9 @@ class SavedLaw(Model):
     configuration: str = ""
     free_rim: Annotated[bool, Field(strict=True)] = False
     open_rim: SavedRim | None = None
-    moved: dict[str, Annotated[float, Field(gt=0), NO_BOOL]] = Field(default_factory=dict, max_length=_MOST)
+    moved: dict[str, Annotated[float, Field(ge=1 / _FARTHEST, le=_FARTHEST), NO_BOOL]] = Field(
+        default_factory=dict, max_length=_MOST
+    )
     quantity: str = ""
     unit: str = ""
     text: str = ""
