@@ -139,10 +139,15 @@ def diagnose_campaign(
     places = fit_places(nominal, executor)
     tell("places with free laws")
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
-    if all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not explain_data(places):
+    nothing_fits = all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not explain_data(places)
+    if nothing_fits:
         nominal, places = with_further_laws(nominal, minima, usable, places, executor)
     tell("effects one by one")
     assessment = assess(nominal, singles, usable, tell, executor, places)
+    if assessment.decision.verdict == "unknown" and not nothing_fits and not explain_data(places):
+        # an effect that fits and is not the cause does not tell where this acts, nor do laws that do not fit
+        nominal, places = with_further_laws(nominal, minima, usable, places, executor)
+        assessment = assess(nominal, singles, usable, _untold, executor, places)
     both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
@@ -158,6 +163,10 @@ def diagnose_campaign(
     best = assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
+
+
+def _untold(text: str) -> None:
+    pass
 
 
 def fit_nominal(

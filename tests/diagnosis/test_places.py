@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis import diagnose
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.further_laws import search_open_rims, with_moving_laws, with_open_rims, with_resonances
@@ -19,7 +20,7 @@ from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, Sim
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
-from tests.diagnosis.rigs import TRIED, F, measured, measured_with
+from tests.diagnosis.rigs import TRIED, F, campaign, measured, measured_with
 
 
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
@@ -107,6 +108,22 @@ def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
         assert first.place.entry["moved"][name] * np.exp(middle) == pytest.approx(factor, rel=0.01)
     peak = first.grid[np.argmax(np.abs(first.law()))]
     assert peak * np.exp(-middle) == pytest.approx(500.0, rel=0.04)
+
+
+def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(monkeypatch):
+    """No law at a place fits, and the verdict is "unknown": an effect that fits does not tell the place."""
+    place = PLACES["reading"]().moving({f"c{i}": 0.15 - 0.05 * i for i in range(7)})
+    nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
+    monkeypatch.setattr(diagnose, "fit_nominal", lambda *given, **others: (nominal, [nominal.minimum]))
+    monkeypatch.setattr(diagnose, "lack_of_fit", lambda fitted: "")  # as of an effect that fits
+    told = []
+    effects = diagnose.chosen_effects(["channel_gain", "crosstalk"])
+    record = diagnose.diagnose_campaign(campaign(), {}, effects, progress=told.append).record
+    assert record["verdict"] == "unknown"
+    assert record["places"][0]["place"] == "reading"
+    assert len(record["law"]["moved"]) == 7
+    assert record["gap"]["shrinkage"] > 0.98
+    assert len(told) == diagnose.N_STEPS
 
 
 def test_shifts_cost_the_evidence_of_their_fit():
