@@ -216,7 +216,8 @@ class Priors:
         offsets, slopes = self._line
         values = offsets + slopes * x
         if self._logarithmic.size:
-            values[..., self._logarithmic] = np.exp(values[..., self._logarithmic])
+            with np.errstate(over="ignore"):  # a step of a search may lead anywhere: it is refused where it ends
+                values[..., self._logarithmic] = np.exp(values[..., self._logarithmic])
         return np.asarray(values)
 
     def named(self, z: ArrayLike) -> dict[str, RealArray]:

@@ -55,3 +55,9 @@ def test_many_at_once_are_as_each_by_itself():
 def test_none_have_no_values():
     assert Priors(()).values(np.empty((5, 0))).shape == (5, 0)
     assert Priors(()).named(np.empty((5, 0))) == {}
+
+
+def test_coordinates_far_off_overflow_without_a_warning(recwarn):
+    priors = Priors.of([Parameter(name="size", prior=Prior(lognormal=(1.0, 0.5)))])
+    assert priors.values(np.array([[1e4], [0.0]])).ravel() == pytest.approx([np.inf, 1.0])
+    assert not recwarn.list
