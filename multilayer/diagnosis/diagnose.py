@@ -147,7 +147,7 @@ def diagnose_campaign(
     if assessment.decision.verdict == "unknown" and not nothing_fits and not explain_data(places):
         # an effect that fits and is not the cause does not tell where this acts, nor do laws that do not fit
         nominal, places = with_further_laws(nominal, minima, usable, places, executor)
-        assessment = assess(nominal, singles, usable, _untold, executor, places)
+        assessment = assess(nominal, singles, usable, logged(None), executor, places)
     both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
@@ -163,10 +163,6 @@ def diagnose_campaign(
     best = assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
-
-
-def _untold(text: str) -> None:
-    pass
 
 
 def fit_nominal(

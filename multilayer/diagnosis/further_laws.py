@@ -212,7 +212,7 @@ def with_moving_laws(
     """
     if len(nominal.hypothesis.data) < 2:  # nothing tells a law that moves from another
         return dict(places)
-    tasks = [partial(_moving, nominal, fit.place) for fit in places.values() if fit.place.can_move]
+    tasks = [partial(_moving, nominal, fit) for fit in places.values() if fit.place.can_move]
     begun = [found for found in run_all(call, tasks, executor) if found is not None]
     near = near_best([fit for fit, _ in begun])
     for fit, price in begun:
@@ -244,21 +244,23 @@ def _likely_resonances(nominal: Fitted, at: PlaceFit, law: SimpleLaw) -> list[Re
     return [points[i] for i in np.argsort(costs)[:_LIKELY]]
 
 
-def _moving(nominal: Fitted, place: BasePlace) -> tuple[Fitted, float] | None:
+def _moving(nominal: Fitted, fit: PlaceFit) -> tuple[Fitted, float] | None:
     """Return a place with a free law moved as the data have it, not finished, and what the shifts cost, nats.
 
     None where the shifts are too far from 0.
     """
-    begun = begun_at(nominal, place, SHORT)
+    place, law = fit.place, fit.drawn
+    # `with_resonances` has such a fit already, but where a resonance acts in another way than the law
+    begun = fit.fitted if law.length == SHORT and law.at_place is place else begun_at(nominal, place, SHORT)
     names = [data.name for data in nominal.hypothesis.data]
-    law = MovingLaw.of(begun.hypothesis.effects[-1], names)
-    hypothesis = nominal.hypothesis.with_effects(law)
+    moving = MovingLaw.of(begun.hypothesis.effects[-1], names)
+    hypothesis = nominal.hypothesis.with_effects(moving)
     starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
     fitted = max((descended(hypothesis, z, *COARSE) for z in starts), key=tolerant_evidence)
     z, shifts = np.split(fitted.minimum.z, [len(begun.minimum.z)])
     if exceeding(float(shifts @ shifts), len(shifts)) < FIT_P:
         return None
-    fixed = replace(begun.hypothesis.effects[-1], at_place=place.moving(law.moved(fitted.minimum.z)))
+    fixed = replace(begun.hypothesis.effects[-1], at_place=place.moving(moving.moved(fitted.minimum.z)))
     hypothesis = nominal.hypothesis.with_effects(fixed)
     return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(names))
 

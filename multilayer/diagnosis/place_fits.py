@@ -333,7 +333,7 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
     """
     law, z = fitted.hypothesis.effects[-1], fitted.minimum.z
     others = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
-    places = [kind().moving(law.at_place.moved) if law.at_place.moved else kind() for kind in others]
+    places = [kind().moving(law.at_place.moved) for kind in others]
     hypotheses = [nominal.hypothesis.with_effects(replace(law, at_place=place)) for place in places]
     fits = [fitted, *(descended(hypothesis, z, most, tolerance) for hypothesis in hypotheses)]
     return max(fits, key=tolerant_evidence)

@@ -359,7 +359,9 @@ class MovingLaw(DrawnLaw):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        z = np.concatenate([values[parameter.name] for parameter in self._of_function], axis=-1)
+        count = 2 * len(self.nodes)  # of the function's parameters; its offset, where it has one, stands last
+        of_function = (*self.parameters[:count], *self.parameters[count + len(self.configurations) :])
+        z = np.concatenate([values[parameter.name] for parameter in of_function], axis=-1)
         shifts = values[f"shift[{setting.configuration.name}]"][..., 0]
         law = np.empty((len(z), len(setting.frequency)), dtype=complex)
         for shift in np.unique(shifts):  # one, but for differences
@@ -371,15 +373,10 @@ class MovingLaw(DrawnLaw):
         """Return the derivative of the law, over its size, by its coordinates z, shape (n, 2 k + c)."""
         k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
         frequency = setting.frequency * np.exp(-SHIFT * z[2 * k + own])
-        basis, slope = _basis_with_slope(self.nodes, self.length, frequency)
+        basis, slope = self.basis(frequency), _basis_slope(self.nodes, self.length, frequency)
         shifts = np.zeros((len(frequency), len(self.configurations)), dtype=complex)
         shifts[:, own] = -SHIFT * (slope @ (z[:k] + 1j * z[k : 2 * k]))
         return np.concatenate([basis, 1j * basis, shifts], axis=-1)
-
-    @property
-    def _of_function(self) -> tuple[Parameter, ...]:
-        """Parameters without the shifts: those of the function, and its offset."""
-        return tuple(parameter for parameter in self.parameters if not parameter.name.startswith("shift["))
 
 
 @dataclass(frozen=True, eq=False)
@@ -414,18 +411,22 @@ class LawError(DrawnLaw):
 @lru_cache(maxsize=256)
 def _basis(nodes: bytes, length: float, frequency: bytes) -> RealArray:
     """Return the basis of `DrawnLaw`, of arrays as bytes: a fit asks for the same again and again."""
-    basis, _ = _basis_with_slope(np.frombuffer(nodes), length, np.frombuffer(frequency))
+    at, f = np.frombuffer(nodes) / length, np.frombuffer(frequency)
+    basis = _by_coordinates(at, _kernel(at, np.log(f) / length))
     basis.setflags(write=False)
     return basis
 
 
-def _basis_with_slope(nodes: RealArray, length: float, frequency: RealArray) -> tuple[RealArray, RealArray]:
-    """Return the basis of `DrawnLaw`, shape (n, k), and its derivative by ln f."""
+def _basis_slope(nodes: RealArray, length: float, frequency: RealArray) -> RealArray:
+    """Return the derivative of the basis of `DrawnLaw` by ln f, shape (n, k)."""
     at, x = nodes / length, np.log(frequency) / length
+    return _by_coordinates(at, _kernel(at, x) * np.subtract.outer(at, x) / length)
+
+
+def _by_coordinates(at: RealArray, by_values: RealArray) -> RealArray:
+    """Return what is linear in a process's values at nodes, shape (k, n), by its coordinates, shape (n, k)."""
     root = np.linalg.cholesky(_kernel(at, at) + _JITTER * np.eye(len(at)))
-    near = _kernel(at, x)
-    slope = near * np.subtract.outer(at, x) / length
-    return np.linalg.solve(root, near).T, np.linalg.solve(root, slope).T
+    return np.asarray(np.linalg.solve(root, by_values).T)
 
 
 def _kernel(a: RealArray, b: RealArray) -> RealArray:

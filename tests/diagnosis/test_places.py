@@ -23,6 +23,16 @@ from multilayer.testing.benches import joint_bench, soft_sample
 from tests.diagnosis.rigs import TRIED, F, campaign, measured, measured_with
 
 
+def checked_slopes(problem, rng):
+    """Return the derivative of a problem's residual by finite differences, which its own must be."""
+    z = 0.3 * rng.standard_normal(len(problem.parameters))
+    residual, jacobian = problem.linearised(z)
+    expected, slopes = central(problem.residual, z)
+    assert residual == pytest.approx(expected)
+    assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+    return slopes
+
+
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
@@ -30,11 +40,7 @@ def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     registered = [place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)]
     for place in (*registered, OpenFaces(0.16, 0.1)):
         problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
-        z = 0.3 * rng.standard_normal(len(problem.parameters))
-        residual, jacobian = problem.linearised(z)
-        expected, slopes = central(problem.residual, z)
-        assert residual == pytest.approx(expected)
-        assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+        checked_slopes(problem, rng)
 
 
 def test_the_derivative_by_the_nodes_of_a_law_that_is_given():
@@ -42,11 +48,7 @@ def test_the_derivative_by_the_nodes_of_a_law_that_is_given():
     frequency = np.concatenate([data.frequency for data in bench.data])
     given, law = (DrawnLaw.at(PLACES[name](), frequency, 0.05) for name in ("reading", "added_reading"))
     problem = replace(bench, given=(given,)).with_effects(law)
-    z = 0.3 * np.random.default_rng(0).standard_normal(len(problem.parameters))
-    residual, jacobian = problem.linearised(z)
-    expected, slopes = central(problem.residual, z)
-    assert residual == pytest.approx(expected)
-    assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
+    checked_slopes(problem, np.random.default_rng(0))
 
 
 def test_the_derivative_by_shifts_of_a_law_is_that_of_finite_differences():
@@ -57,12 +59,8 @@ def test_the_derivative_by_shifts_of_a_law_is_that_of_finite_differences():
         place = PLACES[name]()
         law = DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5), SHORT)
         problem = bench.with_effects(MovingLaw.of(law, names))
-        z = 0.3 * np.random.default_rng(0).standard_normal(len(problem.parameters))
-        residual, jacobian = problem.linearised(z)
-        expected, slopes = central(problem.residual, z)
-        assert residual == pytest.approx(expected)
+        slopes = checked_slopes(problem, np.random.default_rng(0))
         assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each shift does something
-        assert np.max(np.abs(jacobian - slopes)) < 1e-4 * np.max(np.abs(slopes))
 
 
 def test_a_law_that_moves_is_the_law_at_other_frequencies():
