@@ -56,10 +56,11 @@ from multilayer.inference.derivative import Stencil
 from multilayer.inference.problem import Minimum
 from multilayer.log import logged
 from multilayer.measurements.campaign import load_recordings
-from multilayer.measurements.description import Campaign
+from multilayer.measurements.description import USUAL_UNCERTAINTY, Campaign, Uncertainty
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
+_UNITS = {"channel_delay": " s", "thickness": " m"}  # of uncertainties; the others are relative
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
 _REACH = float(ndtri(0.95))  # standard deviations from a value to the end of its 90 % interval
 N_STEPS = steps.N_STEPS + 1  # the places besides
@@ -126,6 +127,7 @@ def diagnose_campaign(
         campaign, recordings = job.campaign, recordings or job.recordings
         calibration = calibration or job.calibration
     recordings = load_recordings(campaign) if recordings is None else recordings
+    campaign, warnings = with_usual_uncertainty(campaign)
     every = dict(effects) if effects is not None else chosen_effects()
     if any(effect.needs_finite_elements for effect in given):  # the model has what they change
         every = {name: effect for name, effect in every.items() if not effect.needs_finite_elements}
@@ -153,6 +155,7 @@ def diagnose_campaign(
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),
         "inputs": {"campaign": name, "multilayer": version("multilayer"), "law": law, **assessment.misfit_entries()},
+        "warnings": warnings,
         **({"with": [effect.name for effect in given]} if given else {}),
         "two_causes": two_causes_entry(both) if both else None,
     }
@@ -163,6 +166,21 @@ def diagnose_campaign(
     best = assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
+
+
+def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
+    """Return a campaign that states all uncertainties, and warnings of what it did not state: that is taken as usual.
+
+    Nobody knows gains, heights and masses exactly: taken as exact, their errors would be told as a gap of the model.
+    """
+    usual = {name: getattr(USUAL_UNCERTAINTY, name) for name in campaign.uncertainty.unstated}
+    if not usual:
+        return campaign, []
+    stated = Uncertainty(**(campaign.uncertainty.model_dump() | usual))
+    values = ", ".join(f"{name} {value:g}{_UNITS.get(name, '')}" for name, value in usual.items())
+    text = f"{campaign.file}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
+    remedy = "state what yours is, 0 where a value is exact"
+    return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
 
 
 def fit_nominal(

@@ -79,6 +79,17 @@ class Uncertainty(Model):
     density: Ratio = 0.0
     top_plate_mass: Ratio = 0.0
 
+    @property
+    def unstated(self) -> tuple[str, ...]:
+        """Names of what is not stated, not even as 0."""
+        return tuple(name for name in type(self).model_fields if name not in self.model_fields_set)
+
+
+# of a careful laboratory: what a diagnosis takes for what a campaign does not state
+USUAL_UNCERTAINTY = Uncertainty(
+    channel_gain=0.003, channel_delay=1e-6, remount_gain=0.001, thickness=5e-5, density=0.01, top_plate_mass=0.002
+)
+
 
 class BurstShape(Model):
     """The excitation: cycles under a window, and the base's rms acceleration over the burst's duration."""

@@ -174,12 +174,19 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
             empty="Fewer than two effects were considered: nothing can be confounded.",
         ),
         _next(record, picture("next_experiment", "What each change is expected to tell.")),
+        *_warnings(record),
         Section(
             "What could have been seen, and from what size on",
             items=_detectable(record, similarity),
             empty="No effect with a size was considered.",
         ),
     )
+
+
+def _warnings(record: Record) -> tuple[Section, ...]:
+    """Return what the result rests on that nobody stated, if anything; a terminal shows it as warnings."""
+    pairs = tuple(("warning", text) for text in record.get("warnings", ()))
+    return (Section("What to mind", items=pairs),) if pairs else ()
 
 
 def _gap(record: Record) -> list[tuple[str, str]]:

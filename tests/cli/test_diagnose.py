@@ -25,6 +25,14 @@ def test_it_writes_record_report_and_figures(diagnosed):
     assert record["sentence"] in " ".join(done.out.split())
 
 
+def test_what_the_campaign_does_not_state_is_told(diagnosed):
+    done, out = diagnosed
+    text = "uncertainty: not stated, so taken as usual of a careful laboratory: remount_gain 0.001; state"
+    assert text in " ".join(done.err.split())
+    assert [text in warning for warning in json.loads((out / "diagnosis.json").read_text())["warnings"]] == [True]
+    assert text in " ".join((out / "report.html").read_text().split())
+
+
 def test_an_effect_that_is_not_there_is_told(tmp_path):
     folder = write_campaign(tmp_path / "foam")
     done = run("diagnose", folder, "--without", "sensor_mas", "--out", tmp_path / "out")

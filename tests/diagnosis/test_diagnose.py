@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
-from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, fit_nominal, fits_one_by_one
+from multilayer.diagnosis.diagnose import (
+    N_STEPS,
+    chosen_effects,
+    diagnose_campaign,
+    fit_nominal,
+    fits_one_by_one,
+    with_usual_uncertainty,
+)
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
@@ -18,6 +25,7 @@ from multilayer.errors import InputError
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
+from multilayer.measurements.description import USUAL_UNCERTAINTY, Uncertainty
 from multilayer.rig import TwoPlateRig
 from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench, soft_sample
@@ -63,6 +71,24 @@ def test_what_is_deleted_from_the_library_is_not_blamed():
     assert record["verdict"] == "unknown"
     assert record["group"] == []
     assert all("channel_gain" not in cause["effects"] for cause in record["causes"])
+
+
+def test_errors_that_nobody_states_are_no_gap():
+    campaign, recordings = campaign_and_signals({"density": 0.008, "thickness": 3e-5}, gain=1.002)
+    silent = campaign.model_copy(update={"uncertainty": Uncertainty()})
+    record = diagnose_campaign(silent, recordings, chosen_effects(FEW)).record
+    assert record["verdict"] == "no_gap"
+    (text,) = record["warnings"]
+    assert all(f"{name} {value:g}" in text for name, value in USUAL_UNCERTAINTY.model_dump().items())
+
+
+def test_what_is_stated_as_exact_stays_so():
+    campaign, _ = campaign_and_signals()
+    known = Uncertainty(thickness=0.0, density=0.02)
+    found, (text,) = with_usual_uncertainty(campaign.model_copy(update={"uncertainty": known}))
+    assert found.uncertainty == USUAL_UNCERTAINTY.model_copy(update={"thickness": 0.0, "density": 0.02})
+    assert ("thickness" in text, "density" in text, "remount_gain" in text) == (False, False, True)
+    assert with_usual_uncertainty(found) == (found, [])
 
 
 def test_without_an_effect_there_is_no_gap():
