@@ -250,25 +250,22 @@ def _on_held_out_data(
     shrinkages: dict[tuple[str, ...], Shrinkage] = {}
     decides = comparison.nominal.hypothesis.held_out_decides
 
-    def checked(wanted: Sequence[tuple[str, ...]]) -> ModelComparison:
-        new = [names for names in wanted if names not in shrinkages]
-        before = _nominal_gap(comparison, shrinkages)
-        fits = [comparison.fitted[names] for names in new]
-        shrinkages.update(
-            zip(
-                new,
-                cross_validate(comparison.nominal, fits, executor, before, comparison.noise) if new else [],
-                strict=True,
-            )
-        )
+    def checked(names: Sequence[tuple[str, ...]]) -> ModelComparison:
+        fits, before = [comparison.fitted[cause] for cause in names], _nominal_gap(comparison, shrinkages)
+        found = cross_validate(comparison.nominal, fits, executor, before, comparison.noise)
+        shrinkages.update(zip(names, found, strict=True))
         return comparison.with_held_out(shrinkages) if decides else comparison
 
     at = next(iter(comparison.places.values()), None)
     if decides and comparison.several and at is not None and is_misfit_likely(at.explanation):
         (free,) = cross_validate(comparison.nominal, [at.explanation], executor, noise=comparison.noise)
         comparison = replace(comparison, free=free)
+    wanted = comparison.near if decides else _best_and_parts(comparison)
     # which hypotheses are best may change by the held-out data of those near the best
-    return checked(_best_and_parts(checked(comparison.near if decides else []))), shrinkages
+    while new := [names for names in wanted if names not in shrinkages]:
+        comparison = checked(new)
+        wanted = _best_and_parts(comparison)
+    return comparison, shrinkages
 
 
 def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
@@ -280,7 +277,8 @@ def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...
 def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
     """Return the hypotheses to check on held-out data.
 
-    The best two, the single effects of the best, the best single one, and all single ones that are tied with the best.
+    The best, the second where that is near, the single effects of the best, the best single one, and all single ones
+    that are tied with the best.
     """
     ranked = [names for names in comparison.ranked if names in comparison.fitted]
     if not ranked:
@@ -288,4 +286,4 @@ def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
     parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted]
     singles = [names for names in ranked if len(names) == 1]
     tied = [names for names in comparison.tied_with(ranked[0]) if names in singles and len(ranked[0]) > 1]
-    return list(dict.fromkeys([*ranked[:2], *parts, *singles[:1], *tied]))
+    return list(dict.fromkeys([*comparison.near[:2], *parts, *singles[:1], *tied]))

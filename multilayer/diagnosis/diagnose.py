@@ -206,7 +206,8 @@ def fit_nominal(
     nominal = fit(whole, np.concatenate([start, np.zeros(len(parameters_of(rims)))]))
     if any(effect.name == FiniteSize.name for effect in rims):
         samples = elements_of_samples(nominal)
-        rough = fit_samples(nominal, dict(zip(samples, run_all(call, [*samples.values()], executor), strict=True)))
+        made = dict(zip(samples, run_all(call, [*samples.values()], executor), strict=True))
+        rough = fit_samples(nominal, made, executor)
         rigs = rough.hypothesis_as(CampaignProblem).finite
         nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
     return nominal, [nominal.minimum]
@@ -240,8 +241,8 @@ def fits_one_by_one(
         {name: effect for name, effect in wanted.items() if name not in finite},
         others={name: other_starts(nominal, minima, places or {}, effect) for name, effect in wanted.items()},
     )
-    # what takes as long as many fits comes first: finite elements, which the other fits do not need, and tables
-    tasks = dict(sorted(tasks.items(), key=lambda item: not effects[item[0][0]].is_tabled))
+    # what takes longest comes first, as the finite elements, which the other fits do not need
+    tasks = dict(sorted(tasks.items(), key=lambda item: not effects[item[0][0]].is_slow))
     first: list[Callable[[], Any]] = [partial(_fits_with_rim, nominal, minima, finite)] if finite else []
     started = run_all(call, [*first, *tasks.values()], executor)
     rigs, fits = started.pop(0) if finite else (nominal.hypothesis_as(CampaignProblem).finite, {})
@@ -253,7 +254,7 @@ def fits_one_by_one(
     reached = run_all(call, [*first, *(end for _, end in ends)], executor)
     made, finished = reached[: len(samples)], reached[len(samples) :]
     if rim is not None and samples:
-        fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, made, strict=True)))
+        fits[FiniteSize.name,] = rim = fit_samples(rim, dict(zip(samples, made, strict=True)), executor)
         rigs = rim.hypothesis_as(CampaignProblem).finite
     fits |= best_ends(begun, ends, finished)
     fits = _with_finer_law(polish_fits(fits, executor), executor)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 
@@ -56,7 +57,7 @@ def elements_of_samples(fitted: Fitted) -> dict[str, Callable[[], FiniteRig | No
     return samples.elements_of_samples(fitted.hypothesis_as(CampaignProblem), fitted.minimum.z)
 
 
-def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None]) -> Fitted:
+def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None], executor: Executor | None = None) -> Fitted:
     """Return a coarse fit with finite elements about the sample that explains the data best.
 
     Parameters
@@ -65,6 +66,7 @@ def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None]) -> Fitted:
         With `FiniteSize` among its effects, given ones or not, and the finite elements of the stated sample.
     made : mapping
         What the tasks of `elements_of_samples` return; with a None among it, the fit is returned as it is.
+    executor : Executor, optional
     """
     rigs = {name: rig for name, rig in made.items() if rig is not None}
     if len(rigs) < len(made):
@@ -74,7 +76,7 @@ def fit_samples(fitted: Fitted, made: Mapping[str, FiniteRig | None]) -> Fitted:
         return at_minimum(problem, z, *COARSELY)
 
     problem = fitted.hypothesis_as(CampaignProblem)
-    return samples.fit_samples(problem, fitted.minimum.z, rigs, solve, lambda found: found.minimum.z)
+    return samples.fit_samples(problem, fitted.minimum.z, rigs, solve, lambda found: found.minimum.z, executor)
 
 
 def with_rigs(fitted: Fitted, rigs: Mapping[str, Rig]) -> Fitted:

@@ -45,7 +45,7 @@ from multilayer.diagnosis.place_fits import (
 from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.places.beside import Faces, OpenFaces
 from multilayer.diagnosis.places.sample import SampleShape
-from multilayer.diagnosis.simple_forms import RESONANCES, fit_form, nearest_form
+from multilayer.diagnosis.simple_forms import RESONANCES, descents, nearest_form
 from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import FIT_P, LAW_SIZES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
@@ -225,9 +225,9 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     """Return a place with a law that resonates, where that has more evidence."""
     scale, frequency = scale_of(nominal, at.place)
     law = SimpleLaw.at(at.place, (Term("resonance"),), frequency, scale)
-    form = fit_form(nominal, at, law, nearest_form(at, law)[1])
-    likely = [descended(form.fitted.hypothesis, z, *FINE) for z in _likely_resonances(nominal, at, law)]
-    fitted = best_variant(nominal, max([form.fitted, *likely], key=tolerant_evidence), *FINE)
+    found = best_of([descent() for descent in descents(nominal, at, law, nearest_form(at, law)[1])])
+    likely = [descended(found.hypothesis, z, *FINE) for z in _likely_resonances(nominal, at, law)]
+    fitted = best_variant(nominal, max([found, *likely], key=tolerant_evidence), *FINE)
     evidence, place = tolerant_evidence(fitted), fitted.hypothesis.effects[-1].at_place
     return replace(at, place=place, simple=fitted, log_evidence=evidence) if evidence > at.log_evidence else at
 

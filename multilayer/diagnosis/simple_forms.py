@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -18,6 +18,7 @@ from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import FORM_AS_WELL, NEAR, SECOND_TERM
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
+from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.inference.priors import Priors
 
@@ -115,8 +116,10 @@ def _fit_forms(
     order = sorted(range(len(laws)), key=lambda i: distances[i][0])
     sharp = [i for i, law in enumerate(laws) if law.is_resonant]
     chosen = dict.fromkeys([*sharp, *order[:most]])  # what takes longest first
-    tasks = [partial(fit_form, nominal, at, laws[i], distances[i][1]) for i in chosen]
-    return run_all(call, tasks, executor)
+    tasks = [(i, task) for i in chosen for task in descents(nominal, at, laws[i], distances[i][1])]
+    ends = run_all(call, [task for _, task in tasks], executor)
+    fits = [best_of([end for (j, _), end in zip(tasks, ends, strict=True) if i == j]) for i in chosen]
+    return [SimpleForm(at.place, fitted, tolerant_evidence(fitted)) for fitted in fits]
 
 
 def nearest_form(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
@@ -149,16 +152,19 @@ def nearest_form(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:
     return float(best.cost), best.x
 
 
-def fit_form(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray) -> SimpleForm:
-    """Return the fit of a simple law from coordinates near its solution; of a resonance also from everywhere.
+def descents(nominal: Fitted, at: PlaceFit, law: SimpleLaw, near: RealArray) -> list[Callable[[], Fitted]]:
+    """Return the tasks of which the best result is the fit of a simple law: from near its solution, `near`.
 
-    A smooth drawn law need not show it.
+    Of a resonance also from everywhere: a smooth drawn law need not show it.
     """
     hypothesis, start = nominal.hypothesis.with_effects(law), at.fitted.minimum.z[: len(nominal.minimum.z)]
-    starts = np.concatenate([start, near])[None]
+    starts = [np.concatenate([start, near])]
     if at.simple is not None and at.simple.hypothesis.effects[-1].terms == law.terms:
-        starts = np.concatenate([starts, at.simple.minimum.z[None]])
-    if law.is_resonant:
-        starts = np.concatenate([starts, begin(hypothesis, start, others=nominal.minimum.z[None]).starts])
-    best = best_of([descended(hypothesis, z, *FINE) for z in starts])
-    return SimpleForm(at.place, best, tolerant_evidence(best))
+        starts.append(at.simple.minimum.z)
+    tasks: list[Callable[[], Fitted]] = [partial(descended, hypothesis, z, *FINE) for z in starts]
+    return [partial(_from_everywhere, hypothesis, start, nominal.minimum.z), *tasks] if law.is_resonant else tasks
+
+
+def _from_everywhere(hypothesis: Hypothesis, start: RealArray, other: RealArray) -> Fitted:
+    starts = begin(hypothesis, start, others=other[None]).starts
+    return best_of([descended(hypothesis, z, *FINE) for z in starts])

@@ -41,8 +41,8 @@ class BaseEffect:
         Standard normal coordinates of all parameters from which fits start; a grid over the priors when empty.
     needs_finite_elements : bool
         Whether the rods of the two-plate rig are replaced by finite elements of the free rim.
-    is_tabled : bool
-        Whether its mechanics are tabled as fits need them, which takes as long as many fits.
+    is_slow : bool
+        Whether a fit takes as long as many others, so that it has to begin first.
     error_of : str
         Name of the known effect, whose law's error this is; empty of an effect.
     """
@@ -60,7 +60,7 @@ class BaseEffect:
     is_shape_known: ClassVar[bool] = True
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
-    is_tabled: ClassVar[bool] = False
+    is_slow: ClassVar[bool] = False
     error_of: str = ""
 
     def error_of_size(self, parameter: str) -> float:

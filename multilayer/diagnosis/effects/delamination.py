@@ -38,7 +38,7 @@ class Delamination(Effect):
     separated_by = "another thickness; configurations remounted"
     source = "glue that misses 2 to 50 % of a face"
     moves_resonances = True
-    is_tabled = True
+    is_slow = True
     parameters: tuple[Parameter, ...] = (
         positive("open_rim", 0.1, 0.8, bounds=(1e-4, WIDEST_RIM)), signed("trend", 0.4), between("at_base", 0.0, 1.0),
     )  # fmt: skip

@@ -19,6 +19,7 @@ class SaturatingAir(Effect):
     source = "open-cell foams and fibres: 1e3 to 1e6 N s/m4; isothermal air, porosity near 1"
     absent_in = VACUUM
     moves_resonances = True
+    is_slow = True
     size_error = 0.1  # `media.pumped_disc` beside finite elements
     parameters = (positive("flow_resistivity", 3e4, 1.5, "N*s/m^4"),)
 

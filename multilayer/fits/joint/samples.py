@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from typing import TypeVar
@@ -11,6 +12,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import MultilayerError
+from multilayer.executors import run_all
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.effects import SOLID, Setting
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, with_solids
@@ -53,6 +55,7 @@ def fit_samples(
     made: Mapping[str, FiniteRig],
     solve: Callable[[CampaignProblem, RealArray], F],
     reached: Callable[[F], RealArray],
+    executor: Executor | None = None,
 ) -> F:
     """Return a fit with finite elements about the sample that explains the data best.
 
@@ -69,6 +72,8 @@ def fit_samples(
         Gives the fit reached from a start.
     reached : callable
         Gives the coordinates of that.
+    executor : Executor, optional
+        Where the partial fractions of all samples are made; in this process when left out.
     """
     z = np.array(z)
     z[_places(problem)] = 0.0
@@ -76,11 +81,29 @@ def fit_samples(
     z[len(problem.law_parameters) : len(problem.nominal_parameters)] = 0.0
     for steps in _STEPS:
         centre = solid_of(problem, z)
-        found = solve(replace(problem, finite=about(problem, made, centre, steps)), z)
+        rigs = about(problem, made, centre, steps)
+        found = solve(replace(problem, finite=_expanded(problem, rigs, z, executor)), z)
         z = reached(found)
         if steps == _STEPS[-1] and np.all(np.abs(solid_of(problem, z) - centre) < _NEAR * np.array(steps)):
             break
     return found
+
+
+def _expanded(
+    problem: CampaignProblem, rigs: Mapping[str, Rig], z: RealArray, executor: Executor | None
+) -> dict[str, Rig]:
+    """Return rigs that know their partial fractions at the data's frequencies, as the first derivative makes them."""
+    used = [data for data in problem.data if data.name in rigs]
+    tasks = [(replace(problem.with_data([data]), finite={data.name: rigs[data.name]}), z) for data in used]
+    expanded = run_all(_differentiated, tasks, executor)
+    return {**rigs, **{data.name: rig for data, rig in zip(used, expanded, strict=True)}}
+
+
+def _differentiated(task: tuple[CampaignProblem, RealArray]) -> Rig:
+    problem, z = task
+    problem.linearised(z)
+    (rig,) = problem.finite.values()
+    return rig
 
 
 def about(
