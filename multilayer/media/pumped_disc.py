@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ive
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.media.bessel_ratio import bessel_ratio
 from multilayer.media.pumped_frame import pumped_frame_stiffness
 
 _MODES = 3  # of the axial motion: with 16 the answer is the same within two thousandths
@@ -120,7 +120,7 @@ def _of_modes(
     for n in range(1, _MODES + 1):
         q2 = (n * np.pi / thickness) ** 2 + 1j * omega * s / pore_modulus
         x = np.sqrt(q2) * radius
-        stiffnesses.append((1j * omega * s / q2 * (1 - 2 * ive(1, x) / (x * ive(0, x))))[back])
+        stiffnesses.append((1j * omega * s / q2 * (1 - 2 * bessel_ratio(x) / x))[back])
     return stiffnesses
 
 

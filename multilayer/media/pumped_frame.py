@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ive
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
+from multilayer.media.bessel_ratio import bessel_ratio
 
 # means over the thickness of u = 4 z (h - z)/h^2, of its square, and of (h du/dz)^2: the frame, glued at both faces
 _U, _U2, _DU2 = 2 / 3, 8 / 15, 16 / 3
@@ -69,11 +69,10 @@ def pumped_frame_stiffness(
     squares = np.stack(np.broadcast_arrays(q / a, c / q))
     k = np.sqrt(squares)
     x = k * radius
-    i0, i1 = ive(0, x), ive(1, x)  # scaled: the exponentials go with the unknown amplitudes
+    ratio = bessel_ratio(x)  # of I1 to I0, the unknown amplitudes being those at the rim
     pressure = (wave * _U2 * squares - held) / (_U * k)
-    stress = _U2 * (wave * k * (i0 - i1 / x) + (wave - 2 * shear) * i1 / radius)
-    at_rim = pressure * i0
-    determinant = at_rim[0] * stress[1] - at_rim[1] * stress[0]
+    stress = _U2 * (wave * k * (1 - ratio / x) + (wave - 2 * shear) * ratio / radius)
+    determinant = pressure[0] * stress[1] - pressure[1] * stress[0]
     first, second = stress[1] / determinant, -stress[0] / determinant
-    mean = pressure * i1 / x
+    mean = pressure * ratio / x
     return np.asarray(pore_modulus * (1 - 2 * (first * mean[0] + second * mean[1])))

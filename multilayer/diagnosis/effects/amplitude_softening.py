@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import ComplexArray, RealArray, distinct_rows
 from multilayer.diagnosis.effects.base import Effect, Setting, Values, between, positive
 
 _POWERS = (0.4, 2.0)
@@ -20,6 +20,13 @@ _USUAL_STRAIN = 1e-3  # of a foam of 25 mm near its resonance on a shaker of 5 m
 _TURN, _OF_TURN = (0.5 * x for x in leggauss(6))  # points of a quarter of a period, in quarters, and their weights
 _ANGLES = 0.5 * np.pi * (_TURN + 0.5)
 _SINES = np.sin(_ANGLES)
+# of a period's points: shares in the first harmonic of a stress, in its third, and of a modulus in what acts on the
+# third harmonic of the strain and shifts that to the first
+_FIRST = 2 * _OF_TURN * _SINES**2
+_THIRD = 2 * _OF_TURN * _SINES * np.sin(3 * _ANGLES)
+_SWINGS = (
+    2 * _OF_TURN[:, np.newaxis] * np.stack([np.sin(3 * _ANGLES) ** 2, np.cos(2 * _ANGLES), np.cos(4 * _ANGLES)], axis=1)
+)
 _HEIGHT, _OF_HEIGHT = (0.5 * x for x in leggauss(3))  # points of the height from its middle, and their weights
 _AT = 6  # of the nodes of strain: where most of a burst's energy is
 
@@ -66,9 +73,18 @@ class AmplitudeSoftening(Effect):
         """Return stress over strain at every bin."""
         b, memory, n = values["softening"], values["memory"], values["power"]
         unit = b * _USUAL_STRAIN ** (1 - n)
-        at_once = setting.by_strain(_over_height(setting, modulus, unit, n))
+        at_once = setting.by_strain(_distinct_over_height(setting, modulus, unit, n))
         with_memory = (1 + n * unit * setting.burst_strain**n) ** (-1 / n)
         return np.asarray(modulus * np.exp((1 - memory) * np.log(at_once) + memory * np.log(with_memory)))
+
+
+def _distinct_over_height(setting: Setting, modulus: ComplexArray, unit: RealArray, power: RealArray) -> ComplexArray:
+    """Return `_over_height`, computed once for points that differ in nothing that it takes, as most of a derivative."""
+    if modulus.ndim != 2:
+        return _over_height(setting, modulus, unit, power)
+    of_rows = [np.broadcast_to(column, (len(modulus), 1)) for column in (unit, power)]
+    kept, place = distinct_rows(modulus.real, modulus.imag, *of_rows)
+    return _over_height(setting, modulus[kept], *(column[kept] for column in of_rows))[place]
 
 
 def _over_height(setting: Setting, modulus: ComplexArray, unit: RealArray, power: RealArray) -> ComplexArray:
@@ -97,8 +113,8 @@ def _over_height(setting: Setting, modulus: ComplexArray, unit: RealArray, power
     weight = weight / np.sum(weight, axis=-1, keepdims=True)
     # a strain that is more by some per cent than the mean: by that of the stress, over what the secant leaves of it
     strain = np.maximum(1 + uneven[..., np.newaxis, :] / (1 + fall[..., np.newaxis]), 0.0)
-    local, _ = _describing(y[..., np.newaxis] * strain ** n[..., np.newaxis], n[..., np.newaxis])
-    even = 1 / np.sum(weight[..., np.newaxis, :] / local, axis=-1)
+    secant, _ = _within_period(y[..., np.newaxis] * strain ** n[..., np.newaxis], n[..., np.newaxis])
+    even = 1 / np.sum(weight[..., np.newaxis, :] / (secant @ _FIRST), axis=-1)
     return np.asarray(even + _by_third_harmonic(setting, modulus, y, n))
 
 
@@ -112,9 +128,8 @@ def _by_third_harmonic(setting: Setting, modulus: ComplexArray, y: RealArray, po
     """
     secant, spread = _within_period(y, power)
     tangent = secant / (1 + spread)
-    stress = np.sum(secant * _SINES * np.sin(3 * _ANGLES), axis=-1)
-    own = np.sum(tangent * np.sin(3 * _ANGLES) ** 2, axis=-1)
-    second, fourth = (np.sum(tangent * np.cos(k * _ANGLES), axis=-1) for k in (2, 4))
+    stress = secant @ _THIRD
+    own, second, fourth = np.moveaxis(tangent @ _SWINGS, -1, 0)
     height, density = setting.configuration.specimen_thickness, setting.campaign.specimen.density
     here = modulus[..., setting.nearest]
     squared = (6 * np.pi * setting.data.centres * height) ** 2 / (here * 3 ** (2 / np.pi * np.angle(here)))
@@ -128,13 +143,12 @@ def _by_third_harmonic(setting: Setting, modulus: ComplexArray, y: RealArray, po
 def _describing(y: RealArray, power: RealArray) -> tuple[RealArray, RealArray]:
     """Return the first harmonic of ``e / (1 + n y)^(1/n)`` over that of e, and its derivative, as of logarithms."""
     secant, spread = _within_period(y, power)
-    parts = secant * _SINES**2
-    gain = np.sum(parts, axis=-1)
-    return gain, -np.sum(parts * spread / (1 + spread), axis=-1) / gain
+    gain = secant @ _FIRST
+    return gain, -((secant * spread / (1 + spread)) @ _FIRST) / gain
 
 
 def _within_period(y: RealArray, power: RealArray) -> tuple[RealArray, RealArray]:
-    """Return twice the weights of points of a period times ``1 / (1 + n y)^(1/n)`` there, and ``n y`` there."""
+    """Return ``1 / (1 + n y)^(1/n)`` at points of a period, and ``n y`` there."""
     n = power[..., np.newaxis]
     spread = n * y[..., np.newaxis] * _SINES**n
-    return np.exp(-np.log1p(spread) / n) * 2 * _OF_TURN, spread
+    return np.exp(-np.log1p(spread) / n), spread
