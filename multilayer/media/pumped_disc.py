@@ -119,7 +119,7 @@ def _of_modes(
     stiffnesses = []
     for n in range(1, _MODES + 1):
         q2 = (n * np.pi / thickness) ** 2 + 1j * omega * s / pore_modulus
-        x = np.sqrt(q2) * radius
+        x = np.asarray(np.sqrt(q2) * radius, dtype=complex)
         stiffnesses.append((1j * omega * s / q2 * (1 - 2 * bessel_ratio(x) / x))[back])
     return stiffnesses
 
