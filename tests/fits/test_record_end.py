@@ -33,7 +33,7 @@ def test_low_loss_and_a_short_record(storage, monkeypatch):
     assert sigmas < 3
     assert error < 0.1
     # what the ends do otherwise
-    monkeypatch.setattr(joint_fit, "_cut", lambda solved, bursts: solved)
+    monkeypatch.setattr(joint_fit, "cut_where_records_end", lambda solved, bursts: solved)
     before = joint_fit.fit_joint(campaign, recordings)
     assert before.p_value < 1e-5
 
@@ -41,7 +41,7 @@ def test_low_loss_and_a_short_record(storage, monkeypatch):
 def test_where_the_ring_down_is_over_nothing_changes(monkeypatch):
     campaign, recordings = campaign_of_rods(constant_loss(2e5, 0.3), frequencies=BURSTS[:3])
     fit = joint_fit.fit_joint(campaign, recordings)
-    monkeypatch.setattr(joint_fit, "_cut", lambda solved, bursts: solved)
+    monkeypatch.setattr(joint_fit, "cut_where_records_end", lambda solved, bursts: solved)
     before = joint_fit.fit_joint(campaign, recordings)
     (now, covariance), (then, _) = fit.moduli(AT[:3]), before.moduli(AT[:3])
     assert np.all(np.abs((now - then).real) < 0.5 * np.sqrt(covariance[:, 0, 0]))

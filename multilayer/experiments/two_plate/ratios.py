@@ -47,6 +47,8 @@ class ConfigurationData:
         By index of the burst, the ring-down beyond its record's end, where that matters.
     calibration_std : array, shape (n_bursts,), optional
         Standard deviation of each part of ln(ratio), the same at all bins of a burst.
+    completed_by : array, shape (k,), optional
+        Largest change of ln(ratio) in each burst whose ring-down beyond its record's end is added (`completed`).
     """
 
     name: str
@@ -59,6 +61,7 @@ class ConfigurationData:
     stretch_moments: ComplexArray | None = None
     ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
     calibration_std: RealArray | None = None
+    completed_by: RealArray | None = None
 
     @cached_property
     def needed(self) -> RealArray:
@@ -91,6 +94,20 @@ class ConfigurationData:
             together = np.equal.outer(self.burst, self.burst)
             covariance += np.where(together, self.calibration_std[self.burst] ** 2, 0.0)
         return np.asarray(covariance)
+
+    def completed(self, change: ComplexArray, error: float) -> ConfigurationData:
+        """Return the data as of records that go on until all is at rest, from what their ends change.
+
+        Parameters
+        ----------
+        change : complex array, shape (n,)
+            Of ln(ratio), by the ends.
+        error : float
+            Its relative standard deviation.
+        """
+        variance = self.variance + (error * np.abs(change)) ** 2
+        by = np.array([np.abs(change[self.burst == burst]).max() for burst in self.ends])
+        return replace(self, ratio=self.ratio * np.exp(-change), variance=variance, ends={}, completed_by=by)
 
     def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
         """Return the data of some bursts, by their indices, and renumbered."""

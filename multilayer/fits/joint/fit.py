@@ -109,7 +109,7 @@ def fit_joint(
         solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings, rims)
-    solved = _cut(solved, [problem.data for problem in problems])
+    solved = cut_where_records_end(solved, [problem.data for problem in problems])
     best_minima = [part[2][0] for part in solved]
     candidates = []
     for part in solved:  # what no departure of a few per cent can save is told all the same
@@ -138,8 +138,16 @@ def _laws(law: str, elements: int | None) -> tuple[tuple[str, int | None], ...]:
     return LAWS_COMPARED
 
 
-def _cut(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
-    """Return laws solved with the model cut where the records end, if that matters; hopeless ones as they are."""
+def cut_where_records_end(solved: list[Solved], bursts: Sequence[BurstData]) -> list[Solved]:
+    """Return laws solved with the model cut where the records end, if that matters; hopeless ones as they are.
+
+    Parameters
+    ----------
+    solved : list of (str, CampaignProblem, list of Minimum)
+        Labels, problems, and their solutions, the best first.
+    bursts : sequence of BurstData
+        All of the campaign.
+    """
     for _ in range(_MOST_CUT):
         _, problem, minima = max(solved, key=lambda part: part[2][0].log_evidence)
         cut = with_record_ends(problem, minima[0], bursts)

@@ -1,0 +1,44 @@
+"""Records that end before the ring-down does are no gap. Data of rods, another forward model."""
+
+import numpy as np
+import pytest
+
+from multilayer.diagnosis import diagnose
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit
+from multilayer.diagnosis.thresholds import MODEL_ERROR
+from tests.fits.rods import campaign_of_rods, constant_loss
+
+BURSTS = (100.0, 300.0, 500.0, 700.0, 900.0)
+
+
+def nominal(tail, noise):
+    made = campaign_of_rods(constant_loss(2e5, 0.02), frequencies=BURSTS, tail=tail, noise=(noise, noise))
+    return diagnose.fit_nominal(*made)[0]
+
+
+@pytest.fixture(scope="module")
+def short():
+    return nominal(0.08, 0.002)
+
+
+def test_they_are_completed_as_the_model_has_them(short, monkeypatch):
+    assert not lack_of_fit(short)
+    monkeypatch.setattr(diagnose, "with_complete_records", lambda problem, minima, bursts: (problem, minima))
+    assert lack_of_fit(nominal(0.08, 0.002))
+
+
+def test_the_completed_ratio_is_that_of_long_records(short):
+    (data,), long = short.hypothesis.data, nominal(2.0, 0.002)
+    assert long.hypothesis.data[0].completed_by is None
+    problem = long.hypothesis
+    (motion,) = np.exp(problem.experiments[0].log_motion(problem.points(long.minimum.z), data.frequency))
+    assert np.max(data.completed_by) > 0.1
+    assert np.all(np.abs(np.log(data.ratio / motion)) < 3 * np.sqrt(data.variance + MODEL_ERROR**2))
+
+
+def test_it_is_told(short):
+    (completed,) = diagnose.record_warnings(short)
+    assert "bursts whose records end before all is at rest, by up to 15 % of the ratio: 1; the rest is" in completed
+    (left_out,) = diagnose.record_warnings(nominal(0.05, 0.002))
+    assert "bursts left out, whose records end long before all is at rest: 1; record longer" in left_out
+    assert diagnose.record_warnings(nominal(2.0, 0.002)) == []
