@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from multilayer.layers.base import Layer
 from multilayer.matrix.adjoint import solve_with_adjoint
 from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
 from multilayer.matrix.wave import Wave
-from multilayer.paths import Located, locate
+from multilayer.paths import Located, locate, with_values
 from multilayer.response.base_motion import velocity_of_top
 from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
 from multilayer.stack import Stack
@@ -84,17 +85,21 @@ class Variations:
 
     def _varied(self, layer: int, ndim: int) -> _Varied:
         depends = type(self.stack.layers[layer]).under is not Layer.under
-        own = [self.stack.index(path.split(".")[1]) == layer for path in self.fields]
-        places = [place for place, is_own in enumerate(own) if is_own or depends]
+        places = [place for place, (index, _) in enumerate(self._found) if index == layer or depends]
         values, steps = {}, []
         for i, place in enumerate(places):
-            found = locate(self.stack, self.fields[place])
+            found = self._found[place][1]
             step = _STEP * _reach(found)
             points = np.zeros((len(places), len(_POINTS)))
             points[i] = _POINTS
             values[self.fields[place]] = _with_axis(found.value, ndim) + points.reshape(-1, *(1,) * ndim) * step
             steps.append(step)
-        return _Varied(places, steps, self.stack.replaced(values).at_rest(on_base=self.on_base)[layer])
+        return _Varied(places, steps, with_values(self.stack, values).at_rest(on_base=self.on_base)[layer])
+
+    @cached_property
+    def _found(self) -> list[tuple[int, Located]]:
+        """The layer of each field, and the field."""
+        return [(self.stack.index(path.split(".")[1]), locate(self.stack, path)) for path in self.fields]
 
 
 @dataclass(frozen=True, eq=False)
