@@ -236,9 +236,7 @@ def _drawn(
     if shrinkage is None:
         before = _nominal_gap(comparison, shrinkages)
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
-    # fitted in another process, the term's place is a copy
-    is_of_place = term is not None and (type(term.place), term.place.label) == (type(at.place), at.place.label)
-    known = term if is_of_place else at.term
+    known = term if term is not None and term.place is at.place else at.term
     told = as_told(nominal, at)
     return DrawnPlace(told, simple_form(nominal, told, executor, known), shrinkage)
 

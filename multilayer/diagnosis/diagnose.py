@@ -54,11 +54,11 @@ from multilayer.fits.joint.search import solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
-from multilayer.inference.least_squares import minimise
+from multilayer.inference.least_squares import distinct, minimise
 from multilayer.inference.problem import Minimum
 from multilayer.log import logged
 from multilayer.measurements.campaign import load_recordings
-from multilayer.measurements.description import USUAL_UNCERTAINTY, Campaign, Uncertainty
+from multilayer.measurements.description import FILE_NAME, USUAL_UNCERTAINTY, Campaign, Uncertainty
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
@@ -98,6 +98,9 @@ def diagnose_campaign(
     executor: Executor | None = None,
 ) -> Diagnosis:
     """Diagnose where model and measurement disagree, which effect causes it, and how far the gap shrinks with it.
+
+    Uncertainties that the campaign does not state are taken as usual (`with_usual_uncertainty`), and records that end
+    before all is at rest are completed (`with_complete_records`); `warnings` of the record tell both.
 
     Parameters
     ----------
@@ -180,7 +183,7 @@ def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
         return campaign, []
     stated = Uncertainty(**(campaign.uncertainty.model_dump() | usual))
     values = ", ".join(f"{name} {value:g}{_UNITS.get(name, '')}" for name, value in usual.items())
-    text = f"{campaign.file}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
+    text = f"{FILE_NAME}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
     remedy = "state what yours is, 0 where a value is exact"
     return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
 
@@ -240,7 +243,7 @@ def with_complete_records(
     z = found[0].z
     data = [part.completed(effect.at(part.name, z), END_ERROR) if part.ends else part for part in cut.data]
     complete = replace(problem, configurations=data)
-    return complete, [minimise(complete, minimum.z, tolerance=COARSE) for minimum in found]
+    return complete, distinct([minimise(complete, minimum.z, tolerance=COARSE) for minimum in found])
 
 
 def record_warnings(nominal: Fitted) -> list[str]:

@@ -31,7 +31,6 @@ from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.place_fits import (
     COARSE,
     FINE,
-    SHARP,
     PlaceFit,
     begun_at,
     best_variant,
@@ -102,9 +101,10 @@ def has_open_rims(given: Sequence[Acting]) -> bool:
 def with_resonances(
     nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
 ) -> dict[str, PlaceFit]:
-    """Return the places with laws that vary faster, and the first few with a resonance, where that has more evidence.
+    """Return the places with laws that vary faster or resonate, where that has more evidence.
 
-    For data that neither a known effect nor a smooth law fits: ten nodes cannot hold a sharp resonance.
+    For data that neither a known effect nor a smooth law fits: ten nodes cannot hold a sharp resonance. It is tried at
+    all places: where no law fits, their order means little.
 
     Parameters
     ----------
@@ -117,9 +117,8 @@ def with_resonances(
     tasks = [partial(begun_at, nominal, fit.place, SHORT) for fit in smooth if not fit.place.needs_finite_elements]
     rough = {fit.place.label: fit for fit in map(unfinished, run_all(call, tasks, executor))}
     pairs = [(fit, rough.get(fit.place.label, fit)) for fit in smooth]
-    fits = [*ranked(max(pair, key=lambda fit: fit.log_evidence) for pair in pairs).values()]
-    sharp = run_all(call, [partial(_with_resonance, nominal, fit) for fit in fits[:SHARP]], executor)
-    return ranked([*sharp, *fits[SHARP:]])
+    fits = [max(pair, key=lambda fit: fit.log_evidence) for pair in pairs]
+    return ranked(run_all(partial(_with_resonance, nominal), fits, executor))
 
 
 def search_free_rim(
@@ -233,15 +232,18 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
 
 
 def _likely_resonances(nominal: Fitted, at: PlaceFit, law: SimpleLaw) -> list[RealArray]:
-    """Return coordinates with the resonances that fit the data best, all else as with the free law.
+    """Return coordinates with the resonances that fit the data best, all else as with the free law, and at rest.
 
-    That law need not show them: sharp ones that move the data by more than themselves.
+    That law need not show them: sharp ones that move the data by more than themselves. Where it explains nothing, what
+    is stated of the laboratory was bent to fit what it cannot.
     """
-    hypothesis = nominal.hypothesis.with_effects(law)
-    rest = at.fitted.minimum.z[: len(nominal.minimum.z)]
-    points = np.stack([np.concatenate([rest, resonance]) for resonance in RESONANCES])
-    costs = costs_per_datum(hypothesis.residual, points)
-    return [points[i] for i in np.argsort(costs)[:_LIKELY]]
+    hypothesis, likely = nominal.hypothesis.with_effects(law), list[RealArray]()
+    fitted = at.fitted.minimum.z[: len(nominal.minimum.z)]
+    for rest in (fitted, nominal.hypothesis.at_rest(nominal.minimum.z)):
+        points = np.stack([np.concatenate([rest, resonance]) for resonance in RESONANCES])
+        costs = costs_per_datum(hypothesis.residual, points)
+        likely += [points[i] for i in np.argsort(costs)[:_LIKELY]]
+    return likely
 
 
 def _moving(nominal: Fitted, fit: PlaceFit) -> tuple[Fitted, float] | None:

@@ -34,7 +34,7 @@ from multilayer.inference.problem import Minimum, Scaled
 
 # evaluations and relative change of the cost: of descents on the way, and of those that are compared
 COARSE, FINE = (30, 1e-3), (60, 1e-6)
-SHARP = 3  # places that are followed, and tried with a resonance, where no smooth law explains the data
+_FOLLOWED = 3  # places that are followed where no law explains the data
 _TOLD_AT, _AROUND = 61, 5.0  # frequencies at which a law is told; about a resonance as far as so many loss factors
 _CONSTANTS = tuple(complex(size, loss) for size in np.linspace(-3, 3, 25) for loss in (-0.5, 0.0, 0.5))
 _TINY = 1e-3  # of a law's largest value, where that is taken for its size
@@ -216,7 +216,7 @@ def fit_places(
     tasks = [partial(begun_at, nominal, place) for place, step in places if _gains(nominal, step)]
     begun = run_all(call, tasks, executor)
     begun.sort(key=lambda fit: -tolerant_evidence(fit))
-    most = len(begun) if is_explained(begun) else SHARP  # where no law explains anything, orders mean little
+    most = len(begun) if is_explained(begun) else _FOLLOWED  # where no law explains anything, orders mean little
     near = near_best(begun[:most])
     fits = run_all(call, [partial(finished, nominal, fit) for fit in near], executor)
     fits += [unfinished(fit) for fit in begun if not any(fit is other for other in near)]

@@ -43,6 +43,9 @@ class BaseEffect:
         Whether the rods of the two-plate rig are replaced by finite elements of the free rim.
     is_slow : bool
         Whether a fit takes as long as many others, so that it has to begin first.
+    acts_by_bin : bool
+        Whether it needs what was measured at the bins, as the strain: it is left out of what is cut off by the end of a
+        record.
     error_of : str
         Name of the known effect, whose law's error this is; empty of an effect.
     """
@@ -61,6 +64,7 @@ class BaseEffect:
     starts: tuple[tuple[float, ...], ...] = ()
     needs_finite_elements: bool = False
     is_slow: ClassVar[bool] = False
+    acts_by_bin: bool = False
     error_of: str = ""
 
     def error_of_size(self, parameter: str) -> float:

@@ -66,6 +66,8 @@ class BasePlace:
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
     needs_finite_elements : bool
         Whether the law stands beside a free rim in finite elements.
+    acts_by_bin : bool
+        As `BaseEffect.acts_by_bin`.
     detunes : bool
         Whether a law moves a resonance so far that a search from none goes astray: it begins at the best constant.
     passive_sign : int
@@ -91,6 +93,7 @@ class BasePlace:
     moved: Mapping[str, float] = MappingProxyType({})
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
+    acts_by_bin: bool = False
     detunes: ClassVar[bool] = False
     passive_sign: ClassVar[int] = 0
     passive_part: ClassVar[Literal["imag", "real"]] = "imag"
@@ -197,6 +200,11 @@ class LawAtPlace(BaseEffect):
     def needs_finite_elements(self) -> bool:  # type: ignore[override]
         """Whether its place does."""
         return bool(self.at_place.needs_finite_elements)
+
+    @property
+    def acts_by_bin(self) -> bool:  # type: ignore[override]
+        """Whether its place does."""
+        return bool(self.at_place.acts_by_bin)
 
     @property
     def changes_waves(self) -> bool:

@@ -9,19 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
+from warnings import warn
 
 import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
-from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal
+from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, with_usual_uncertainty
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.free_rim import free_rim
 from multilayer.diagnosis.tube.diagnose import fitted_nominal
 from multilayer.diagnosis.tube.file import load_diagnosis
 from multilayer.doors import for_log
-from multilayer.errors import InputError
+from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
@@ -72,7 +73,10 @@ def nominal_model(source: Source) -> NominalModel:
         fitted, every = fitted_nominal(file), file.chosen()
     else:
         job = source.campaign_job(source.settings())
-        fitted, found = fit_nominal(job.campaign, job.recordings, calibration=job.calibration)
+        campaign, texts = with_usual_uncertainty(job.campaign)
+        for text in texts:
+            warn(text, PlausibilityWarning, stacklevel=2)
+        fitted, found = fit_nominal(campaign, job.recordings, calibration=job.calibration)
         minima, every = tuple(found), chosen_effects()
     return NominalModel(
         fitted, minima, {name: effect for name, effect in every.items() if fitted.hypothesis.admits(effect)}

@@ -90,7 +90,9 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
         return ()
     campaign, found = quote(str(source)), quote(str(folder / "diagnosis.json"))
     if record["verdict"] == "no_gap":
-        lines = [f"multilayer fit {campaign} --joint   # one modulus law for all bursts: the model explains them"]
+        before = "uncertainties stated, " if any("not stated" in text for text in record.get("warnings", ())) else ""
+        what = f"{before}one modulus law for all bursts: the model explains them"
+        lines = [f"multilayer fit {campaign} --joint   # {what}"]
     elif record["verdict"] == "effect" or record.get("law"):
         acts = "the cause" if record["verdict"] == "effect" else "the law drawn at its place"
         lines = [
@@ -184,7 +186,7 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
 
 
 def _warnings(record: Record) -> tuple[Section, ...]:
-    """Return what the result rests on that nobody stated, if anything; a terminal shows it as warnings."""
+    """Return the warnings of the record, if there are any; a terminal shows them before the report."""
     pairs = tuple(("warning", text) for text in record.get("warnings", ()))
     return (Section("What to mind", items=pairs),) if pairs else ()
 

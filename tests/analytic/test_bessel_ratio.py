@@ -7,7 +7,7 @@ import pytest
 from multilayer.media.bessel_ratio import bessel_ratio
 
 
-@pytest.mark.parametrize("size", np.geomspace(1e-6, 1e4, 11))
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.1, 1, 5, 10, 20, 40, 49.9, 50.1, 100, 1e4])
 def test_it_is_that_of_mpmath(size):
     x = size * np.exp(1j * np.radians([-80, -70, -45, -10, 0, 30, 45, 60, 80]))
     with mpmath.workdps(40):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis import diagnose
+from multilayer.diagnosis.effects.sensor_mass import SensorMass
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from tests.fits.rods import campaign_of_rods, constant_loss
@@ -31,9 +32,20 @@ def test_the_completed_ratio_is_that_of_long_records(short):
     (data,), long = short.hypothesis.data, nominal(2.0, 0.002)
     assert long.hypothesis.data[0].completed_by is None
     problem = long.hypothesis
-    (motion,) = np.exp(problem.experiments[0].log_motion(problem.points(long.minimum.z), data.frequency))
+    (motion,) = np.exp(problem.experiments[0].log_motion(problem.points(long.minimum.z), data.frequency, data.burst))
     assert np.max(data.completed_by) > 0.1
     assert np.all(np.abs(np.log(data.ratio / motion)) < 3 * np.sqrt(data.variance + MODEL_ERROR**2))
+
+
+def test_a_given_effect_rings_too():
+    """A mass that is known to stand on the plate: 3 g on 12.5 g."""
+    made = campaign_of_rods(
+        constant_loss(2e5, 0.03), frequencies=BURSTS, thicknesses=(0.0125, 0.025), tail=0.12, noise=(0.002, 0.002),
+        errors={"top_plate_mass": 0.24},
+    )  # fmt: skip
+    known = diagnose.fit_nominal(*made, given=(SensorMass(),))[0]
+    assert max(data.completed_by.max() for data in known.hypothesis.data) > 0.02
+    assert not lack_of_fit(known)
 
 
 def test_it_is_told(short):

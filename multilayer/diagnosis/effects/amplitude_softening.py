@@ -58,6 +58,7 @@ class AmplitudeSoftening(Effect):
     source = "filled rubbers (Payne) and foams: 1 to 30 % at strains of 1e-3"
     moves_resonances = True
     is_slow = True
+    acts_by_bin = True
     # 18 right names of seeds 1008 to 1011: off by 5.6 % beyond noise, by the law before this one
     size_errors: ClassVar[Mapping[str, float]] = {"softening": 0.05}
     # powers of the strain: 1.2 of filled rubbers (G. Kraus, J. Appl. Polym. Sci. Appl. Polym. Symp. 39 (1984) 75-92)

@@ -59,6 +59,7 @@ class SampleStrain(Sample):
     name = "sample_strain"
     title = "in the sample, by its dynamic strain"
     quantity = "change of ln E per strain"
+    acts_by_bin = True
 
     @classmethod
     def variants(cls) -> tuple[type[SampleStrain], ...]:

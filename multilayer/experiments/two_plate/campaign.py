@@ -182,9 +182,23 @@ class RigExperiment(Experiment):
             difference = difference + self.end_effect.at(self.data.name, z)
         return _wrapped(difference)
 
-    def log_motion(self, points: Points, frequency: RealArray) -> ComplexArray:
-        """Return ln(top/base) as the plate moves, shape (m, n), at frequencies (n,) in Hz; no effects."""
-        return np.asarray(np.log(self._motion(points, np.arange(len(points.z)), frequency, [])))
+    def log_motion(self, points: Points, frequency: RealArray, burst: IndexArray) -> ComplexArray:
+        """Return ln(top/base) as the channels show it, shape (m, n), at any frequencies.
+
+        Without effects that need what was measured at the bins (`BaseEffect.acts_by_bin`).
+
+        Parameters
+        ----------
+        points : Points
+        frequency : array, shape (n,)
+            Hz.
+        burst : array of int, shape (n,)
+            Index of the burst of each.
+        """
+        setting = self.setting.at(frequency, burst)
+        acting = [pair for pair in self._acting(points) if not pair[0].acts_by_bin]
+        moved = self._motion(points, np.arange(len(points.z)), setting, acting)
+        return np.asarray(np.log(_as_shown(moved, setting, acting)))
 
     @np.errstate(all="ignore")  # a search may try points without a response: NaN, which is no minimum
     def motions(self, points: Points) -> tuple[ComplexArray, ComplexArray]:
@@ -192,28 +206,30 @@ class RigExperiment(Experiment):
         return self._motions(points, np.arange(len(points.z)))
 
     def _motions(self, points: Points, kept: IndexArray) -> tuple[ComplexArray, ComplexArray]:
-        every = values_of(self.effects, points)
-        values = [{name: column[kept] for name, column in of_effect.items()} for of_effect in every]
-        moved = self._motion(points, kept, self.setting.frequency, values)
-        shown = moved
-        for effect, parameters in zip(self.effects, values, strict=True):
-            shown = effect.motion(self.setting, shown, parameters)
-        return moved, shown
+        acting = [
+            (effect, {name: column[kept] for name, column in values.items()}) for effect, values in self._acting(points)
+        ]
+        moved = self._motion(points, kept, self.setting, acting)
+        return moved, _as_shown(moved, self.setting, acting)
+
+    def _acting(self, points: Points) -> list[tuple[Acting, Values]]:
+        """Return the effects with their parameters at all points."""
+        return list(zip(self.effects, values_of(self.effects, points), strict=True))
 
     @np.errstate(all="ignore")
     def _log_shown(self, points: Points, kept: IndexArray) -> ComplexArray:
         """Return ln(top/base) at some of the points, truncated as the records are, without errors of the channels."""
         logarithms = np.log(self._motions(points, kept)[1] + _TINY)
         if self.data.ends and self.end_effect is None:
-            # the change by the ends is that of the nominal model, as in `CampaignProblem.end_effect_at`
-            motion = self._motion(points, kept, self.data.needed, [])
+            motion = np.exp(self.log_motion(points, self.data.needed, self.data.needed_burst))[kept]
             logarithms += np.log(self.data.cut(motion) / motion[:, : len(self.data.frequency)])
         return np.asarray(logarithms)
 
-    def _motion(self, points: Points, kept: IndexArray, frequency: RealArray, values: Sequence[Values]) -> ComplexArray:
-        """Return top over base as the plate moves, shape (k, n), at some of the points."""
-        setting, campaign = self.setting, self.setting.campaign
-        acting = list(zip(self.effects, values, strict=False))
+    def _motion(
+        self, points: Points, kept: IndexArray, setting: Setting, acting: Sequence[tuple[Acting, Values]]
+    ) -> ComplexArray:
+        """Return top over base as the plate moves, shape (k, n), at some of the points and a setting's frequencies."""
+        campaign, frequency = setting.campaign, setting.frequency
         modulus = self.material.at(points, kept, frequency)
         for effect, parameters in acting:
             modulus = effect.modulus(setting, modulus, parameters)
@@ -532,11 +548,19 @@ class CampaignProblem(Hypothesis):
             data = experiment.data
             if data.ends:
                 with np.errstate(all="ignore"):  # a law far from the sample's may have no finite one: `is_finite`
-                    motion = experiment.log_motion(points, data.needed)
+                    motion = experiment.log_motion(points, data.needed, data.needed_burst)
                     shown = np.log(data.cut(np.exp(motion))) - motion[:, : len(data.frequency)]
                 shown.imag = half_turn(shown.imag)
                 change[data.name], slope[data.name] = stencil.linearised(shown)
         return EndEffect(z, change, slope)
+
+
+def _as_shown(moved: ComplexArray, setting: Setting, acting: Sequence[tuple[Acting, Values]]) -> ComplexArray:
+    """Return the motion as the channels show it under some effects."""
+    shown = moved
+    for effect, parameters in acting:
+        shown = effect.motion(setting, shown, parameters)
+    return shown
 
 
 def _measurement_order(campaign: Campaign) -> dict[tuple[str, float], float]:

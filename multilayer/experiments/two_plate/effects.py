@@ -56,6 +56,11 @@ class Setting:
         """Frequencies of the data, Hz."""
         return self.data.frequency
 
+    def at(self, frequency: RealArray, burst: NDArray[np.intp]) -> Setting:
+        """Return the setting at other frequencies, Hz, of bursts by their indices: without what is measured at bins."""
+        order = self.order[np.searchsorted(self.data.burst, burst)]
+        return replace(self, data=replace(self.data, frequency=frequency, burst=burst, ends={}), order=order)
+
     @property
     def is_described(self) -> bool:
         """Whether the campaign has this configuration, rather than a planned one."""

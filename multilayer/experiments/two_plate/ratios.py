@@ -68,6 +68,12 @@ class ConfigurationData:
         """Frequencies at which the model's motion is needed, Hz: those of the bins, then of the records' ends."""
         return np.concatenate([self.frequency, *(end.frequency for end in self.ends.values())])
 
+    @property
+    def needed_burst(self) -> NDArray[np.intp]:
+        """Index of the burst of each of these."""
+        parts = [np.full(len(end.frequency), index) for index, end in self.ends.items()]
+        return np.concatenate([self.burst, *parts])
+
     def cut(self, motion: ComplexArray) -> ComplexArray:
         """Return a model's ratio, shape (..., n), of truncated records, from its motion at `needed`."""
         n = len(self.frequency)

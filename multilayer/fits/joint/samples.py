@@ -93,10 +93,9 @@ def _expanded(
     problem: CampaignProblem, rigs: Mapping[str, Rig], z: RealArray, executor: Executor | None
 ) -> dict[str, Rig]:
     """Return rigs that know their partial fractions at the data's frequencies, as the first derivative makes them."""
-    used = [data for data in problem.data if data.name in rigs]
-    tasks = [(replace(problem.with_data([data]), finite={data.name: rigs[data.name]}), z) for data in used]
+    tasks = [(replace(problem.with_data([data]), finite={data.name: rigs[data.name]}), z) for data in problem.data]
     expanded = run_all(_differentiated, tasks, executor)
-    return {**rigs, **{data.name: rig for data, rig in zip(used, expanded, strict=True)}}
+    return {data.name: rig for data, rig in zip(problem.data, expanded, strict=True)}
 
 
 def _differentiated(task: tuple[CampaignProblem, RealArray]) -> Rig:

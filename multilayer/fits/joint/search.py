@@ -18,7 +18,7 @@ from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.experiments.two_plate.record_end import RecordEnd, period_of, rings_at_end
 from multilayer.inference.least_squares import TIGHT, distinct, is_competitive, minimise, search
-from multilayer.inference.problem import Minimum
+from multilayer.inference.problem import Minimum, Points
 from multilayer.measurements.description import Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.media.laws.template import law_template
@@ -172,21 +172,24 @@ def with_record_ends(problem: CampaignProblem, found: Minimum, bursts: Sequence[
         data, ends = experiment.data, dict(experiment.data.ends)
         rig = problem.rigs[data.name]
 
-        def motion(f: RealArray, experiment: RigExperiment = experiment) -> ComplexArray:
-            return np.asarray(np.exp(experiment.log_motion(points, f)[0]))
-
         for burst in bursts:
             at = np.flatnonzero(data.centres == burst.frequency)
             of_this = burst.configuration == data.name and at.size > 0 and rig.takes_arrays
             if not of_this or int(at[0]) in ends or not rings_at_end(burst):
                 continue
             bins, variance = (values[data.burst == at[0]] for values in (data.frequency, data.variance))
+            motion = partial(_motion_of, experiment, points, int(at[0]))
             end = RecordEnd.of(burst, bins, rig.reach, period_of(burst, motion, rig.reach))
             share = end.missing(motion(end.frequency)) / motion(bins)
             if np.linalg.norm(np.abs(share) / np.sqrt(variance + problem.model_error**2)) > _SETTLED:
                 ends[int(at[0])] = end
         changed.append(replace(data, ends=dict(sorted(ends.items()))))
     return replace(problem, configurations=changed, end_effect=None)
+
+
+def _motion_of(experiment: RigExperiment, points: Points, burst: int, frequency: RealArray) -> ComplexArray:
+    """Return top over base at the first of some points, at frequencies of one burst, shape (n,)."""
+    return np.asarray(np.exp(experiment.log_motion(points, frequency, np.full(len(frequency), burst))[0]))
 
 
 def law_space(law: str, frequency: ArrayLike, modulus: ArrayLike, elements: int | None = None) -> LawSpace:
