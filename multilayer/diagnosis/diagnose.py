@@ -40,7 +40,7 @@ from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import other_starts
-from multilayer.diagnosis.thresholds import END_ERROR, MODEL_ERROR
+from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
@@ -224,8 +224,8 @@ def with_complete_records(
 ) -> tuple[CampaignProblem, list[Minimum]]:
     """Return a problem whose data are as of records that go on until all is at rest, where that matters, and solutions.
 
-    By what the nominal model says of the ring-down beyond their ends. In a joint fit the model is cut in place of that;
-    here every hypothesis would have to be, at many times the cost.
+    By what the nominal model says of the ring-down beyond their ends, the less certain the more it misses. In a joint
+    fit the model is cut in place of that; here every hypothesis would have to be, at many times the cost.
 
     Parameters
     ----------
@@ -241,7 +241,10 @@ def with_complete_records(
     if effect is None:
         return problem, minima
     z = found[0].z
-    data = [part.completed(effect.at(part.name, z), END_ERROR) if part.ends else part for part in cut.data]
+    data = []
+    for part, missed in zip(cut.data, cut.differences(z), strict=True):
+        error = float(np.hypot(END_ERROR, END_GROWTH * np.sqrt(np.mean(np.abs(missed) ** 2))))
+        data.append(part.completed(effect.at(part.name, z), error) if part.ends else part)
     complete = replace(problem, configurations=data)
     return complete, distinct([minimise(complete, minimum.z, tolerance=COARSE) for minimum in found])
 

@@ -17,6 +17,7 @@ from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
+from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
@@ -106,6 +107,18 @@ def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
         assert first.place.entry["moved"][name] * np.exp(middle) == pytest.approx(factor, rel=0.01)
     peak = first.grid[np.argmax(np.abs(first.law()))]
     assert peak * np.exp(-middle) == pytest.approx(500.0, rel=0.04)
+
+
+@pytest.mark.parametrize("picked", [(1, 4), (1, 3, 6)])
+def test_a_sharp_resonance_is_found_wherever_it_acts(shared, picked):
+    """1.22 g on a spring on the plates of another solver: of few configurations no smooth law shows where it acts."""
+    job = read_fit(shared / "campaigns" / "round-1" / "foreign-attached-resonator")
+    few = tuple(job.campaign.configurations[i] for i in picked)
+    nominal, _ = diagnose.fit_nominal(job.campaign.model_copy(update={"configurations": few}), job.recordings)
+    first, second, *_ = with_resonances(nominal, fit_places(nominal)).values()
+    assert first.place.name == "top_plate"
+    assert first.log_evidence > second.log_evidence + 1e5
+    assert first.explanation.minimum.cost_per_datum < 10
 
 
 def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(monkeypatch):
