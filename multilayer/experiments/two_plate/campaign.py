@@ -579,6 +579,7 @@ def _product(a: ComplexArray, b: ComplexArray) -> ComplexArray:
     return np.asarray(np.sum(a.conj() * b, axis=-1, keepdims=True))
 
 
+@np.errstate(all="ignore")  # a search may try points without a response: NaN, which is no minimum
 def _bounded(difference: ComplexArray) -> ComplexArray:
     """Return ``2 (a - b)/(|a| + |b|)`` for a difference of ln a and ln b."""
     real = np.clip(difference.real, -_FAR_OFF, _FAR_OFF)
