@@ -40,7 +40,7 @@ from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import other_starts
-from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, MODEL_ERROR
+from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, LARGEST_END_ERROR, MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
 from multilayer.errors import InputError, suggest
 from multilayer.executors import call, run_all
@@ -244,7 +244,10 @@ def with_complete_records(
     data = []
     for part, missed in zip(cut.data, cut.differences(z), strict=True):
         error = float(np.hypot(END_ERROR, END_GROWTH * np.sqrt(np.mean(np.abs(missed) ** 2))))
-        data.append(part.completed(effect.at(part.name, z), error) if part.ends else part)
+        is_known = part.ends and error < LARGEST_END_ERROR
+        data.append(part.completed(effect.at(part.name, z), error) if is_known else replace(part, ends={}))
+    if all(part.completed_by is None for part in data):
+        return problem, minima
     complete = replace(problem, configurations=data)
     return complete, distinct([minimise(complete, minimum.z, tolerance=COARSE) for minimum in found])
 

@@ -42,6 +42,7 @@ MODEL_ERROR = 0.003  # relative standard deviation of the solvers' error in the 
 # over what it misses of the configuration: it rings on for some decay times, over which an error of its resonance grows
 # (records of the shared campaigns cut 1.5 periods after their bursts; and paper-c as it is, of next to no loss)
 END_ERROR, END_GROWTH = 0.1, 3.0
+LARGEST_END_ERROR = 1 / 3  # above which that model cannot say how it rings: records are taken as they are
 TEMPERATURE = 6.0  # nats of evidence per nat of stated probability: from development runs
 # relative sizes of a smooth discrepancy in place of any cause; correlation lengths in ln f of that and of the errors of
 # laws, which vary more slowly, as those of power laws do
