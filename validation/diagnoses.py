@@ -37,7 +37,7 @@ TIME = """## Time
 
 Seconds of `multilayer diagnose CAMPAIGN --jobs 2`, from start to exit, all effects, files and figures written; the
 better of two runs, each process with one thread, on {cores} cores.
-20 s are aimed at for seven configurations and 5 s for one. Seven without a gap meet them, the others do not: most of
+20 s are aimed at for seven configurations and 5 s for one. Seven without a gap meet them, with one mostly not: most of
 the time goes into laws drawn at every place, fits of parts of the data that foretell the others, and finite elements of
 samples with free or open rims.
 
