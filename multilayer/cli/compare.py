@@ -32,12 +32,15 @@ def compare(
 ) -> None:
     """Lay measured spectra over what a simulation file predicts at the same frequencies.
 
-    Prints the rms and the largest misfit of every case; writes comparison.csv, comparison.json, comparison.html and
-    figures. Exit status: 0 done, whatever the misfit, 2 the input cannot be used (nothing is written).
+    Prints the rms and the largest misfit of every case, and which value of a single field of a layer would bring the
+    prediction closest; writes comparison.csv, comparison.json, comparison.html and figures. Exit status: 0 done,
+    whatever the misfit, 2 the input cannot be used (nothing is written).
 
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
+    from multilayer.cli.progress import progress_bar
     from multilayer.report.simulation import comparison_report
+    from multilayer.simulation.closest_values import SOUGHT
     from multilayer.simulation.compare import compare as compared
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.measured import known_quantity, read_measured
@@ -47,5 +50,7 @@ def compare(
     spectra = read_measured(measured, known_quantity(quantity))
     planned = plan(simulation, file.stem, spectra.grid(simulation.frequency))
     folder = folder_for(out, file.stem)
-    comparison = compared(spectra, run_plan(planned, jobs, cluster))
+    predicted = run_plan(planned, jobs, cluster)
+    with progress_bar("closest values", SOUGHT * len(spectra.quantities)) as advance:
+        comparison = compared(spectra, predicted, planned, advance)
     finish(comparison_report(comparison), folder, as_json=as_json, figures=figures)

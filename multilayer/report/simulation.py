@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.number_text import over_unit
+from multilayer.number_text import over_unit, with_unit
 from multilayer.report.listing import Listing
 from multilayer.report.report import Picture, Report, Section
 from multilayer.report.simulation_figures import draw_losses, draw_quantity, draw_spread
 from multilayer.response.bands import band_centres, bands_of
+from multilayer.simulation.closest_values import ClosestValue
 from multilayer.simulation.compare import Comparison, Misfit
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
@@ -40,6 +41,8 @@ _LISTED = ("absorption", "transmission_loss", "insertion_loss", "duct_attenuatio
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
 _MOST_PICTURES = 4
+_MOST_CLOSEST = 3  # values of single fields that are listed of a quantity
+_CLOSER = 0.9  # of the rms difference, above which another value makes no difference worth telling
 _RATED = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
 
@@ -127,6 +130,7 @@ def comparison_report(comparison: Comparison) -> Report:
         sections=(
             Section("Measured over predicted", _pictures(predicted, values, values)),
             Section("How far apart", listings=(listing,), remarks=(left_out,) if comparison.left_out else ()),
+            *_closest_values(comparison),
         ),
         inputs={"measured": comparison.measured.name, **predicted.settings},
         tables={"comparison.csv": comparison.to_csv()},
@@ -134,6 +138,47 @@ def comparison_report(comparison: Comparison) -> Report:
         record_file="comparison.json",
         page="comparison.html",
         figures={f"comparison_{name}.png": partial(draw_quantity, predicted, name, v) for name, v in values.items()},
+    )
+
+
+def _closest_values(comparison: Comparison) -> tuple[Section, ...]:
+    """Return the section on what values of single fields would bring predictions closer; none where none is known."""
+    if not comparison.closest_values:
+        return ()
+    least = {m.quantity: min(n.rms for n in comparison.misfits if n.quantity == m.quantity) for m in comparison.misfits}
+    shown = [
+        value
+        for name in least
+        for value in [v for v in comparison.closest_values if v.quantity == name][:_MOST_CLOSEST]
+        if value.rms < _CLOSER * least[name]
+    ]
+    far = [name for name in least if name not in {value.quantity for value in shown}]
+    remarks = tuple(
+        f"No single value of a layer brings the {QUANTITIES[name].title} closer by more than {1 - _CLOSER:.0%}."
+        for name in far
+    )
+    if not shown:
+        return (Section("If one value were another", remarks=remarks),)
+    columns: dict[str, Callable[[ClosestValue], str]] = {
+        "value of": lambda value: value.field,
+        "quantity": lambda value: value.quantity,
+        **({"case": lambda value: value.case} if any(value.case for value in shown) else {}),
+        ">stated": lambda value: with_unit(value.stated, value.unit, 4),
+        ">would be": lambda value: with_unit(value.value, value.unit, 4),
+        ">change": lambda value: f"{value.value / value.stated - 1:+.1%}" if value.stated else "",
+        ">rms then": lambda value: f"{value.rms:.3g} {QUANTITIES[value.quantity].unit}".strip(),
+    }
+    if any(value.deviations is not None for value in shown):
+        # of a tolerance's standard deviation
+        columns[">over tolerance"] = lambda value: "" if value.deviations is None else f"{value.deviations:.1f}"
+    caption = "If one value were another: where the prediction comes closest, all other values as stated"
+    note = "Not what these values are: that tells a fit, which varies several at once, with their uncertainty."
+    return (
+        Section(
+            "If one value were another",
+            listings=(Listing.of(shown, columns, caption=caption, notes=(note,)),),
+            remarks=remarks,
+        ),
     )
 
 

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
 from multilayer.bounds import magnitudes
@@ -28,7 +27,7 @@ from multilayer.paths import Located, locate, with_values
 from multilayer.response.base_motion import velocity_of_top
 from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
 from multilayer.stack import Stack
-from multilayer.units import field_unit
+from multilayer.units import field_bounds, field_unit
 
 _POINTS = np.array([1.0, -1.0, 2.0, -2.0])
 _WEIGHTS = np.array([8.0, -8.0, -1.0, 1.0]) / 12
@@ -208,23 +207,13 @@ def _reach(found: Located) -> RealArray:
     """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
     value = np.asarray(found.value, dtype=float)
     usual = magnitudes(found.unit or "").usual
-    bounds = _bounds(type(found.owner).model_fields[found.field])
+    bounds = dict(field_bounds(type(found.owner).model_fields[found.field]))
     beyond_zero = any(bounds.get(side) for side in ("gt", "ge"))  # as Poisson's ratio, for which 0 is nothing special
     reach = np.where(value == 0, _LITTLE * usual, usual if beyond_zero else np.abs(value))
     for end in (bounds[side] for side in ("gt", "lt") if side in bounds):
         room = np.abs(value - end)
         reach = np.where(room > 0, np.minimum(reach, room), reach)
     return reach
-
-
-def _bounds(info: FieldInfo) -> dict[str, float]:
-    """Return the bounds of a field by their names in pydantic, also inside ``T | None``."""
-    inner = [item for part in getattr(info.annotation, "__args__", ()) for item in getattr(part, "__metadata__", ())]
-    items = [bound for item in (*info.metadata, *inner) for bound in getattr(item, "metadata", [item])]
-    found = {
-        side: getattr(item, side, None) for item in items for side in ("gt", "ge", "lt", "le") if hasattr(item, side)
-    }
-    return {side: float(end) for side, end in found.items() if isinstance(end, int | float)}
 
 
 def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:

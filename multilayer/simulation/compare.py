@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,11 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
+from multilayer.simulation.closest_values import ClosestValue, closest_values
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.result import CaseResult, SimulationResult, plain_list
+from multilayer.simulation.run import Plan
 
 
 @dataclass(frozen=True)
@@ -41,10 +43,19 @@ class Misfit:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A measurement and its prediction at the same frequencies."""
+    """A measurement and its prediction at the same frequencies.
+
+    Attributes
+    ----------
+    measured : Measured
+    predicted : SimulationResult
+    closest_values : tuple of ClosestValue
+        Of each quantity, in the case that predicts it best; empty where they were not asked for, or are not known.
+    """
 
     measured: Measured
     predicted: SimulationResult
+    closest_values: tuple[ClosestValue, ...] = ()
 
     @property
     def quantities(self) -> list[str]:
@@ -109,6 +120,7 @@ class Comparison:
             "measured": self.measured.name,
             "settings": dict(self.predicted.settings),
             "misfits": [_misfit_dict(misfit) for misfit in self.misfits],
+            "closest_values": [asdict(value) for value in self.closest_values],
             "frequency_hz": self.predicted.frequency.tolist(),
             "cases": [
                 {"label": case.label, **{name: plain_list(values) for name, values in self._columns(case).items()}}
@@ -128,7 +140,12 @@ def _misfit_dict(misfit: Misfit) -> Mapping[str, Any]:
     }
 
 
-def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
+def compare(
+    measured: Measured,
+    predicted: SimulationResult,
+    plan: Plan | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Comparison:
     """Return a measurement beside its prediction.
 
     Parameters
@@ -136,6 +153,10 @@ def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
     measured : Measured
     predicted : SimulationResult
         At the measured frequencies.
+    plan : Plan, optional
+        What the prediction was made by: values of single fields that bring it closest are sought, too.
+    progress : callable, optional
+        Called with each field that is sought.
 
     Raises
     ------
@@ -148,4 +169,11 @@ def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
             f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
             f"{', '.join(predicted.cases[0].quantities)}; change its termination, incidence, frequency or reference"
         )
-    return comparison
+    if plan is None:
+        return comparison
+    rms = {name: [m.rms for m in comparison.misfits if m.quantity == name] for name in comparison.quantities}
+    best = {name: plan.case_of.index(int(np.argmin(values))) for name, values in rms.items()}
+    found = [
+        closest_values(plan.tasks[first], name, measured.quantities[name], progress) for name, first in best.items()
+    ]
+    return replace(comparison, closest_values=tuple(value for values in found for value in values))

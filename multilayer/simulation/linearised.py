@@ -30,9 +30,10 @@ def linearised(
     window: Window | None,
     effort: Mapping[str, Any],
 ) -> dict[str, tuple[NDArray[Any], NDArray[Any]]]:
-    """Return absorption, loss and reflection, and their exact slopes by real fields of layers, by their names.
+    """Return quantities of sound, and their exact slopes by real fields of layers, by their names.
 
-    Slopes have the shape (n_fields, ...); a loss needs a half-space behind, a reflection a plane wave.
+    Absorption, transmission loss, and of a plane wave reflection, transmission and normalised impedance; what is
+    transmitted needs a half-space behind. Slopes have the shape (n_fields, ...).
 
     Parameters
     ----------
@@ -75,6 +76,19 @@ def _of_plane_wave(
         absorption = finite_absorption(wave.reflection, radiation, cosine)
         slope = finite_absorption_slope(wave.reflection, found.reflection, radiation, cosine)
         loss = None if loss is None else finite_loss(loss, radiation.real, cosine)
-    values = {"absorption": absorption, "transmission_loss": loss, "reflection": wave.reflection}
-    slopes = {"absorption": slope, "transmission_loss": found.transmission_loss, "reflection": found.reflection}
+    of_gas = stack.ambient.gas.impedance
+    values = {
+        "absorption": absorption,
+        "transmission_loss": loss,
+        "reflection": wave.reflection,
+        "transmission": wave.transmission,
+        "normalised_impedance": wave.surface_impedance / of_gas,
+    }
+    slopes = {
+        "absorption": slope,
+        "transmission_loss": found.transmission_loss,
+        "reflection": found.reflection,
+        "transmission": found.transmission,
+        "normalised_impedance": found.surface_impedance / of_gas,
+    }
     return values, slopes

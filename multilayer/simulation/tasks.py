@@ -175,15 +175,15 @@ def _spread(task: Task) -> dict[str, dict[str, RealArray]]:
 
 def takes_arrays(task: Task, paths: Sequence[str]) -> bool:
     """Tell whether the responses of a task take arrays of values at some paths."""
-    return isinstance(task.incidence, PlaneIncidence) and _is_of_sound(task) and all(map(_is_in_a_layer, paths))
+    return isinstance(task.incidence, PlaneIncidence) and is_of_sound(task) and all(map(_is_in_a_layer, paths))
 
 
 def _takes_derivatives(task: Task, path: str) -> bool:
-    return _is_of_sound(task) and _is_in_a_layer(path) and isinstance(locate(task.stack, path).value, int | float)
+    return is_of_sound(task) and _is_in_a_layer(path) and isinstance(locate(task.stack, path).value, int | float)
 
 
-def _is_of_sound(task: Task) -> bool:
-    """Tell whether nothing is asked for but what a stack alone makes of sound."""
+def is_of_sound(task: Task) -> bool:
+    """Tell whether nothing is asked for but what a stack alone makes of sound, as `linearised` gives it."""
     beside_sound = task.excitation is not None or task.free_waves or task.layer_losses or task.duct is not None
     return not beside_sound and not _is_built(task.stack)
 

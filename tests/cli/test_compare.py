@@ -81,6 +81,45 @@ class TestAbsorption:
         assert {(0, 0x72, 0xB2), (0, 0, 0)} <= {tuple(colour) for colour in picture.reshape(-1, 3)}
 
 
+class TestClosestValues:
+    @pytest.fixture
+    def compared(self, foam, measured, tmp_path):
+        thicker = load_stack(foam).replaced({"layers.foam.thickness": 0.06})
+        file = measured(table("frequency_hz, absorption", F, plane_wave(thicker, F).absorption))
+        return run("compare", foam, file, "--out", tmp_path / "out"), tmp_path / "out"
+
+    def test_the_field_that_is_wrong_is_told_with_its_value(self, compared):
+        done, folder = compared
+        assert (done.status, done.err) == (0, "")
+        lines = done.out.splitlines()
+        first = lines[[line.startswith("If one value were another") for line in lines].index(True) + 2]
+        assert first.split()[:7] == ["foam.thickness", "absorption", "50", "mm", "60", "mm", "+20.0%"]
+        best = json.loads((folder / "comparison.json").read_text())["closest_values"][0]
+        assert (best["field"], best["unit"], best["stated"]) == ("foam.thickness", "m", 0.05)
+        assert best["value"] == pytest.approx(0.06)
+        assert best["deviations"] is None
+
+    def test_the_page_has_the_table(self, compared):
+        _, folder = compared
+        assert "If one value were another" in (folder / "comparison.html").read_text()
+
+    def test_where_no_value_helps_that_is_said(self, foam, measured, wave, tmp_path):
+        file = measured(table("frequency_hz, absorption", F, wave.absorption * [1.1, 0.9, 1.1, 0.9]))
+        done = run("compare", foam, file, "--out", tmp_path / "out", "--no-figures")
+        told = "No single value of a layer brings the absorption coefficient closer by more than 10%."
+        assert done.status == 0
+        assert told in done.out
+
+    def test_of_several_cases_the_best(self, foam, measured, tmp_path):
+        foam.write_text(FOAM + "sweep: {layers.foam.thickness: [20 mm, 52 mm]}\n")
+        stack = load_stack(foam).replaced({"layers.foam.thickness": 0.05})
+        file = measured(table("frequency_hz, absorption", F, plane_wave(stack, F).absorption))
+        assert run("compare", foam, file, "--out", tmp_path / "out", "--no-figures").status == 0
+        best = json.loads((tmp_path / "out/comparison.json").read_text())["closest_values"][0]
+        assert (best["case"], best["field"]) == ("foam.thickness = 52 mm", "foam.thickness")
+        assert best["value"] == pytest.approx(0.05)
+
+
 class TestForms:
     @pytest.mark.parametrize(
         ("header", "factors"),
