@@ -243,12 +243,15 @@ def with_complete_records(
     z = found[0].z
     data = []
     for part, missed in zip(cut.data, cut.differences(z), strict=True):
+        if not part.ends:
+            data.append(part)
+            continue
         error = float(np.hypot(END_ERROR, END_GROWTH * np.sqrt(np.mean(np.abs(missed) ** 2))))
-        is_known = part.ends and error < LARGEST_END_ERROR
-        data.append(part.completed(effect.at(part.name, z), error) if is_known else replace(part, ends={}))
-    if all(part.completed_by is None for part in data):
-        return problem, minima
+        change = effect.at(part.name, z)
+        data.append(part.completed(change, error) if error < LARGEST_END_ERROR else part.incomplete(change))
     complete = replace(problem, configurations=data)
+    if all(part.completed_by is None for part in data):
+        return complete, minima
     return complete, distinct([minimise(complete, minimum.z, tolerance=COARSE) for minimum in found])
 
 
@@ -258,11 +261,18 @@ def record_warnings(nominal: Fitted) -> list[str]:
     left_out = sum(len(c.bursts) for c in problem.campaign.configurations) - sum(len(d.centres) for d in problem.data)
     if left_out:
         texts.append(f"bursts left out, whose records end long before all is at rest: {left_out}; record longer")
-    by = np.concatenate([np.zeros(0), *(data.completed_by for data in problem.data if data.completed_by is not None)])
-    late = by[END_ERROR * by > MODEL_ERROR]
-    if late.size:
-        text = f"bursts whose records end before all is at rest, by up to {100 * late.max():.0f} % of the ratio"
-        texts.append(f"{text}: {late.size}; the rest is added as the nominal model has it, record longer")
+    ending = "bursts whose records end before all is at rest, by up to"
+    for by, how in (
+        ([data.completed_by for data in problem.data], "the rest is added as the nominal model has it"),
+        (
+            [data.incomplete_by for data in problem.data],
+            "the nominal model misses too much to add the rest, which may pass for a gap",
+        ),
+    ):
+        every = np.concatenate([np.zeros(0), *(changes for changes in by if changes is not None)])
+        late = every[END_ERROR * every > MODEL_ERROR]  # beside which the model's error is small
+        if late.size:
+            texts.append(f"{ending} {100 * late.max():.0f} % of the ratio: {late.size}; {how}, record longer")
     return texts
 
 

@@ -54,3 +54,21 @@ def test_it_is_told(short):
     (left_out,) = diagnose.record_warnings(nominal(0.05, 0.002))
     assert "bursts left out, whose records end long before all is at rest: 1; record longer" in left_out
     assert diagnose.record_warnings(nominal(2.0, 0.002)) == []
+
+
+def test_where_the_model_misses_too_much_records_are_taken_as_they_are_and_that_is_told():
+    """A modulus that resonates at 480 Hz, as that of no law."""
+    law = constant_loss(2e5, 0.02)
+
+    def resonant(frequency):
+        x = np.asarray(frequency, dtype=float) / 480
+        return law(frequency) * (1 + 0.3 / (1 - x**2 + 0.1j * x))
+
+    made = campaign_of_rods(resonant, frequencies=BURSTS, tail=0.08, noise=(0.002, 0.002))
+    missed = diagnose.fit_nominal(*made)[0]
+    (data,) = missed.hypothesis.data
+    assert (data.ends, data.completed_by) == ({}, None)
+    assert np.max(data.incomplete_by) > 0.1
+    *_, told = diagnose.record_warnings(missed)
+    assert told.startswith("bursts whose records end before all is at rest, by up to ")
+    assert told.endswith("the nominal model misses too much to add the rest, which may pass for a gap, record longer")

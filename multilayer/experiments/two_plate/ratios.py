@@ -49,6 +49,8 @@ class ConfigurationData:
         Standard deviation of each part of ln(ratio), the same at all bins of a burst.
     completed_by : array, shape (k,), optional
         Largest change of ln(ratio) in each burst whose ring-down beyond its record's end is added (`completed`).
+    incomplete_by : array, shape (k,), optional
+        The same of bursts whose records are taken as they are (`incomplete`).
     """
 
     name: str
@@ -62,6 +64,7 @@ class ConfigurationData:
     ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
     calibration_std: RealArray | None = None
     completed_by: RealArray | None = None
+    incomplete_by: RealArray | None = None
 
     @cached_property
     def needed(self) -> RealArray:
@@ -112,8 +115,15 @@ class ConfigurationData:
             Its relative standard deviation.
         """
         variance = self.variance + (error * np.abs(change)) ** 2
-        by = np.array([np.abs(change[self.burst == burst]).max() for burst in self.ends])
+        by = self._largest(change)
         return replace(self, ratio=self.ratio * np.exp(-change), variance=variance, ends={}, completed_by=by)
+
+    def incomplete(self, change: ComplexArray) -> ConfigurationData:
+        """Return the data as if all were at rest at the ends of the records, which change ln(ratio), shape (n,)."""
+        return replace(self, ends={}, incomplete_by=self._largest(change))
+
+    def _largest(self, change: ComplexArray) -> RealArray:
+        return np.array([np.abs(change[self.burst == burst]).max() for burst in self.ends])
 
     def part(self, kept: NDArray[np.intp]) -> ConfigurationData:
         """Return the data of some bursts, by their indices, and renumbered."""
