@@ -77,7 +77,8 @@ def slab_faces(wave: Wave, thickness: Numeric, equations: FieldEquations) -> Fac
         return _halved(split(flat), h, np.asarray(kx))
 
     arguments = (thickness, wave.kx, *entries)
-    return Faces(family, *choose(np.asarray(turn < THIN), series, halved, arguments), equations.porosity)
+    front, back = choose(np.asarray(turn < THIN), series, halved, arguments)
+    return Faces(family, front, back, equations.porosity)
 
 
 def _halved(equations: FieldEquations, thickness: Numeric, kx: Numeric) -> tuple[ComplexArray, ComplexArray]:

@@ -5,7 +5,7 @@
 The first half of ``c`` are waves (or wave-like amplitudes) going towards +x3, the second half towards -x3. Two ways to
 make them:
 
-- `from_waves`: plane waves, each exponential referred to the face it decays from, so that nothing overflows;
+- `wave_states`: plane waves, each exponential referred to the face it decays from, so that nothing overflows;
 - `from_propagator`: the propagator of the field equations by its power series (`propagator_series`), for layers thin
   beside the wavelengths, where waves would cancel each other to the last digits.
 """
@@ -76,9 +76,63 @@ class Origin(ABC):
     def matrices(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the face matrices (A, B)."""
 
+    def states(self) -> States:
+        """Return the face matrices with what waves lose from face to face apart."""
+        return States(*self.matrices())
+
     @abstractmethod
     def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
         """Return the complex derivatives of the outcomes, shape (n_outcomes, ...), by each of the coefficients."""
+
+
+@dataclass(frozen=True)
+class States:
+    """Face matrices with what waves lose from face to face apart: ``A = front diag(1, d)``, ``B = back diag(d, 1)``.
+
+    Waves of a homogeneous medium have the same states at both faces, which do not depend on the thickness: of many
+    thicknesses they are computed, and eliminated, once.
+
+    Attributes
+    ----------
+    front, back : complex array, shape (n_state, n_coefficients, ...)
+    decay : complex array, shape (n_coefficients/2, 1, ...), or None
+        The factors d of the waves, the same in both directions; None for 1.
+    """
+
+    front: ComplexArray
+    back: ComplexArray
+    decay: ComplexArray | None = None
+
+    @property
+    def ndim(self) -> int:
+        """The most axes of any of the arrays."""
+        return max(array.ndim for array in (self.front, self.back, self.decay) if array is not None)
+
+    def aligned(self, ndim: int) -> States:
+        """Return them with so many axes."""
+        (front,), (back,) = aligned(self.front, ndim=ndim), aligned(self.back, ndim=ndim)
+        return States(front, back, None if self.decay is None else aligned(self.decay, ndim=ndim)[0])
+
+    def matrices(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the face matrices (A, B)."""
+        if self.decay is None:
+            return self.front, self.back
+        front, back, decay = aligned(self.front, self.back, self.decay)
+        half, shape = len(decay), np.broadcast_shapes(front.shape[2:], back.shape[2:], decay.shape[2:])
+        a, b = (np.empty((*front.shape[:2], *shape), dtype=complex) for _ in range(2))
+        d = np.swapaxes(decay, 0, 1)
+        a[:, :half], b[:, half:] = front[:, :half], back[:, half:]
+        np.multiply(front[:, half:], d, out=a[:, half:])
+        np.multiply(back[:, :half], d, out=b[:, :half])
+        return a, b
+
+    def before(self, answer: ComplexArray) -> ComplexArray:
+        """Return what comes back to the front of waves that the back answers so, both where they have not decayed."""
+        return answer if self.decay is None else self.decay * answer
+
+    def behind(self, of_back: ComplexArray) -> ComplexArray:
+        """Return what follows from waves at the front, a column for each, from what follows from those at the back."""
+        return of_back if self.decay is None else of_back * np.swapaxes(self.decay, 0, 1)
 
 
 @dataclass(frozen=True)
@@ -105,33 +159,31 @@ class Faces:
         return None
 
     @property
+    def states(self) -> States:
+        """The matrices with what waves lose from face to face apart, where that is known."""
+        return States(self.front, self.back)
+
+    @property
     def computed(self) -> Faces:
         """The same, its matrices computed now: errors in their formulae are raised here."""
         return self
 
 
-class FacesOf(Faces):
-    """Face matrices that are computed from coefficients of a medium, when they are asked for."""
+class FacesOfStates(Faces):
+    """Face matrices that are multiplied out when they are asked for."""
 
-    def __init__(self, origin: Origin, porosity: Numeric = 1.0) -> None:
-        for name, value in (("family", origin.family), ("porosity", porosity), ("_origin", origin)):
-            object.__setattr__(self, name, value)
-
-    @property
-    def origin(self) -> Origin:
-        """What the matrices are computed from."""
-        origin: Origin = self.__dict__["_origin"]
-        return origin
+    def __init__(self, family: Family, states: States, porosity: Numeric = 1.0) -> None:
+        self.__dict__.update(family=family, porosity=porosity, _states=states)
 
     @property
-    def computed(self) -> Faces:
-        """The same, its matrices computed now."""
-        assert self._matrices
-        return self
+    def states(self) -> States:
+        """The matrices with what waves lose from face to face apart."""
+        states: States = self.__dict__["_states"]
+        return states
 
     @cached_property
     def _matrices(self) -> tuple[ComplexArray, ComplexArray]:
-        return self.origin.matrices()
+        return self.states.matrices()
 
     @property
     def front(self) -> ComplexArray:
@@ -144,6 +196,32 @@ class FacesOf(Faces):
         return self._matrices[1]
 
 
+class FacesOf(FacesOfStates):
+    """Face matrices that are computed from coefficients of a medium, when they are asked for."""
+
+    def __init__(self, origin: Origin, porosity: Numeric = 1.0) -> None:
+        self.__dict__.update(family=origin.family, porosity=porosity, _origin=origin)
+
+    @property
+    def origin(self) -> Origin:
+        """What the matrices are computed from."""
+        origin: Origin = self.__dict__["_origin"]
+        return origin
+
+    @property
+    def computed(self) -> Faces:
+        """The same, its matrices computed now."""
+        assert self.states
+        return self
+
+    @property
+    def states(self) -> States:
+        """The matrices with what waves lose from face to face apart."""
+        if "_states" not in self.__dict__:
+            self.__dict__["_states"] = self.origin.states()
+        return super().states
+
+
 def mirrored(faces: Faces) -> Faces:
     """Return the face matrices of a layer that is turned round along axis 3: its back is where its front was."""
 
@@ -153,13 +231,16 @@ def mirrored(faces: Faces) -> Faces:
         waves[list(faces.family.odd)] *= -1
         return waves
 
-    return Faces(faces.family, turned(faces.back), turned(faces.front), faces.porosity)
+    states = faces.states
+    return FacesOfStates(faces.family, States(turned(states.back), turned(states.front), states.decay), faces.porosity)
 
 
-def from_waves(
+def wave_states(
     family: Family, forward: Entries, wavenumbers: Sequence[Numeric], thickness: Numeric
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Return (A, B) from the states of unit waves in a medium that is its own mirror image along axis 3.
+    """Return the states of unit waves both ways in a medium that is its own mirror image along axis 3, and their decay.
+
+    Those of `States`: the states serve both faces.
 
     Parameters
     ----------
@@ -171,24 +252,21 @@ def from_waves(
         k along x3 of each wave, Im(k) <= 0.
     thickness : float or array
     """
-    shape = common_shape((thickness, *wavenumbers, *(entry for row in forward for entry in row)))
+    shape = common_shape(entry for row in forward for entry in row)
     half = family.half
-    decay = np.empty((half, *shape), dtype=complex)
-    a = np.empty((family.size, family.size, *shape), dtype=complex)
-    b = np.empty_like(a)
-    for j, k in enumerate(wavenumbers):
-        decay[j] = -1j * thickness * k
-        for i, row in enumerate(forward):
-            a[i, j] = row[j]
-    np.exp(decay, out=decay)
-    np.multiply(a[:, :half], decay, out=b[:, :half])
-    for i in range(family.size):
+    states = np.empty((family.size, family.size, *shape), dtype=complex)
+    for i, row in enumerate(forward):
+        for j, entry in enumerate(row):
+            states[i, j] = entry
         if i in family.even:
-            a[i, half:], b[i, half:] = b[i, :half], a[i, :half]
+            states[i, half:] = states[i, :half]
         else:  # as real numbers, whose signs NumPy turns faster
-            np.negative(b[i, :half].view(float), out=a[i, half:].view(float))
-            np.negative(a[i, :half].view(float), out=b[i, half:].view(float))
-    return a, b
+            np.negative(states[i, :half].view(float), out=states[i, half:].view(float))
+    decay = np.empty((half, 1, *common_shape((thickness, *wavenumbers))), dtype=complex)
+    for j, k in enumerate(wavenumbers):
+        decay[j, 0] = -1j * thickness * k
+    np.exp(decay, out=decay)
+    return states, decay
 
 
 @lru_cache
@@ -347,17 +425,17 @@ def _weighted_sums(weights: RealArray, terms: ComplexArray) -> ComplexArray:
 
 def choose(
     thin: BoolArray,
-    series: Callable[..., tuple[ComplexArray, ComplexArray]],
-    waves: Callable[..., tuple[ComplexArray, ComplexArray]],
+    series: Callable[..., tuple[ComplexArray, ...]],
+    waves: Callable[..., tuple[ComplexArray, ...]],
     arguments: Sequence[Numeric],
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return the face matrices of `series` where `thin`, of `waves` elsewhere, each computed where it is needed only.
+) -> tuple[ComplexArray, ...]:
+    """Return the matrices of `series` where `thin`, of `waves` elsewhere, each computed where it is needed only.
 
     Parameters
     ----------
     thin : bool array
     series, waves : callable
-        Make (A, B) from `arguments`.
+        Make entry-first matrices from `arguments`, both equally many of the same sizes.
     arguments : sequence
         Numbers and arrays that broadcast against `thin`.
     """
@@ -373,7 +451,7 @@ def choose(
         matrices = matrices or [np.empty((*part.shape[:2], *shape), dtype=complex) for part in parts]
         for matrix, part in zip(matrices, parts, strict=True):
             matrix.reshape(*matrix.shape[:2], -1)[..., points] = part
-    return matrices[0], matrices[1]
+    return tuple(matrices)
 
 
 def _run(points: IndexArray) -> IndexArray | slice:

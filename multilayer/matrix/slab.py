@@ -24,11 +24,12 @@ from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
 from multilayer.matrix.faces import (
     LayerField,
     Origin,
+    States,
     choose,
     from_propagator,
-    from_waves,
     propagator_series,
     thin_limit,
+    wave_states,
 )
 from multilayer.matrix.families import Family
 from multilayer.matrix.small import Entries, aligned, beside, multiply, solve_small, stack_entries
@@ -98,14 +99,27 @@ class Slab(Origin):
 
     def matrices(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the face matrices (A, B)."""
-        return choose(self.thin, self._series, self._waves, (self.thickness, *self.constants))
+        return self.states().matrices()
+
+    def states(self) -> States:
+        """Return the face matrices with what waves lose apart: nothing where the slab is thin."""
+        arguments = (self.thickness, *self.constants)
+        if np.all(self.thin):
+            return States(*self._series(*arguments))
+        return States(*choose(self.thin, self._series_beside_waves, self._waves, arguments))
 
     def _series(self, thickness: Numeric, *constants: Numeric) -> tuple[ComplexArray, ComplexArray]:
         propagator = propagator_series(self.family, *self.equations(*constants), thickness)
         return from_propagator(self.family, propagator, self.wave.ambient.impedance)
 
-    def _waves(self, thickness: Numeric, *constants: Numeric) -> tuple[ComplexArray, ComplexArray]:
-        return from_waves(self.family, self.waves(*constants), constants[-self.family.half :], thickness)
+    def _series_beside_waves(self, *arguments: Numeric) -> tuple[ComplexArray, ...]:
+        front, back = self._series(*arguments)
+        return front, back, np.ones((self.family.half, 1, *back.shape[2:]), dtype=complex)
+
+    def _waves(self, thickness: Numeric, *constants: Numeric) -> tuple[ComplexArray, ...]:
+        wavenumbers = constants[-self.family.half :]
+        states, decay = wave_states(self.family, self.waves(*constants), wavenumbers, thickness)
+        return states, states, decay
 
     def gradient(self, field: LayerField) -> tuple[Numeric, ...]:
         """Return derivatives by the thickness and the medium's coefficients."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, void_rows, wall_rows
-from multilayer.matrix.faces import Faces
+from multilayer.matrix.faces import Faces, FacesOfStates
 from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import aligned, beside, common_shape, multiply, solve_small
 
@@ -143,7 +143,7 @@ def onward(system: System, sweep: Sweep) -> Solution:
     first = layers[0]
     reflected: ComplexArray | None = None
     if not isinstance(system.head, Wall):
-        ndim = first.front.ndim
+        ndim = answers[0].ndim
         head = system.head.faces(ndim, is_head=True) if isinstance(system.head, Port) else system.head.faces(ndim)
         reflection, carry = _join(head, first, answers[0], system.contacts[0])
         reflected, ahead = reflection[0, 0], carry[:, 0]
@@ -158,13 +158,8 @@ def onward(system: System, sweep: Sweep) -> Solution:
 
 def _same_axes(layers: Sequence[Faces]) -> list[Faces]:
     """Return the layers with equally many axes in their matrices; one layer alone may depend on samples."""
-    ndim = max(matrix.ndim for layer in layers for matrix in (layer.front, layer.back))
-    return [
-        Faces(
-            layer.family, aligned(layer.front, ndim=ndim)[0], aligned(layer.back, ndim=ndim)[0], porosity=layer.porosity
-        )
-        for layer in layers
-    ]
+    ndim = max(layer.states.ndim for layer in layers)
+    return [FacesOfStates(layer.family, layer.states.aligned(ndim), layer.porosity) for layer in layers]
 
 
 def backward(system: System) -> Sweep:
@@ -174,7 +169,7 @@ def backward(system: System) -> Sweep:
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
     if isinstance(system.tail, HalfSpace | Port):
-        ndim, tail = last.front.ndim, system.tail
+        ndim, tail = last.states.ndim, system.tail
         behind = tail.faces(ndim, is_head=False) if isinstance(tail, Port) else tail.faces(ndim)
         answer, carry = _join(last, behind, None, system.contacts[-1])
         answers.append(answer)
@@ -196,14 +191,17 @@ def _join(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return (R, F) of one interface: unknown are the layer's c- and the c+ behind, given is the layer's c+."""
     n_behind = following.family.half
-    solution = solve_small(interface(layer, following, answer, contact))
+    solution = layer.states.behind(solve_small(interface(layer, following, answer, contact)))
     return solution[n_behind:], solution[:n_behind]
 
 
 def interface(layer: Faces, following: Faces, answer: ComplexArray | None, contact: Contact) -> ComplexArray:
-    """Return the equations of one interface: columns of the layer's c+, of the c+ behind, and of the layer's c-."""
+    """Return the equations of one interface: columns of the layer's waves that arrive, of the c+ behind, and of its c-.
+
+    What arrives is the layer's c+ times its decay.
+    """
     i_rows, j_rows = couple(layer.family, following.family, contact, layer.porosity, following.porosity)
-    here, behind = apply_rows(i_rows, layer.back), allowed(j_rows, following, answer)
+    here, behind = apply_rows(i_rows, layer.states.back), allowed(j_rows, following, answer)
     half = layer.family.half
     # c- is eliminated: what passes through a stiff layer is small beside what comes back, and no difference of it
     return beside(here[:, :half], behind, here[:, half:])
@@ -211,18 +209,18 @@ def interface(layer: Faces, following: Faces, answer: ComplexArray | None, conta
 
 def allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArray:
     """Return rows @ the front states that the stack behind allows, one column per c+; c- is zero without an answer."""
-    half = layer.family.half
+    half, states = layer.family.half, layer.states
     if answer is None:
-        return apply_rows(rows, layer.front[:, :half])
-    held = apply_rows(rows, layer.front)
-    total = multiply(held[:, half:], answer)
+        return apply_rows(rows, states.front[:, :half])
+    held = apply_rows(rows, states.front)
+    total = multiply(held[:, half:], states.before(answer))
     total += held[:, :half]
     return total
 
 
 def _terminate(layer: Faces, tail: Wall | Void, contact: Contact) -> ComplexArray:
     """Return c- from c+ in front of a wall or a void."""
-    return solve_small(apply_rows(end_rows(layer, tail, contact), layer.back))
+    return layer.states.behind(solve_small(apply_rows(end_rows(layer, tail, contact), layer.states.back)))
 
 
 def end_rows(layer: Faces, tail: Wall | Void, contact: Contact) -> Rows:
