@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 
@@ -136,7 +137,9 @@ def weighted_reduction_index(reduction: Bands) -> ReductionIndex:
 
 def _adapted(values: RealArray, spectrum: tuple[int, ...]) -> int:
     """Return the A-weighted difference of levels for a source's spectrum, in whole dB."""
-    return int(np.floor(-10 * np.log10(np.sum(10 ** ((np.array(spectrum) - values) / 10))) + 0.5))
+    least, pairs = float(values.min()), zip(spectrum, values.tolist(), strict=True)
+    transmitted = sum(10 ** ((level - (value - least)) / 10) for level, value in pairs)
+    return math.floor(least - 10 * math.log10(transmitted) + 0.5)
 
 
 def enlarged_adaptation_terms(reduction: Bands) -> dict[str, tuple[int, int]]:
@@ -233,13 +236,15 @@ def sound_transmission_class(loss: Bands) -> int:
     return _shift(values, np.array(STC_CONTOUR), most=32.0, most_single=8.0)
 
 
-def _shift(values: RealArray, curve: RealArray, most: float, most_single: float = np.inf) -> int:
-    """Return the largest whole shift of `curve` whose sum of deficiencies does not exceed `most`."""
-    gap = values - curve
-    shifts = np.arange(int(np.floor(gap.min())), int(np.ceil(gap.max() + most)) + 1)
-    short = np.maximum(curve + shifts[:, None] - values, 0)
-    fits = (short.sum(axis=1) <= most + 1e-9) & (short.max(axis=1) <= most_single + 1e-9)
-    return int(shifts[fits].max())
+def _shift(values: RealArray, curve: RealArray, most: float, most_single: float = math.inf) -> int:
+    """Return the largest whole shift of `curve` whose sum of deficiencies does not exceed `most`.
+
+    Of the k bands whose gaps to the curve are smallest, k times the shift less these gaps: the sum is the largest of
+    these numbers over k, so that each of them bounds the shift.
+    """
+    gaps = sorted((values - curve).tolist())
+    bounds = ((most + 1e-9 + total) / k for k, total in enumerate(accumulate(gaps), start=1))
+    return math.floor(min(gaps[0] + most_single + 1e-9, *bounds))
 
 
 def practical_absorption(absorption: Bands) -> dict[int, float]:

@@ -29,8 +29,8 @@ _LOW_TO_HIGH = "50-5000"
 
 
 def _enlarged(bands: Mapping[float, float]) -> str:
-    terms = enlarged_adaptation_terms(bands)
-    if _LOW_TO_HIGH not in terms:
+    lowest = float(_LOW_TO_HIGH.split("-")[0])
+    if lowest not in bands or _LOW_TO_HIGH not in (terms := enlarged_adaptation_terms(bands)):
         raise InputError(f"these terms need the bands {_LOW_TO_HIGH} Hz")
     c, ctr = terms[_LOW_TO_HIGH]
     return f"{c}; {ctr} dB"
