@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT = 2.6  # inches
+_LINE = 36  # characters of a label beside an axis of that height
 _SHAKER, _BASE, _SAMPLE, _TOP = (0.0, 0.16), (0.2, 0.32), (0.32, 0.68), (0.68, 0.76)  # heights in the drawing
 _LEFT, _RIGHT = 0.28, 0.72
 _MARK = 1  # colour of what is marked
@@ -41,7 +43,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
         octave_ticks(axis, float(f[0]), float(f[-1]), _MOST_TICKS // len(parts))
         axis.set_xlabel("frequency / Hz")
         axis.set_title(label, fontsize=8)
-    axes[0, 1].set_ylabel(over_unit(law["quantity"], unit), fontsize=7)
+    axes[0, 1].set_ylabel(fill(over_unit(law["quantity"], unit), _LINE), fontsize=7)
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
     return figure
 
