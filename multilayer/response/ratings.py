@@ -242,7 +242,7 @@ def _shift(values: RealArray, curve: RealArray, most: float, most_single: float 
     Of the k bands whose gaps to the curve are smallest, k times the shift less these gaps: the sum is the largest of
     these numbers over k, so that each of them bounds the shift.
     """
-    gaps = sorted((values - curve).tolist())
+    gaps: list[float] = sorted((values - curve).tolist())
     bounds = ((most + 1e-9 + total) / k for k, total in enumerate(accumulate(gaps), start=1))
     return math.floor(min(gaps[0] + most_single + 1e-9, *bounds))
 

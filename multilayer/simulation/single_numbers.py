@@ -29,7 +29,7 @@ _LOW_TO_HIGH = "50-5000"
 
 
 def _enlarged(bands: Mapping[float, float]) -> str:
-    lowest = float(_LOW_TO_HIGH.split("-")[0])
+    lowest = float(_LOW_TO_HIGH.split("-", maxsplit=1)[0])
     if lowest not in bands or _LOW_TO_HIGH not in (terms := enlarged_adaptation_terms(bands)):
         raise InputError(f"these terms need the bands {_LOW_TO_HIGH} Hz")
     c, ctr = terms[_LOW_TO_HIGH]

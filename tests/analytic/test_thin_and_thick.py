@@ -64,3 +64,15 @@ def test_a_range_of_thicknesses_around_the_change(name, monkeypatch):
             result = plane_wave(panel, frequency, angle)
             assert abs(result.reflection - reflection) < 1e-9
             assert abs(result.transmission / transmission - 1) < 1e-9
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_of_many_thicknesses_the_states_of_waves_are_made_once(name):
+    layer, f = stack((LAYERS[name], 0.5)).layers[0], np.geomspace(5e3, 2e4, 7)
+    wave, thickness = Wave.incident(f, 45.0, dry_air()), np.linspace(20, 40, 5)
+    many = layer.model_copy(update={"thickness": thickness[:, None]}).faces(wave)
+    assert many.states.front.shape[2:] == f.shape
+    for i, h in enumerate(thickness):
+        one = layer.model_copy(update={"thickness": h}).faces(wave)
+        for side in ("front", "back"):
+            np.testing.assert_array_equal(getattr(many, side)[:, :, i], getattr(one, side))
