@@ -96,7 +96,7 @@ def closest_values(
                 if progress is not None:
                     progress(path)
                 found.append(search.closest(path))
-        except MultilayerError:  # of the stack as it is stated
+        except (MultilayerError, ArithmeticError):  # of the stack as it is stated
             return []
     return sorted(found, key=lambda item: item.rms)
 
@@ -138,7 +138,7 @@ class _Search:
             value, slope = axis.at(float(x[0]))
             try:
                 missed, slopes = self._missed(stack.replaced({path: value}), [path])
-            except MultilayerError:  # not allowed, or without a response: a shorter step is taken
+            except (MultilayerError, ArithmeticError):  # not allowed, or without a response: a shorter step is taken
                 return np.full(n, np.nan), np.zeros((n, 1))
             return missed, slope * slopes.T
 
