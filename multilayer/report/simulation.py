@@ -101,6 +101,7 @@ def comparison_report(comparison: Comparison) -> Report:
     values = {name: comparison.measured.quantities[name] for name in comparison.quantities}
     case = f" of the case {best.case}" if best.case else ""
     left_out = f"not predicted, left out: {', '.join(comparison.left_out)}"
+    closer = next((value for value in _helpful(comparison) if value.quantity == best.quantity), None)
     listing = Listing.of(
         misfits,
         {
@@ -119,7 +120,7 @@ def comparison_report(comparison: Comparison) -> Report:
         label="Comparison",
         sentence=f"The {'closest' if len(misfits) > 1 else 'measured'} {QUANTITIES[best.quantity].title}{case} differs "
         f"from the prediction by {_size(best.rms, best)} (rms), by {_size(best.largest, best)} at most, "
-        f"at {best.worst_frequency:.4g} Hz.",
+        f"at {best.worst_frequency:.4g} Hz{_with_closest_value(closer)}.",
         facts=(
             ("frequencies", f"{len(f)}"),
             ("from", f"{f[0]:g} Hz"),
@@ -141,18 +142,28 @@ def comparison_report(comparison: Comparison) -> Report:
     )
 
 
+def _with_closest_value(closer: ClosestValue | None) -> str:
+    """Return what the difference would be with the one value that lessens it most, behind what it is."""
+    if closer is None:
+        return ""
+    value, stated = (with_unit(number, closer.unit, 4) for number in (closer.value, closer.stated))
+    return f"; with {closer.field} of {value} in place of {stated} it would by {_size(closer.rms, closer)}"
+
+
+def _helpful(comparison: Comparison) -> list[ClosestValue]:
+    """Return the values of single fields that bring a quantity closer by more than is not worth telling."""
+    least = {m.quantity: min(n.rms for n in comparison.misfits if n.quantity == m.quantity) for m in comparison.misfits}
+    return [value for value in comparison.closest_values if value.rms < _CLOSER * least[value.quantity]]
+
+
 def _closest_values(comparison: Comparison) -> tuple[Section, ...]:
     """Return the section on what values of single fields would bring predictions closer; none where none is known."""
     if not comparison.closest_values:
         return ()
-    least = {m.quantity: min(n.rms for n in comparison.misfits if n.quantity == m.quantity) for m in comparison.misfits}
-    shown = [
-        value
-        for name in least
-        for value in [v for v in comparison.closest_values if v.quantity == name][:_MOST_CLOSEST]
-        if value.rms < _CLOSER * least[name]
-    ]
-    far = [name for name in least if name not in {value.quantity for value in shown}]
+    helpful = _helpful(comparison)
+    sought = dict.fromkeys(value.quantity for value in comparison.closest_values)
+    shown = [value for name in sought for value in [v for v in helpful if v.quantity == name][:_MOST_CLOSEST]]
+    far = [name for name in sought if name not in {value.quantity for value in shown}]
     remarks = tuple(
         f"No single value of a layer brings the {QUANTITIES[name].title} closer by more than {1 - _CLOSER:.0%}."
         for name in far
@@ -166,12 +177,12 @@ def _closest_values(comparison: Comparison) -> tuple[Section, ...]:
         ">stated": lambda value: with_unit(value.stated, value.unit, 4),
         ">would be": lambda value: with_unit(value.value, value.unit, 4),
         ">change": lambda value: f"{value.value / value.stated - 1:+.1%}" if value.stated else "",
-        ">rms then": lambda value: f"{value.rms:.3g} {QUANTITIES[value.quantity].unit}".strip(),
+        ">rms then": lambda value: _size(value.rms, value),
     }
     if any(value.deviations is not None for value in shown):
         # of a tolerance's standard deviation
         columns[">over tolerance"] = lambda value: "" if value.deviations is None else f"{value.deviations:.1f}"
-    caption = "If one value were another: where the prediction comes closest, all other values as stated"
+    caption = "One value changed, all others as stated: where the prediction comes closest"
     note = "Not what these values are: that tells a fit, which varies several at once, with their uncertainty."
     return (
         Section(
@@ -194,8 +205,8 @@ def _shown(value: float, quantity: Quantity) -> str:
     return f"{value:.1f} dB" if quantity.unit == "dB" else f"{value:.2f}"
 
 
-def _size(value: float, misfit: Misfit) -> str:
-    return f"{value:.3g} {QUANTITIES[misfit.quantity].unit}".strip()
+def _size(value: float, of: Misfit | ClosestValue) -> str:
+    return f"{value:.3g} {QUANTITIES[of.quantity].unit}".strip()
 
 
 def _ranked(cases: Sequence[CaseResult]) -> list[CaseResult]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _MOST_IN_LEGEND = 12
 _MOST_MARKERS = 150
 _MOST_PANELS = 4
+_LINE = 28  # characters of a label beside one of two axes of an upright figure
 
 
 def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, upright: bool = False) -> Figure:
@@ -45,7 +47,7 @@ def draw_quantity(result: SimulationResult, name: str, measured: Any = None, *, 
     points = {} if measured is None else quantity.parts(np.asarray(measured))
     for axis, column in zip(axes, columns, strict=True):
         _draw_column(axis, result, cases, column, points)
-        axis.set_ylabel(_label(quantity, column))
+        axis.set_ylabel(fill(_label(quantity, column), _LINE if upright else 2 * _LINE))
         axis.set_ylim(*_limits(quantity, cases, column, points))
     _frequency_axis(axes[-1], result)
     if upright:

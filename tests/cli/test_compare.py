@@ -92,7 +92,7 @@ class TestClosestValues:
         done, folder = compared
         assert (done.status, done.err) == (0, "")
         lines = done.out.splitlines()
-        first = lines[[line.startswith("If one value were another") for line in lines].index(True) + 2]
+        first = lines[[line.startswith("One value changed") for line in lines].index(True) + 2]
         assert first.split()[:7] == ["foam.thickness", "absorption", "50", "mm", "60", "mm", "+20.0%"]
         best = json.loads((folder / "comparison.json").read_text())["closest_values"][0]
         assert (best["field"], best["unit"], best["stated"]) == ("foam.thickness", "m", 0.05)
@@ -101,7 +101,9 @@ class TestClosestValues:
 
     def test_the_page_has_the_table(self, compared):
         _, folder = compared
-        assert "If one value were another" in (folder / "comparison.html").read_text()
+        page = (folder / "comparison.html").read_text()
+        assert "If one value were another" in page
+        assert "with foam.thickness of 60 mm in place of 50 mm it would by " in page
 
     def test_where_no_value_helps_that_is_said(self, foam, measured, tmp_path):
         f = np.linspace(200, 2000, 40)
