@@ -71,7 +71,7 @@ def solve_with_adjoint(system: System) -> Outcomes:
         adjoint_back = apply_rows(_transposed(behind.i_rows), behind.values)
         if behind.outcome is not None:
             adjoint_back[behind.outcome] -= 1
-        front, back = multiply(layer.front, amplitudes), multiply(layer.back, amplitudes)
+        front, back = layer.states.at_front(amplitudes), layer.states.at_back(amplitudes)
         fields.append(LayerField(amplitudes, front, back, adjoint_front, adjoint_back))
     return Outcomes(solution, fields, _by_porosity(system, solution, adjoints, fields))
 
@@ -96,29 +96,29 @@ def _adjoints(system: System, sweep: Sweep) -> list[_Adjoint]:
     row = normal_velocity(last.family) if isinstance(system.head, Wall) else None
     ahead = _ahead(system, sweep, row)
     comes_back = np.eye(0 if row is not None else 1, ahead[0].shape[1], dtype=complex)
-    returned: ComplexArray = comes_back.reshape(comes_back.shape + (1,) * (last.front.ndim - 2))
+    returned: ComplexArray = comes_back.reshape(comes_back.shape + (1,) * (last.states.ndim - 2))
     adjoints = []
     for i, (matrix, i_rows, j_rows) in enumerate(_interfaces(system, sweep)):
         values = _solve_transposed(matrix, _above(ahead[i], returned))
         adjoints.append(_Adjoint(values, i_rows, j_rows, row if i == len(layers) else None))
         if i < len(layers):
-            half = layers[i].family.half
+            half, states = layers[i].family.half, layers[i].states
             front = apply_rows(_transposed(j_rows), values)
-            returned = -multiply(np.swapaxes(layers[i].front[:, half:], 0, 1), front)
+            returned = -states.before(multiply(np.swapaxes(states.front[:, half:], 0, 1), front))
             if row is not None and i == len(layers) - 1:
-                returned = returned + last.back[row, half:, None]
+                returned = returned + last.states.back[row, half:, None]
     return adjoints
 
 
 def _ahead(system: System, sweep: Sweep, row: int | None) -> list[ComplexArray]:
     """Return how the outcomes follow the waves that go on from every interface, shape (n_waves, n_outcomes, ...)."""
     last, carry = sweep.layers[-1], sweep.carries[-1]
-    axes = (1,) * (last.front.ndim - 2)
+    axes = (1,) * (last.states.ndim - 2)
     n_outcomes = 1 if carry is None or row is not None else 2
     beyond = np.zeros((0 if carry is None else 1, n_outcomes, *axes), dtype=complex)
     if row is not None:
-        half = last.family.half
-        state = last.back[row, :half] + multiply(last.back[row, None, half:], sweep.answers[-1])[0]
+        half, back = last.family.half, last.states.back[row, None]
+        state = (last.states.behind(back[:, :half]) + multiply(back[:, half:], sweep.answers[-1]))[0]
         ahead = [beyond, state[:, None]]
     elif carry is not None:
         beyond[0, 1] = 1
@@ -135,7 +135,7 @@ def _interfaces(system: System, sweep: Sweep) -> Iterator[tuple[ComplexArray, Ro
     """Give the matrix of the unknowns of every interface, from the head on, and its coupling."""
     layers, contacts = sweep.layers, system.contacts
     first, last = layers[0], layers[-1]
-    axes = first.front.ndim
+    axes = first.states.ndim
     chain: list[Faces] = list(layers)
     answers: list[ComplexArray | None] = list(sweep.answers)
     if isinstance(system.head, HalfSpace):
@@ -151,7 +151,7 @@ def _interfaces(system: System, sweep: Sweep) -> Iterator[tuple[ComplexArray, Ro
         yield interface(here, there, answer, contact)[:, here.family.half :], i_rows, j_rows
     if isinstance(system.tail, Wall | Void):
         rows = end_rows(last, system.tail, contacts[-1])
-        yield apply_rows(rows, last.back[:, last.family.half :]), rows, ()
+        yield apply_rows(rows, last.states.back[:, last.family.half :]), rows, ()
 
 
 def _solve_transposed(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:

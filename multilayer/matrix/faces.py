@@ -126,6 +126,23 @@ class States:
         np.multiply(back[:, :half], d, out=b[:, :half])
         return a, b
 
+    def at_front(self, coefficients: ComplexArray) -> ComplexArray:
+        """Return the states A c at the front, of columns of coefficients, shape (n_coefficients, n, ...)."""
+        return multiply(self.front, self._lessened(coefficients, slice(len(coefficients) // 2, None)))
+
+    def at_back(self, coefficients: ComplexArray) -> ComplexArray:
+        """Return the states B c at the back, of columns of coefficients, shape (n_coefficients, n, ...)."""
+        return multiply(self.back, self._lessened(coefficients, slice(len(coefficients) // 2)))
+
+    def _lessened(self, coefficients: ComplexArray, which: slice) -> ComplexArray:
+        if self.decay is None:
+            return coefficients
+        coefficients, decay = aligned(coefficients, self.decay)
+        shape = np.broadcast_shapes(coefficients.shape[2:], decay.shape[2:])
+        lessened = np.array(np.broadcast_to(coefficients, (*coefficients.shape[:2], *shape)))
+        lessened[which] *= decay
+        return lessened
+
     def before(self, answer: ComplexArray) -> ComplexArray:
         """Return what comes back to the front of waves that the back answers so, both where they have not decayed."""
         return answer if self.decay is None else self.decay * answer

@@ -12,7 +12,6 @@ from multilayer.layers.base import Layer
 from multilayer.matrix.couplings import Contact
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.families import FLUID, POROELASTIC, Family
-from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import HalfSpace, Solution, System, solve
 from multilayer.matrix.wave import Wave
 from multilayer.response.system import build_system, made_once, wave_impedance
@@ -128,7 +127,7 @@ def _collect(
 def face_states(face: Faces, coefficients: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return the states at the front and at the back of a layer, each of shape (n_state, ...)."""
     column = coefficients[:, None]
-    return multiply(face.front, column)[:, 0], multiply(face.back, column)[:, 0]
+    return face.states.at_front(column)[:, 0], face.states.at_back(column)[:, 0]
 
 
 def power_balance(
