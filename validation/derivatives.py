@@ -323,7 +323,7 @@ def comparison(name: str, panel: Stack, incidence: str | int) -> str:
     found, seconds = [], []
     for slopes in (closest_values.linearised, stepped):
         with patch.object(closest_values, "linearised", slopes):
-            found.append(closest_values.closest_values(task, quantity, spectra[quantity])[0])
+            found.append(closest_values.closest_values(task, quantity, spectra[quantity])[0][0])
             seconds.append(
                 least_seconds(lambda: closest_values.closest_values(task, quantity, spectra[quantity]), REPEATS)[0]
             )
@@ -394,9 +394,10 @@ def main() -> None:
         "## Comparisons",
         "",
         "Which value of a single field [brings a prediction closest](../simulation.md#measured-over-predicted) to a "
-        f"measurement, of a stack whose first layer is {WRONG - 1:.0%} thicker than stated: all fields ranked, five "
-        "sought, by exact derivatives and by central differences of responses, and how far apart the best value is by "
-        "either. Third octaves from 250 to 1000 Hz.",
+        f"measurement, of a stack whose first layer is {WRONG - 1:.0%} thicker than stated: all fields searched, by "
+        "exact derivatives and by central differences of responses, and how far apart the best value is by either. A "
+        "search has one field at a time, whose derivative costs as much as two or three more responses. Third octaves "
+        "from 250 to 1000 Hz.",
         "",
         *comparisons(),
         "",

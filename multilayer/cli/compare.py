@@ -24,6 +24,13 @@ def compare(
             help="What to compare, as absorption; everything that both have when left out.", autocompletion=quantities
         ),
     ] = None,
+    closest: Annotated[
+        bool,
+        typer.Option(
+            "--closest-values/--no-closest-values",
+            help="Seek the value of a single field of a layer that brings the prediction closest.",
+        ),
+    ] = True,
     out: Out = None,
     as_json: AsJson = False,
     jobs: Jobs = 1,
@@ -39,9 +46,11 @@ def compare(
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
     from multilayer.cli.progress import progress_bar
+    from multilayer.executors import executor_for
     from multilayer.report.simulation import comparison_report
-    from multilayer.simulation.closest_values import SOUGHT
+    from multilayer.simulation.closest_values import TOLD, fields_sought
     from multilayer.simulation.compare import compare as compared
+    from multilayer.simulation.compare import searches, with_closest_values
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.measured import known_quantity, read_measured
     from multilayer.simulation.run import plan
@@ -50,7 +59,10 @@ def compare(
     spectra = read_measured(measured, known_quantity(quantity))
     planned = plan(simulation, file.stem, spectra.grid(simulation.frequency))
     folder = folder_for(out, file.stem)
-    predicted = run_plan(planned, jobs, cluster)
-    with progress_bar("closest values", SOUGHT * len(spectra.quantities)) as advance:
-        comparison = compared(spectra, predicted, planned, advance)
+    comparison = compared(spectra, run_plan(planned, jobs, cluster))
+    tasks = searches(comparison, planned) if closest else {}
+    steps = sum(len(fields_sought(task)) + TOLD for task in tasks.values())
+    if steps:
+        with executor_for(jobs, cluster) as executor, progress_bar("closest values", steps) as advance:
+            comparison = with_closest_values(comparison, tasks, executor, advance)
     finish(comparison_report(comparison), folder, as_json=as_json, figures=figures)

@@ -261,18 +261,24 @@ def record_warnings(nominal: Fitted) -> list[str]:
     left_out = sum(len(c.bursts) for c in problem.campaign.configurations) - sum(len(d.centres) for d in problem.data)
     if left_out:
         texts.append(f"bursts left out, whose records end long before all is at rest: {left_out}; record longer")
-    ending = "bursts whose records end before all is at rest, by up to"
-    for by, how in (
-        ([data.completed_by for data in problem.data], "the rest is added as the nominal model has it"),
+    ending = "bursts whose records end before all is at rest, by"
+    for by, error, how in (
+        ([data.completed_by for data in problem.data], END_ERROR, "the rest is added as the nominal model has it"),
         (
             [data.incomplete_by for data in problem.data],
-            "the nominal model misses too much to add the rest, which may pass for a gap",
+            1.0,
+            "that model misses too much to add the rest: it may pass for a gap",
         ),
     ):
         every = np.concatenate([np.zeros(0), *(changes for changes in by if changes is not None)])
-        late = every[END_ERROR * every > MODEL_ERROR]  # beside which the model's error is small
+        late = every[error * every > MODEL_ERROR]  # what stays in the data beside the model's error
         if late.size:
-            texts.append(f"{ending} {100 * late.max():.0f} % of the ratio: {late.size}; {how}, record longer")
+            size = (
+                f"up to {100 * late.max():.0f} %"
+                if error < 1
+                else f"some {100 * late.max():.1g} % by the nominal model"
+            )
+            texts.append(f"{ending} {size} of the ratio: {late.size}; {how}, record longer")
     return texts
 
 

@@ -41,7 +41,6 @@ _LISTED = ("absorption", "transmission_loss", "insertion_loss", "duct_attenuatio
 _MOST_COLUMNS = 6  # of cases beside each other; more of them stand below each other
 _MOST_POINTS = 40  # frequencies listed as they are; more are averaged over third octaves
 _MOST_PICTURES = 4
-_MOST_CLOSEST = 3  # values of single fields that are listed of a quantity
 _CLOSER = 0.9  # of the rms difference, above which another value makes no difference worth telling
 _RATED = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 Rows: TypeAlias = list[tuple[float, NDArray[np.intp]]]
@@ -101,7 +100,8 @@ def comparison_report(comparison: Comparison) -> Report:
     values = {name: comparison.measured.quantities[name] for name in comparison.quantities}
     case = f" of the case {best.case}" if best.case else ""
     left_out = f"not predicted, left out: {', '.join(comparison.left_out)}"
-    closer = next((value for value in _helpful(comparison) if value.quantity == best.quantity), None)
+    helpful = (value for value in _helpful(comparison) if value.quantity == best.quantity and not value.at_limit)
+    closer = next(helpful, None)
     listing = Listing.of(
         misfits,
         {
@@ -147,7 +147,7 @@ def _with_closest_value(closer: ClosestValue | None) -> str:
     if closer is None:
         return ""
     value, stated = (with_unit(number, closer.unit, 4) for number in (closer.value, closer.stated))
-    return f"; with {closer.field} of {value} in place of {stated} it would by {_size(closer.rms, closer)}"
+    return f"; it would by {_size(closer.rms, closer)} (rms) with {closer.field} of {value} in place of {stated}"
 
 
 def _helpful(comparison: Comparison) -> list[ClosestValue]:
@@ -157,40 +157,41 @@ def _helpful(comparison: Comparison) -> list[ClosestValue]:
 
 
 def _closest_values(comparison: Comparison) -> tuple[Section, ...]:
-    """Return the section on what values of single fields would bring predictions closer; none where none is known."""
-    if not comparison.closest_values:
+    """Return the section on what values of single fields would bring predictions closer; none where none was sought."""
+    if not comparison.sought:
         return ()
-    helpful = _helpful(comparison)
-    sought = dict.fromkeys(value.quantity for value in comparison.closest_values)
-    shown = [value for name in sought for value in [v for v in helpful if v.quantity == name][:_MOST_CLOSEST]]
-    far = [name for name in sought if name not in {value.quantity for value in shown}]
-    remarks = tuple(
+    shown = _helpful(comparison)
+    remarks = [
         f"No single value of a layer brings the {QUANTITIES[name].title} closer by more than {1 - _CLOSER:.0%}."
-        for name in far
-    )
-    if not shown:
-        return (Section("If one value were another", remarks=remarks),)
-    columns: dict[str, Callable[[ClosestValue], str]] = {
-        "value of": lambda value: value.field,
-        "quantity": lambda value: value.quantity,
-        **({"case": lambda value: value.case} if any(value.case for value in shown) else {}),
-        ">stated": lambda value: with_unit(value.stated, value.unit, 4),
-        ">would be": lambda value: with_unit(value.value, value.unit, 4),
-        ">change": lambda value: f"{value.value / value.stated - 1:+.1%}" if value.stated else "",
-        ">rms then": lambda value: _size(value.rms, value),
-    }
-    if any(value.deviations is not None for value in shown):
-        # of a tolerance's standard deviation
-        columns[">over tolerance"] = lambda value: "" if value.deviations is None else f"{value.deviations:.1f}"
-    caption = "One value changed, all others as stated: where the prediction comes closest"
-    note = "Not what these values are: that tells a fit, which varies several at once, with their uncertainty."
-    return (
-        Section(
-            "If one value were another",
-            listings=(Listing.of(shown, columns, caption=caption, notes=(note,)),),
-            remarks=remarks,
-        ),
-    )
+        for name in comparison.sought
+        if name not in {value.quantity for value in shown}
+    ]
+    if comparison.not_sought:
+        remarks.append(f"Left out, since no derivatives can be computed: {', '.join(comparison.not_sought)}.")
+    listings: tuple[Listing, ...] = ()
+    if shown:
+        columns: dict[str, Callable[[ClosestValue], str]] = {
+            "value of": lambda value: value.field,
+            "quantity": lambda value: value.quantity,
+            **({"case": lambda value: value.case} if any(value.case for value in shown) else {}),
+            ">stated": lambda value: with_unit(value.stated, value.unit, 4),
+            ">would be": _at_or_beyond,
+            ">change": lambda value: f"{value.value / value.stated - 1:+.1%}" if value.stated else "",
+            ">rms then": lambda value: _size(value.rms, value),
+        }
+        notes = ["Not what these values are: that tells a fit, which varies several at once, with their uncertainty."]
+        if any(value.deviations is not None for value in shown):
+            columns[">deviations"] = lambda value: "" if value.deviations is None else f"{value.deviations:.1f}"
+            notes.insert(0, "Deviations: the change in standard deviations of what is drawn within the tolerance.")
+        caption = "One value changed, all others as stated: where the prediction comes closest"
+        listings = (Listing.of(shown, columns, caption=caption, notes=tuple(notes)),)
+    return (Section("If one value were another", listings=listings, remarks=tuple(remarks)),)
+
+
+def _at_or_beyond(value: ClosestValue) -> str:
+    """Return the value, and on which side of it a closer one lies where it is the last that was searched."""
+    sign = ("≤ " if value.value < value.stated else "≥ ") if value.at_limit else ""
+    return f"{sign}{with_unit(value.value, value.unit, 4)}"
 
 
 def _with(result: SimulationResult, quantity: Quantity) -> list[CaseResult]:

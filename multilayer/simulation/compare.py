@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -11,11 +12,14 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
-from multilayer.simulation.closest_values import ClosestValue, closest_values
+from multilayer.simulation.closest_values import ClosestValue, closest_values, fields_sought
 from multilayer.simulation.measured import Measured
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.result import CaseResult, SimulationResult, plain_list
 from multilayer.simulation.run import Plan
+from multilayer.simulation.tasks import Task
+
+OF_SOUND = ("absorption", "transmission_loss", "insertion_loss", "reflection", "transmission", "normalised_impedance")
 
 
 @dataclass(frozen=True)
@@ -50,12 +54,18 @@ class Comparison:
     measured : Measured
     predicted : SimulationResult
     closest_values : tuple of ClosestValue
-        Of each quantity, in the case that predicts it best; empty where they were not asked for, or are not known.
+        Of each quantity of sound, in the case that predicts it best; empty where they were not asked for.
+    sought : tuple of str
+        Quantities for which such values were sought.
+    not_sought : tuple of str
+        Fields that were left out.
     """
 
     measured: Measured
     predicted: SimulationResult
     closest_values: tuple[ClosestValue, ...] = ()
+    sought: tuple[str, ...] = ()
+    not_sought: tuple[str, ...] = ()
 
     @property
     def quantities(self) -> list[str]:
@@ -140,12 +150,7 @@ def _misfit_dict(misfit: Misfit) -> Mapping[str, Any]:
     }
 
 
-def compare(
-    measured: Measured,
-    predicted: SimulationResult,
-    plan: Plan | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> Comparison:
+def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
     """Return a measurement beside its prediction.
 
     Parameters
@@ -153,10 +158,6 @@ def compare(
     measured : Measured
     predicted : SimulationResult
         At the measured frequencies.
-    plan : Plan, optional
-        What the prediction was made by: values of single fields that bring it closest are sought, too.
-    progress : callable, optional
-        Called with each field that is sought.
 
     Raises
     ------
@@ -169,11 +170,41 @@ def compare(
             f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
             f"{', '.join(predicted.cases[0].quantities)}; change its termination, incidence, frequency or reference"
         )
-    if plan is None:
-        return comparison
-    rms = {name: [m.rms for m in comparison.misfits if m.quantity == name] for name in comparison.quantities}
-    best = {name: plan.case_of.index(int(np.argmin(values))) for name, values in rms.items()}
-    found = [
-        closest_values(plan.tasks[first], name, measured.quantities[name], progress) for name, first in best.items()
-    ]
-    return replace(comparison, closest_values=tuple(value for values in found for value in values))
+    return comparison
+
+
+def searches(comparison: Comparison, plan: Plan) -> dict[str, Task]:
+    """Return by quantity of sound the task of the case that predicts it best, whose fields can be sought."""
+    best = {}
+    for name in comparison.quantities:
+        rms = [misfit.rms for misfit in comparison.misfits if misfit.quantity == name]
+        task = plan.tasks[plan.case_of.index(int(np.argmin(rms)))]
+        if name in OF_SOUND and fields_sought(task):
+            best[name] = task
+    return best
+
+
+def with_closest_values(
+    comparison: Comparison,
+    tasks: Mapping[str, Task],
+    executor: Executor | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Comparison:
+    """Return a comparison with values of single fields that bring predictions closest to what was measured.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    tasks : mapping
+        As `searches` returns them.
+    executor, progress
+        As of `closest_values`.
+    """
+    found, left_out = [], []
+    for name, task in tasks.items():
+        values, missing = closest_values(task, name, comparison.measured.quantities[name], executor, progress)
+        found += values
+        left_out += missing
+    return replace(
+        comparison, closest_values=tuple(found), sought=tuple(tasks), not_sought=tuple(dict.fromkeys(left_out))
+    )

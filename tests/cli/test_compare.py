@@ -103,7 +103,7 @@ class TestClosestValues:
         _, folder = compared
         page = (folder / "comparison.html").read_text()
         assert "If one value were another" in page
-        assert "with foam.thickness of 60 mm in place of 50 mm it would by " in page
+        assert "(rms) with foam.thickness of 60 mm in place of 50 mm" in page
 
     def test_where_no_value_helps_that_is_said(self, foam, measured, tmp_path):
         f = np.linspace(200, 2000, 40)
@@ -113,6 +113,28 @@ class TestClosestValues:
         told = "No single value of a layer brings the absorption coefficient closer by more than 10%."
         assert done.status == 0
         assert told in done.out
+
+    def test_it_can_be_left_out(self, foam, measured, wave, tmp_path):
+        file = measured(table("frequency_hz, absorption", F, wave.absorption + 0.1))
+        done = run("compare", foam, file, "--out", tmp_path / "out", "--no-figures", "--no-closest-values")
+        assert "value" not in done.out
+        assert json.loads((tmp_path / "out/comparison.json").read_text())["closest_values"] == []
+
+    def test_a_value_at_the_end_of_the_search_is_told_as_such(self, foam, measured, tmp_path):
+        file = measured(table("frequency_hz, absorption", F, 0 * F))
+        done = run("compare", foam, file, "--out", tmp_path / "out", "--no-figures")
+        values = json.loads((tmp_path / "out/comparison.json").read_text())["closest_values"]
+        (thickness,) = (value for value in values if value["field"] == "foam.thickness")
+        assert thickness["at_limit"]
+        assert "≤ 5 mm" in done.out
+
+    def test_several_processes_find_the_same(self, foam, measured, compared, tmp_path):
+        _, folder = compared
+        thicker = load_stack(foam).replaced({"layers.foam.thickness": 0.06})
+        file = measured(table("frequency_hz, absorption", F, plane_wave(thicker, F).absorption))
+        assert run("compare", foam, file, "--out", tmp_path / "two", "--no-figures", "--jobs", "2").status == 0
+        one, two = (json.loads((at / "comparison.json").read_text()) for at in (folder, tmp_path / "two"))
+        assert one == two
 
     def test_of_several_cases_the_best(self, foam, measured, tmp_path):
         foam.write_text(FOAM + "sweep: {layers.foam.thickness: [20 mm, 52 mm]}\n")
