@@ -395,9 +395,9 @@ def main() -> None:
         "",
         "Which value of a single field [brings a prediction closest](../simulation.md#measured-over-predicted) to a "
         f"measurement, of a stack whose first layer is {WRONG - 1:.0%} thicker than stated: all fields searched, by "
-        "exact derivatives and by central differences of responses, and how far apart the best value is by either. A "
-        "search has one field at a time, whose derivative costs as much as two or three more responses. Third octaves "
-        "from 250 to 1000 Hz.",
+        "exact derivatives and by central differences of responses, and how far apart the best value is by either. "
+        "Third octaves from 250 to 1000 Hz. A search has one field at a time, of which a derivative costs as much as "
+        "two more responses: what is gained is exactness.",
         "",
         *comparisons(),
         "",

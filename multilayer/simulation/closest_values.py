@@ -36,6 +36,7 @@ _MOST_TIMES = 10.0  # larger or smaller than stated: what is farther off is anot
 _TRIED = (0.3, 0.6, 1.7, 3.0)  # times the stated value: beyond the next resonances no descent from there leads
 _AT_0 = (0.01, 0.1, 0.5)  # of what is usual, of fields that are 0
 _ROWS = 40  # frequencies or bands of the first search
+_IN_BAND = np.s_[2::4]  # of the frequencies of a band: 5 in a third octave
 _ROUGH: dict[str, Any] = {"tolerance_db": 0.05, "tolerance": 1e-3}  # diffuse fields of it
 _FIRST, _LAST = (15, 1e-5), (3, 1e-6)  # steps and relative change of the sum of squares, of both searches
 _NEAR = 1e-3  # of a coordinate
@@ -120,7 +121,9 @@ def closest_values(
     whole, paths = _of_sound(task), fields_sought(task)
     rows = np.unique(np.linspace(0, len(measured) - 1, _ROWS).round().astype(int))
     effort = _ROUGH if isinstance(task.incidence, DiffuseIncidence) else {}
-    some = replace(whole, frequency=whole.frequency[rows], effort={**whole.effort, **effort})
+    points = whole.frequency[rows]
+    points = points[:, _IN_BAND] if points.ndim > 1 else points
+    some = replace(whole, frequency=points, effort={**whole.effort, **effort})
     first = _all_done([_Search(some, quantity, measured[rows], path, *_FIRST) for path in paths], executor, progress)
     near = sorted((found for found in first if found is not None), key=lambda found: found.rms)[:TOLD]
     searches = [_Search(whole, quantity, measured, found.path, *_LAST, start=found.value) for found in near]
