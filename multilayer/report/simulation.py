@@ -147,7 +147,7 @@ def _with_closest_value(closer: ClosestValue | None) -> str:
     if closer is None:
         return ""
     value, stated = (with_unit(number, closer.unit, 4) for number in (closer.value, closer.stated))
-    return f"; it would by {_size(closer.rms, closer)} (rms) with {closer.field} of {value} in place of {stated}"
+    return f"; it would differ by {_size(closer.rms, closer)} (rms) with {closer.field} of {value} in place of {stated}"
 
 
 def _helpful(comparison: Comparison) -> list[ClosestValue]:
