@@ -95,7 +95,7 @@ def simulation_report(result: SimulationResult) -> Report:
 def comparison_report(comparison: Comparison) -> Report:
     """Return the report of measured spectra over predicted ones."""
     predicted, misfits = comparison.predicted, comparison.misfits
-    best = min(misfits, key=lambda misfit: misfit.rms)
+    best = min(comparison.best.values(), key=lambda misfit: misfit.rms)
     name, f = f"{comparison.measured.name} over {predicted.name}", predicted.frequency
     values = {name: comparison.measured.quantities[name] for name in comparison.quantities}
     case = f" of the case {best.case}" if best.case else ""
@@ -152,8 +152,8 @@ def _with_closest_value(closer: ClosestValue | None) -> str:
 
 def _helpful(comparison: Comparison) -> list[ClosestValue]:
     """Return the values of single fields that bring a quantity closer by more than is not worth telling."""
-    least = {m.quantity: min(n.rms for n in comparison.misfits if n.quantity == m.quantity) for m in comparison.misfits}
-    return [value for value in comparison.closest_values if value.rms < _CLOSER * least[value.quantity]]
+    best = comparison.best
+    return [value for value in comparison.closest_values if value.rms < _CLOSER * best[value.quantity].rms]
 
 
 def _closest_values(comparison: Comparison) -> tuple[Section, ...]:

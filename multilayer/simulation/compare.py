@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -80,10 +81,16 @@ class Comparison:
     def _is_predicted(self, name: str) -> bool:
         return all(name in case.quantities for case in self.predicted.cases)
 
-    @property
+    @cached_property
     def misfits(self) -> list[Misfit]:
         """One per case and quantity."""
         return [self._misfit(case, name) for case in self.predicted.cases for name in self.quantities]
+
+    @property
+    def best(self) -> dict[str, Misfit]:
+        """By quantity, the misfit of the case that predicts it best."""
+        of_quantity = {name: self.misfits[i :: len(self.quantities)] for i, name in enumerate(self.quantities)}
+        return {name: min(misfits, key=lambda misfit: misfit.rms) for name, misfits in of_quantity.items()}
 
     def _misfit(self, case: CaseResult, name: str) -> Misfit:
         difference = np.abs(case.quantities[name] - self.measured.quantities[name])
@@ -175,13 +182,13 @@ def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
 
 def searches(comparison: Comparison, plan: Plan) -> dict[str, Task]:
     """Return by quantity of sound the task of the case that predicts it best, whose fields can be sought."""
-    best = {}
-    for name in comparison.quantities:
-        rms = [misfit.rms for misfit in comparison.misfits if misfit.quantity == name]
-        task = plan.tasks[plan.case_of.index(int(np.argmin(rms)))]
-        if name in OF_SOUND and fields_sought(task):
-            best[name] = task
-    return best
+    labels = [case.label for case in comparison.predicted.cases]
+    best = {
+        name: plan.tasks[plan.case_of.index(labels.index(misfit.case))]
+        for name, misfit in comparison.best.items()
+        if name in OF_SOUND
+    }
+    return {name: task for name, task in best.items() if fields_sought(task)}
 
 
 def with_closest_values(
