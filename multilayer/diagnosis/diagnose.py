@@ -262,24 +262,21 @@ def record_warnings(nominal: Fitted) -> list[str]:
     if left_out:
         texts.append(f"bursts left out, whose records end long before all is at rest: {left_out}; record longer")
     ending = "bursts whose records end before all is at rest, by"
-    for by, error, how in (
-        ([data.completed_by for data in problem.data], END_ERROR, "the rest is added as the nominal model has it"),
-        (
-            [data.incomplete_by for data in problem.data],
-            1.0,
-            "that model misses too much to add the rest: it may pass for a gap",
-        ),
-    ):
-        every = np.concatenate([np.zeros(0), *(changes for changes in by if changes is not None)])
-        late = every[error * every > MODEL_ERROR]  # what stays in the data beside the model's error
-        if late.size:
-            size = (
-                f"up to {100 * late.max():.0f} %"
-                if error < 1
-                else f"some {100 * late.max():.1g} % by the nominal model"
-            )
-            texts.append(f"{ending} {size} of the ratio: {late.size}; {how}, record longer")
+    late = _beside_solvers([data.completed_by for data in problem.data], END_ERROR)
+    if late.size:
+        text = f"{ending} up to {100 * late.max():.0f} % of the ratio: {late.size}"
+        texts.append(f"{text}; the rest is added as the nominal model has it, record longer")
+    late = _beside_solvers([data.incomplete_by for data in problem.data], 1.0)
+    if late.size:
+        text = f"{ending} some {100 * late.max():.1g} % by the nominal model of the ratio: {late.size}"
+        texts.append(f"{text}; that model misses too much to add the rest: it may pass for a gap, record longer")
     return texts
+
+
+def _beside_solvers(by: Sequence[RealArray | None], share: float) -> RealArray:
+    """Return the changes by ends of records of which the share that stays in the data exceeds the solvers' error."""
+    every = np.concatenate([np.zeros(0), *(changes for changes in by if changes is not None)])
+    return every[share * every > MODEL_ERROR]
 
 
 def fits_one_by_one(
