@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -40,6 +41,7 @@ _IN_BAND = np.s_[2::4]  # of the frequencies of a band: 5 in a third octave
 _ROUGH: dict[str, Any] = {"tolerance_db": 0.05, "tolerance": 1e-3}  # diffuse fields of it
 _FIRST, _LAST = (15, 1e-5), (3, 1e-6)  # steps and relative change of the sum of squares, of both searches
 _NEAR = 1e-3  # of a coordinate
+_ROUNDING = 1e-6  # of an rms difference
 _AT_LIMIT = 1e-3  # of the range that is searched
 # of a stack, or a plugin's layer, that cannot be computed with a value
 _REFUSALS = (MultilayerError, ArithmeticError, TypeError, ValueError)
@@ -118,7 +120,8 @@ def closest_values(
     All other fields are taken as they are stated: the value is where this field would have to be, not what it probably
     is. A fit tells that, with its uncertainty.
     """
-    whole, paths = _of_sound(task), fields_sought(task)
+    whole = _of_sound(task)
+    paths = [path for path in fields_sought(task) if _Axis(locate(task.stack, path)).is_free]
     rows = np.unique(np.linspace(0, len(measured) - 1, _ROWS).round().astype(int))
     effort = _ROUGH if isinstance(task.incidence, DiffuseIncidence) else {}
     points = whole.frequency[rows]
@@ -129,7 +132,8 @@ def closest_values(
     searches = [_Search(whole, quantity, measured, found.path, *_LAST, start=found.value) for found in near]
     last = sorted(filter(None, _all_done(searches, executor, progress)), key=lambda found: found.rms)
     left_out = [_shown(path) for path, found in zip(paths, first, strict=True) if found is None]
-    return [_closest(task, quantity, found) for found in last if found.rms < (1 - 1e-6) * found.stated_rms], left_out
+    stated = _rms(run_task(whole).quantities[quantity] - measured)
+    return [_closest(task, quantity, found) for found in last if found.rms < (1 - _ROUNDING) * stated], left_out
 
 
 def _of_sound(task: Task) -> Task:
@@ -167,12 +171,15 @@ def _shown(path: str) -> str:
     return path if short[:1].isdigit() else short  # of a layer without a name
 
 
+def _rms(difference: NDArray[Any]) -> float:
+    return math.sqrt(float(np.mean(np.abs(difference) ** 2)))
+
+
 class _Found(NamedTuple):
     path: str
     value: float
     at_limit: bool
     rms: float
-    stated_rms: float
 
 
 @dataclass(frozen=True)
@@ -205,20 +212,16 @@ class _Search:
 
     def _found(self) -> _Found:
         axis = _Axis(locate(self.task.stack, self.path))
-        stated, _ = self._missed(self.task.stack)
-        if not axis.is_free:
-            return _Found(self.path, axis.stated, False, self._rms(stated), self._rms(stated))
         start = self._best_tried(axis) if self.start is None else axis.coordinate(self.start)
 
         def residual(x: RealArray) -> tuple[RealArray, RealArray]:
             value, slope = axis.at(float(x[0]))
-            if not axis.allows(value):
-                return np.full(len(stated), np.nan), np.zeros((len(stated), 1))  # a shorter step is taken
-            try:
-                missed, slopes = self._missed(self.task.stack.replaced({self.path: value}))
-            except _REFUSALS:
-                return np.full(len(stated), np.nan), np.zeros((len(stated), 1))
-            return missed, slope * slopes.T
+            if axis.allows(value):
+                with suppress(*_REFUSALS):
+                    missed, slopes = self._missed(self.task.stack.replaced({self.path: value}))
+                    return missed, slope * slopes.T
+            nothing = _real(self.measured) * np.nan  # a shorter step is taken
+            return nothing, nothing[:, None]
 
         low, high = axis.bounds
         minimum = trust_region(
@@ -227,7 +230,8 @@ class _Search:
         )  # fmt: skip
         x = float(minimum.z[0])
         at_limit = min(x - low, high - x) < _AT_LIMIT * (high - low)
-        return _Found(self.path, axis.at(x)[0], at_limit, self._rms(minimum.residual), self._rms(stated))
+        rms = math.sqrt(minimum.misfit / self.measured.size)  # of the absolute value where it is complex
+        return _Found(self.path, axis.at(x)[0], at_limit, rms)
 
     def _best_tried(self, axis: _Axis) -> float:
         """Return the coordinate from which the search begins: that of the stated value or of one tried beside it."""
@@ -257,9 +261,6 @@ class _Search:
     def _linearised(self, stack: Stack, paths: Sequence[str]) -> tuple[NDArray[Any], NDArray[Any]]:
         task, name = self.task, "transmission_loss" if self.quantity == "insertion_loss" else self.quantity
         return linearised(stack, paths, task.frequency, task.incidence, task.window, task.effort)[name]
-
-    def _rms(self, missed: RealArray) -> float:
-        return math.sqrt(float(np.sum(missed**2)) / self.measured.size)  # of the absolute value where it is complex
 
 
 class _Axis:
