@@ -9,7 +9,6 @@ import numpy as np
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.families import normal_velocity
-from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import Solution, System, Wall
 from multilayer.matrix.wave import Wave
 from multilayer.response.system import build_system, solve_or_explain
@@ -63,4 +62,4 @@ def velocity_of_top(system: System, solution: Solution) -> ComplexArray:
     """Return the normal velocity (of the frame) at the last back face."""
     last = system.layers[-1]
     row = normal_velocity(last.family)
-    return np.asarray(multiply(last.back[row : row + 1], solution.layers[-1][:, None])[0, 0])
+    return np.asarray(last.states.at_back(solution.layers[-1][:, None])[row, 0])

@@ -18,7 +18,6 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, IndexArray, RealArray
 from multilayer.matrix.faces import Faces
-from multilayer.matrix.small import multiply
 from multilayer.matrix.solve import Solution, System
 from multilayer.matrix.wave import Wave
 from multilayer.media.validity import warn_outside
@@ -171,9 +170,8 @@ class _Bridge:
 
 def _normal(faces: Faces, coefficients: ComplexArray, *, behind: bool) -> ComplexArray:
     """Return v3 at a face of a layer, m/s."""
-    row = faces.family.index("v3")
-    matrix = faces.back if behind else faces.front
-    return np.asarray(multiply(matrix[row : row + 1], coefficients[:, None])[0, 0])
+    at = faces.states.at_back if behind else faces.states.at_front
+    return np.asarray(at(coefficients[:, None])[faces.family.index("v3"), 0])
 
 
 def _bridges(stack: Stack, links: Sequence[LineLinks | PointLinks], frequency: RealArray) -> list[_Bridge]:
