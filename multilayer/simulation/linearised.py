@@ -17,7 +17,7 @@ from multilayer.response.finite_size import (
     finite_loss,
     radiation_towards,
 )
-from multilayer.simulation.quantities import QUANTITIES
+from multilayer.simulation.quantities import QUANTITIES, normalised
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
 from multilayer.stack import Stack
 
@@ -54,7 +54,10 @@ def linearised(
         values = {"absorption": field.response.absorption, "transmission_loss": field.response.transmission_loss}
         slopes = {"absorption": field.absorption, "transmission_loss": field.transmission_loss}
     found = {name: (np.asarray(values[name]), slope) for name, slope in slopes.items() if slope is not None}
-    return found if frequency.ndim == 1 else {name: _in_bands(name, *pair, frequency) for name, pair in found.items()}
+    if frequency.ndim == 1:
+        return found
+    # a mean of complex quantities over a band says nothing
+    return {name: _in_bands(name, *pair, frequency) for name, pair in found.items() if not QUANTITIES[name].is_complex}
 
 
 def _in_bands(
@@ -82,7 +85,7 @@ def _of_plane_wave(
         "transmission_loss": loss,
         "reflection": wave.reflection,
         "transmission": wave.transmission,
-        "normalised_impedance": wave.surface_impedance / of_gas,
+        "normalised_impedance": normalised(wave.surface_impedance, of_gas),
     }
     slopes = {
         "absorption": slope,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.response.bands import mean_loss, mean_value
 
 
@@ -81,6 +81,12 @@ QUANTITIES = {
         Quantity("impact_level", "normalised impact sound level", "dB", is_level=True),
     )
 }
+
+
+def normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
+    """Return a surface impedance over that of the gas, infinite at a rigid face."""
+    # a quotient of complex numbers would have no number as its imaginary part there
+    return np.asarray(np.where(np.isinf(impedance), np.inf, impedance / of_gas))
 
 
 LOST_IN = "lost_in_"  # names of the shares of the power that layers lose begin so

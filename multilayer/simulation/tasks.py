@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import locate, with_values
 from multilayer.response.bands import POINTS_PER_THIRD
@@ -27,7 +27,7 @@ from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.linearised import linearised
-from multilayer.simulation.quantities import LOST_IN, quantity_named
+from multilayer.simulation.quantities import LOST_IN, normalised, quantity_named
 from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
 from multilayer.simulation.spread import Slopes, by_differences
 from multilayer.simulation.warned import collected_warnings
@@ -276,7 +276,7 @@ def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict
     quantities = {
         "absorption": wave.absorption,
         "transmission_loss": wave.transmission_loss,
-        "normalised_impedance": _normalised(wave.surface_impedance, stack.ambient.gas.impedance),
+        "normalised_impedance": normalised(wave.surface_impedance, stack.ambient.gas.impedance),
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
@@ -298,11 +298,6 @@ def _of_wall(shares: Shares) -> dict[str, NDArray[Any] | None]:
     with np.errstate(divide="ignore"):
         loss = None if shares.transmission is None else -10 * np.log10(shares.transmission)
     return {"absorption": shares.absorption, "transmission_loss": loss}
-
-
-def _normalised(impedance: ComplexArray, of_gas: float) -> ComplexArray:
-    # infinite at a rigid face: a quotient of complex numbers would have no number as its imaginary part
-    return np.asarray(np.where(np.isinf(impedance), np.inf, impedance / of_gas))
 
 
 _ROUNDING = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
