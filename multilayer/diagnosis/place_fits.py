@@ -331,12 +331,22 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
 
     Of large laws the first step from the nominal model, by which a variant is chosen, does not tell.
     """
-    law, z = fitted.hypothesis.effects[-1], fitted.minimum.z
-    others = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
-    places = [kind().moving(law.at_place.moved) for kind in others]
-    hypotheses = [nominal.hypothesis.with_effects(replace(law, at_place=place)) for place in places]
-    fits = [fitted, *(descended(hypothesis, z, most, tolerance) for hypothesis in hypotheses)]
+    hypothesis, z = fitted.hypothesis, fitted.minimum.z
+    law = hypothesis.effects[-1]
+    kinds = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
+    others = [place for kind in kinds for place in kind.instances(hypothesis.settings) if type(place) is kind]
+    laws = [_at_other(nominal, law, place.moving(law.at_place.moved)) for place in others]
+    fits = [fitted, *(descended(nominal.hypothesis.with_effects(each), z, most, tolerance) for each in laws)]
     return max(fits, key=tolerant_evidence)
+
+
+def _at_other(nominal: Fitted, law: DrawnLaw | SimpleLaw, place: BasePlace) -> DrawnLaw | SimpleLaw:
+    """Return a law at another place, where the same coordinates do about as much."""
+    scale, frequency = scale_of(nominal, place)
+    if isinstance(law, SimpleLaw):
+        return SimpleLaw.at(place, law.terms, frequency, scale)
+    factor = scale / scale_of(nominal, law.at_place)[0]
+    return replace(law, at_place=place, name=place.label, size=factor * law.size)
 
 
 def descended(hypothesis: Hypothesis, z: RealArray, most: int, tolerance: float) -> Fitted:

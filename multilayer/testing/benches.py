@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import ComplexArray, RealArray
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.levels import LevelEffect
 from multilayer.diagnosis.effects.tube import TubeEffect
@@ -29,6 +30,7 @@ from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
 
 _FREQUENCIES = (100.0, 200.0, 400.0, 800.0, 1500.0)
+_LEAD = 0.005  # of a record before its burst, s
 _MODULUS = 2e5 * (1 + 0.2j)
 _LAW = (2e5, 0.25, 3e-4, 0.6)  # relaxed modulus, that over the unrelaxed one, relaxation time, order
 
@@ -112,15 +114,21 @@ def joint_bench() -> CampaignProblem:
     for configuration in campaign.configurations:
         rig = PlaneWaveRig.of(campaign, configuration)
         ratio = rig.transmissibility(f, np.full(len(f), _MODULUS))
-        ones = np.ones(len(f))
-        data.append(
-            ConfigurationData(
-                configuration.name, configuration.specimen_thickness, f, np.arange(len(f)), ratio, 1e-6 * ones, f
-            )
+        of_bursts = np.arange(len(f))
+        given = ConfigurationData(
+            configuration.name, configuration.specimen_thickness, f, of_bursts, ratio, 1e-6 * np.ones(len(f)), f
         )
+        data.append(replace(given, top_slopes=_slopes(f, campaign.burst.cycles)))
         rigs[configuration.name] = rig
     space = law_space("fractional_zener", f, np.full(len(f), _MODULUS))
     return CampaignProblem(campaign, data, rigs, space)
+
+
+def _slopes(f: RealArray, cycles: float) -> ComplexArray:
+    """Return `ConfigurationData.top_slopes` of Hann bursts at f, Hz, each in the middle of its spectrum."""
+    turns = 2 * np.pi * f * (_LEAD + cycles / (2 * f))
+    duration = cycles * np.sqrt(1 / 12 - 1 / (2 * np.pi**2))  # standard deviation under the window, in periods
+    return np.stack([-1j * turns, -1j * turns - (2 * np.pi * duration) ** 2])
 
 
 def soft_sample(problem: CampaignProblem) -> RealArray:

@@ -9,6 +9,7 @@ from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
+from multilayer.diagnosis.places.reading import ReadingOverTime
 from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
 from multilayer.diagnosis.saved_law import RigLaw, known_effects, saved_law
 from multilayer.errors import InputError
@@ -225,6 +226,7 @@ def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
         ("sample_strain", "at_once", SampleStrainAtOnce),
         ("sample_order", "", SampleOrder),
         ("sample_order", "since_mounting", SampleOrderInMounting),
+        ("reading", "over_time", ReadingOverTime),
         ("top_plate", "", TopPlate),
         ("top_plate", "in_centre", InCentre),
     ],

@@ -154,6 +154,20 @@ class BurstData:
         return np.asarray(moments / one_sided[bins])
 
     @cached_property
+    def top_slopes(self) -> ComplexArray:
+        """First and second derivative by ln f of ln S, S the top channel's spectrum, in each bin of `in_band`.
+
+        From the means of t and t^2 over the energy of a bin, t the time in the record: the spectrum of t times the
+        signal is ``i dS/dw``. Where all energy of a bin arrives at one time, the first is ``-i w t``. Shape (2, n).
+        """
+        f, _, top = self.in_band
+        bins = np.searchsorted(self.spectra[0], f)
+        time = np.arange(self.n_samples) / self.sampling_rate
+        mean, square = (to_spectrum(time**k * self.top, self.n_fft)[bins] / top for k in (1, 2))
+        slope, omega = -2j * np.pi * f * mean, 2 * np.pi * f
+        return np.stack([slope, slope - omega**2 * (square - mean**2)])
+
+    @cached_property
     def head_start(self) -> float:
         """Amplitude of the top plate before the base moves, less noise, relative to its maximum; 0 without a lead."""
         base = envelope(self.base)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import ComplexArray, RealArray
+from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.experiments.two_plate.record_end import RecordEnd
@@ -21,6 +21,7 @@ from multilayer.measurements.description import Campaign
 
 SMOOTH = 0.3  # correlation length of the model's error in ln f
 _BINS = 6  # used of each burst: its main lobe holds about as many independent bins
+_BY_BIN = ("frequency", "burst", "ratio", "variance", "stretch_moments", "top_slopes")
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,8 @@ class ConfigurationData:
         Stated frequencies of the bursts, Hz.
     stretch_moments : complex array, shape (k, n), optional
         Means of powers of the amplitude of the sample's stretch, as they act on each bin; see `BurstData`.
+    top_slopes : complex array, shape (2, n), optional
+        Derivatives by ln f of the logarithm of the top channel's spectrum in each bin; see `BurstData`.
     ends : mapping
         By index of the burst, the ring-down beyond its record's end, where that matters.
     calibration_std : array, shape (n_bursts,), optional
@@ -61,6 +64,7 @@ class ConfigurationData:
     variance: RealArray
     centres: RealArray
     stretch_moments: ComplexArray | None = None
+    top_slopes: ComplexArray | None = None
     ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
     calibration_std: RealArray | None = None
     completed_by: RealArray | None = None
@@ -129,24 +133,20 @@ class ConfigurationData:
         """Return the data of some bursts, by their indices, and renumbered."""
         inside = np.isin(self.burst, kept)
         renumbered = np.searchsorted(kept, self.burst[inside])
-        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
         ends = {new: self.ends[old] for new, old in enumerate(kept.tolist()) if old in self.ends}
-        return replace(
-            self, frequency=self.frequency[inside], burst=renumbered, ratio=self.ratio[inside],
-            variance=self.variance[inside], centres=self.centres[kept], stretch_moments=moments, ends=ends,
-            calibration_std=None if self.calibration_std is None else self.calibration_std[kept],
-        )  # fmt: skip
+        std = None if self.calibration_std is None else self.calibration_std[kept]
+        bins = self._of_bins(inside)
+        return replace(bins, burst=renumbered, centres=self.centres[kept], ends=ends, calibration_std=std)
 
     def thinned(self, every: int) -> ConfigurationData:
         """Return the data with every so many-th bin of each burst, centred within the burst."""
         place = np.arange(len(self.burst)) - np.searchsorted(self.burst, self.burst)
         count = np.bincount(self.burst)[self.burst]
-        inside = place % every == (np.minimum(every, count) - 1) // 2
-        moments = None if self.stretch_moments is None else self.stretch_moments[:, inside]
-        return replace(
-            self, frequency=self.frequency[inside], burst=self.burst[inside], ratio=self.ratio[inside],
-            variance=self.variance[inside], stretch_moments=moments,
-        )  # fmt: skip
+        return self._of_bins(place % every == (np.minimum(every, count) - 1) // 2)
+
+    def _of_bins(self, inside: BoolArray) -> ConfigurationData:
+        columns = {name: getattr(self, name) for name in _BY_BIN}
+        return replace(self, **{name: at[..., inside] for name, at in columns.items() if at is not None})
 
 
 def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[ConfigurationData]:
@@ -170,23 +170,23 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
             )
         parts = [_ratios(burst) for burst in complete]
         index = np.repeat(np.arange(len(complete)), [len(part[0]) for part in parts])
-        f, ratio, variance, moments = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
+        f, ratio, variance, moments, slopes = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
         centres = np.array([burst.frequency for burst in complete])
         height = configuration.specimen_thickness
         std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in complete])
         configurations.append(
             ConfigurationData(
-                configuration.name, height, f, index, ratio, variance, centres, moments,
+                configuration.name, height, f, index, ratio, variance, centres, moments, slopes,
                 calibration_std=std if np.any(std) else None,
             )
         )  # fmt: skip
     return configurations
 
 
-def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray]:
+def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray, ComplexArray]:
     f, base, top = burst.in_band
     kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
     f, base, top = f[kept], base[kept], top[kept]
     ratio = top / base
     power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
-    return f, ratio, power / (2 * np.abs(top) ** 2), burst.stretch_moments[:, kept]
+    return f, ratio, power / (2 * np.abs(top) ** 2), burst.stretch_moments[:, kept], burst.top_slopes[:, kept]

@@ -1,4 +1,4 @@
-"""A clock of the top channel that runs too fast."""
+"""A clock of the top channel that runs too slow."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ _OVERSAMPLING = 8
 
 
 class ClockSkew(Effect):
-    """The top channel's converter has a clock of its own, too fast by `skew`: top(t (1 + skew)), t from the trigger.
+    """The top channel's converter has a clock of its own, too slow by `skew`: top(t (1 + skew)), t from the trigger.
 
-    The delay thus grows over each record. Perturbed: top(t (1 + skew) + p skew t^2 / 0.1 s), a clock that drifts.
+    The top channel's lead thus grows over each record. Perturbed: top(t (1 + skew) + p skew t^2 / 0.1 s), a clock that
+    drifts.
     """
 
     effect: Literal["clock_skew"] = "clock_skew"
