@@ -58,6 +58,8 @@ def _quieter(setting: Setting) -> Setting:
     data = setting.data
     if data.stretch_moments is not None:
         data = replace(data, stretch_moments=data.stretch_moments * _QUIET ** np.array(STRETCH_POWERS)[:, np.newaxis])
+    if data.friction is not None:
+        data = replace(data, friction=data.friction / _QUIET)
     return replace(setting, campaign=setting.campaign.model_copy(update={"burst": quiet}), data=data)
 
 

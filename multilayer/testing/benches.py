@@ -118,7 +118,10 @@ def joint_bench() -> CampaignProblem:
         given = ConfigurationData(
             configuration.name, configuration.specimen_thickness, f, of_bursts, ratio, 1e-6 * np.ones(len(f)), f
         )
-        data.append(replace(given, top_slopes=_slopes(f, campaign.burst.cycles)))
+        stretch = np.abs(ratio - 1) * campaign.burst.level_rms / (2 * np.pi * f) ** 2
+        data.append(
+            replace(given, top_slopes=_slopes(f, campaign.burst.cycles), friction=4j / np.pi / stretch.astype(complex))
+        )
         rigs[configuration.name] = rig
     space = law_space("fractional_zener", f, np.full(len(f), _MODULUS))
     return CampaignProblem(campaign, data, rigs, space)

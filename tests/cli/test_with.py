@@ -7,7 +7,7 @@ import pytest
 
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
-from multilayer.diagnosis.places.beside import OpenFaces
+from multilayer.diagnosis.places.beside import Friction, OpenFaces
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.places.reading import ReadingOverTime
 from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
@@ -227,6 +227,7 @@ def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
         ("sample_order", "", SampleOrder),
         ("sample_order", "since_mounting", SampleOrderInMounting),
         ("reading", "over_time", ReadingOverTime),
+        ("beside", "friction", Friction),
         ("top_plate", "", TopPlate),
         ("top_plate", "in_centre", InCentre),
     ],

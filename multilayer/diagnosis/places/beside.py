@@ -102,6 +102,46 @@ class Beside(Place):
         """Return the stiffness of the softest sample."""
         return modulus * min(s.area / s.configuration.specimen_thickness for s in settings)
 
+    @classmethod
+    def variants(cls) -> tuple[type[Beside], ...]:
+        """Return a linear path, and one of dry friction."""
+        return (Beside, Friction)
+
+    @classmethod
+    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
+        """Return the places: friction only where the motion is given."""
+        given = all(setting.data.friction is not None for setting in settings)
+        return [place for place in super().instances(settings) if given or not place.acts_by_bin]
+
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with a spring beside the sample."""
         return chain.with_(spring=values if chain.spring is None else chain.spring + values)
+
+
+class Friction(Beside):
+    """Dry friction beside the sample, as of a guide: a force of constant amplitude against the relative velocity.
+
+    As `BurstData.friction` has it, by the motion that was measured; a law with an imaginary part leads the velocity.
+    """
+
+    variant = "friction"
+    title = "beside the sample, by dry friction"
+    quantity = "friction force"
+    unit = "N"
+    passive_part = "real"
+    acts_by_bin = True
+    terms: ClassVar = {0: ("dry friction", "N")}
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return the force that does as much as the softest sample where the motion is smallest."""
+        return super().scale(settings, modulus) / max(float(np.abs(_friction(each)).max()) for each in settings)
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with that force, over the stretch."""
+        return super().chain(setting, chain, values * _friction(setting))
+
+
+def _friction(setting: Setting) -> ComplexArray:
+    if setting.data.friction is None:
+        raise ValueError("without the signals nothing is known of friction")
+    return setting.data.friction

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from multilayer.measurements.description import Campaign
 
 SMOOTH = 0.3  # correlation length of the model's error in ln f
 _BINS = 6  # used of each burst: its main lobe holds about as many independent bins
-_BY_BIN = ("frequency", "burst", "ratio", "variance", "stretch_moments", "top_slopes")
+_BY_BIN = ("frequency", "burst", "ratio", "variance", "stretch_moments", "top_slopes", "friction")
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class ConfigurationData:
         Means of powers of the amplitude of the sample's stretch, as they act on each bin; see `BurstData`.
     top_slopes : complex array, shape (2, n), optional
         Derivatives by ln f of the logarithm of the top channel's spectrum in each bin; see `BurstData`.
+    friction : complex array, shape (n,), optional
+        Dry friction of 1 N over the stretch in each bin, 1/m; see `BurstData`.
     ends : mapping
         By index of the burst, the ring-down beyond its record's end, where that matters.
     calibration_std : array, shape (n_bursts,), optional
@@ -65,6 +68,7 @@ class ConfigurationData:
     centres: RealArray
     stretch_moments: ComplexArray | None = None
     top_slopes: ComplexArray | None = None
+    friction: ComplexArray | None = None
     ends: Mapping[int, RecordEnd] = field(default_factory=dict, repr=False)
     calibration_std: RealArray | None = None
     completed_by: RealArray | None = None
@@ -169,24 +173,33 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
                 f"{configuration.name}: every record ends before the top plate's ring-down does; record longer"
             )
         parts = [_ratios(burst) for burst in complete]
-        index = np.repeat(np.arange(len(complete)), [len(part[0]) for part in parts])
-        f, ratio, variance, moments, slopes = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
-        centres = np.array([burst.frequency for burst in complete])
-        height = configuration.specimen_thickness
+        by_bin: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
         std = np.sqrt(len(campaign.configurations)) * np.array([burst.calibration_std for burst in complete])
         configurations.append(
             ConfigurationData(
-                configuration.name, height, f, index, ratio, variance, centres, moments, slopes,
+                name=configuration.name,
+                thickness=configuration.specimen_thickness,
+                burst=np.repeat(np.arange(len(complete)), [len(part["frequency"]) for part in parts]),
+                centres=np.array([burst.frequency for burst in complete]),
                 calibration_std=std if np.any(std) else None,
+                **by_bin,
             )
-        )  # fmt: skip
+        )
     return configurations
 
 
-def _ratios(burst: BurstData) -> tuple[RealArray, ComplexArray, RealArray, ComplexArray, ComplexArray]:
+def _ratios(burst: BurstData) -> dict[str, Any]:
+    """Return the columns of `ConfigurationData` of a burst, but for its index."""
     f, base, top = burst.in_band
     kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
     f, base, top = f[kept], base[kept], top[kept]
     ratio = top / base
     power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
-    return f, ratio, power / (2 * np.abs(top) ** 2), burst.stretch_moments[:, kept], burst.top_slopes[:, kept]
+    return {
+        "frequency": f,
+        "ratio": ratio,
+        "variance": power / (2 * np.abs(top) ** 2),
+        "stretch_moments": burst.stretch_moments[:, kept],
+        "top_slopes": burst.top_slopes[:, kept],
+        "friction": burst.friction[kept],
+    }
