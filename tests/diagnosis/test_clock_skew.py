@@ -10,13 +10,14 @@ from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.reading import Reading, ReadingOverTime
 from multilayer.diagnosis.simple_forms import simple_form
+from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import Term
 from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.rig.effects.clock_skew import resampled
 from multilayer.signals.spectra import Noise
 from multilayer.testing import check_place
 from multilayer.testing.benches import joint_bench
-from tests.fits.rods import campaign_of_rods, constant_loss
+from tests.fits.rods import campaign_of_rods, constant_loss, fractional_zener
 
 RATE, FREQUENCY = 25600.0, 400.0
 
@@ -79,3 +80,14 @@ def test_it_is_told_in_the_reading_with_its_size(skew):
     value, deviation = form.fitted.minimum.z[-1], np.sqrt(form.fitted.minimum.covariance[-1, -1])
     assert abs(value - form.form.parameters[0].prior.coordinate(skew)) < 4 * deviation
     assert deviation < 0.2 * abs(value)
+
+
+def test_the_noise_of_a_long_record_is_no_skew():
+    """What is computed of the signals carries their noise, by which a law may not take up that of their ratio."""
+    campaign, recordings = campaign_of_rods(
+        fractional_zener(1.2e5, 12 * 1.2e5, 2e-5, 0.45), frequencies=tuple(range(100, 1501, 100)),
+        thicknesses=(0.0125, 0.025), top_plates=(0.001, 0.003), tail=1.0, noise=(0.004, 0.004), seed=3,
+    )  # fmt: skip
+    nominal, _ = diagnose.fit_nominal(diagnose.with_usual_uncertainty(campaign)[0], recordings)
+    for name, place in fit_places(nominal, names=["reading", "beside"]).items():
+        assert place.log_evidence < tolerant_evidence(nominal) + 2, name

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from multilayer.experiments.two_plate.burst import STRETCH_POWERS, BurstData
+from multilayer.experiments.two_plate.ratios import configuration_data
 from multilayer.fits.burst.fit import burst_problems, fit_bursts
 from multilayer.fits.joint.fit import fit_joint
 from multilayer.fits.settings import FitSettings
@@ -189,3 +190,14 @@ class TestNelderMead:
     def test_whole_samples_are_whole(self, started):
         tof = np.array([burst.delta_tof for burst in started["neighbour"][0].bursts]) * 25600
         np.testing.assert_allclose(tof, np.round(tof), atol=1e-6)
+
+
+def test_bins_in_the_noise_are_left_out_of_ratios():
+    """Where the noise of ln(ratio) is not small, it is neither Gaussian nor without bias."""
+    campaign, recordings = campaign_of_rods(foam(1.2e5), noise=(0.014, 0.014), repeats=1, tail=1.5)
+    bursts = [problem.data for problem in burst_problems(campaign, recordings, FitSettings(), None)]
+    (data,) = configuration_data(campaign, bursts)
+    assert np.all(np.bincount(data.burst) == 6)
+    assert np.sqrt(data.variance).max() < 0.3
+    widest = max(np.abs(burst.in_band[0] / burst.frequency - 1).max() for burst in bursts)
+    assert np.abs(data.frequency / data.centres[data.burst] - 1).max() < widest

@@ -22,6 +22,7 @@ from multilayer.measurements.description import Campaign
 
 SMOOTH = 0.3  # correlation length of the model's error in ln f
 _BINS = 6  # used of each burst: its main lobe holds about as many independent bins
+_FIRST_ORDER = 0.3  # standard deviation of ln(ratio) up to which its noise is Gaussian, and its mean that of the ratio
 _BY_BIN = ("frequency", "burst", "ratio", "variance", "stretch_moments", "top_slopes", "friction")
 
 
@@ -191,14 +192,15 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
 def _ratios(burst: BurstData) -> dict[str, Any]:
     """Return the columns of `ConfigurationData` of a burst, but for its index."""
     f, base, top = burst.in_band
-    kept = np.unique(np.linspace(0, len(f) - 1, min(_BINS, len(f))).round().astype(int))
-    f, base, top = f[kept], base[kept], top[kept]
     ratio = top / base
     power = burst.n_samples * (burst.noise.top**2 + np.abs(ratio) ** 2 * burst.noise.base**2)
+    variance = power / (2 * np.abs(top) ** 2)
+    clear = np.flatnonzero(variance < max(_FIRST_ORDER**2, 1.01 * float(variance.min())))
+    kept = clear[np.unique(np.linspace(0, len(clear) - 1, min(_BINS, len(clear))).round().astype(int))]
     return {
-        "frequency": f,
-        "ratio": ratio,
-        "variance": power / (2 * np.abs(top) ** 2),
+        "frequency": f[kept],
+        "ratio": ratio[kept],
+        "variance": variance[kept],
         "stretch_moments": burst.stretch_moments[:, kept],
         "top_slopes": burst.top_slopes[:, kept],
         "friction": burst.friction[kept],
