@@ -334,7 +334,8 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
     hypothesis, z = fitted.hypothesis, fitted.minimum.z
     law = hypothesis.effects[-1]
     kinds = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
-    others = [place for kind in kinds for place in kind.instances(hypothesis.settings) if type(place) is kind]
+    known = [place for kind in kinds for place in kind.instances(hypothesis.settings) if type(place) is kind]
+    others = [place for place in known if place.label == law.at_place.label]
     laws = [_at_other(nominal, law, place.moving(law.at_place.moved)) for place in others]
     fits = [fitted, *(descended(nominal.hypothesis.with_effects(each), z, most, tolerance) for each in laws)]
     return max(fits, key=tolerant_evidence)

@@ -8,6 +8,7 @@ import pytest
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.places.beside import Friction, OpenFaces
+from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.places.reading import ReadingOverTime
 from multilayer.diagnosis.places.sample import SampleOrder, SampleOrderInMounting, SampleStrain, SampleStrainAtOnce
@@ -228,6 +229,8 @@ def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
         ("sample_order", "since_mounting", SampleOrderInMounting),
         ("reading", "over_time", ReadingOverTime),
         ("beside", "friction", Friction),
+        ("one_configuration", "plate", PlateOfOne),
+        ("one_configuration", "height", HeightOfOne),
         ("top_plate", "", TopPlate),
         ("top_plate", "in_centre", InCentre),
     ],

@@ -12,16 +12,19 @@ from multilayer.diagnosis.further_laws import search_open_rims, with_moving_laws
 from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, is_explained
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.beside import OpenFaces
+from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
 from tests.diagnosis.rigs import TRIED, F, campaign, measured, measured_with
+from tests.fits.rods import campaign_of_rods, fractional_zener
 
 
 def checked_slopes(problem, rng):
@@ -37,11 +40,10 @@ def checked_slopes(problem, rng):
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
-    rng = np.random.default_rng(0)
     registered = [place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)]
     for place in (*registered, OpenFaces(0.16, 0.1)):
         problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
-        checked_slopes(problem, rng)
+        checked_slopes(problem, np.random.default_rng(0))
 
 
 def test_the_derivative_by_the_nodes_of_a_law_that_is_given():
@@ -220,6 +222,47 @@ def test_the_place_and_the_simple_form_of_its_law(name, term, values):
     fitted, deviations = form.fitted, np.sqrt(np.diag(form.fitted.minimum.covariance))[-len(values) :]
     true = [p.prior.coordinate(v) for p, v in zip(form.form.parameters, values, strict=True)]
     assert np.all(np.abs(fitted.minimum.z[-len(values) :] - true) < 4 * deviations)
+
+
+WRONG = [(PlateOfOne, "top_plate_thickness"), (HeightOfOne, "specimen_thickness")]
+
+
+@pytest.mark.parametrize(("kind", "field"), WRONG, ids=["plate", "height"])
+@pytest.mark.parametrize("share", [0.1, -0.04])
+def test_a_wrong_entry_of_one_configuration_is_told_as_what_it_is(kind, field, share):
+    """Of rods, of which the file says what is not so of one in four."""
+    described, recordings = campaign_of_rods(
+        fractional_zener(1.2e5, 12 * 1.2e5, 2e-5, 0.45), frequencies=(150.0, 300.0, 500.0, 700.0, 900.0, 1200.0),
+        thicknesses=(0.0125, 0.025), top_plates=(0.001, 0.003), tail=0.4, noise=(0.002, 0.002),
+    )  # fmt: skip
+    configurations = list(described.configurations)
+    right = configurations[2]
+    configurations[2] = right.model_copy(update={field: getattr(right, field) / (1 + share)})
+    nominal, _ = diagnose.fit_nominal(described.model_copy(update={"configurations": configurations}), recordings)
+    first, second, *_ = fit_places(nominal).values()
+    assert (type(first.place), first.place.configuration) == (kind, right.name)
+    assert first.log_evidence - second.log_evidence > 10
+    form = simple_form(nominal, first)
+    assert form.form.terms == (Term("power", 0),)
+    value, deviation = form.fitted.minimum.z[-1], np.sqrt(form.fitted.minimum.covariance[-1, -1])
+    assert abs(value - form.form.parameters[0].prior.coordinate(share)) < 4 * deviation
+
+
+def test_another_height_is_that_of_the_rod():
+    """The place's modulus and density stand for a height; beside a chain of that height."""
+    bench = joint_bench()
+    configuration = bench.settings[0].configuration
+    law = SimpleLaw.at(HeightOfOne(configuration.name), (Term("power", 0),), F, 1.0)
+    z = soft_sample(bench)
+    share = law.parameters[0].prior.coordinate(0.2)
+    found = bench.with_effects(law).differences(np.append(z, share))
+    campaign = bench.campaign
+    higher = configuration.model_copy(update={"specimen_thickness": 1.2 * configuration.specimen_thickness})
+    described = campaign.model_copy(update={"configurations": [higher, *campaign.configurations[1:]]})
+    rigs = {each.name: PlaneWaveRig.of(described, each) for each in described.configurations}
+    expected = replace(bench, campaign=described, rigs=rigs).differences(z)
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", PLACES["top_plate"].variants())

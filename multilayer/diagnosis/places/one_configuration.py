@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from multilayer.diagnosis.places.base import ComplexArray, Place, Setting
+from multilayer.diagnosis.places.base import Chain, ComplexArray, Place, Setting
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,54 @@ class OneConfiguration(Place):
     terms: ClassVar = {0: ("factor", "")}
 
     @classmethod
+    def variants(cls) -> tuple[type[OneConfiguration], ...]:
+        """Return what may be another there: the sample's modulus, the plate's mass, the sample's height."""
+        return (OneConfiguration, PlateOfOne, HeightOfOne)
+
+    @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
-        """Return a place for each configuration, where there are several."""
-        return [cls(setting.data.name) for setting in settings] if len(settings) > 1 else []
+        """Return the places of each configuration, where there are several."""
+        names = [setting.data.name for setting in settings] if len(settings) > 1 else []
+        return [kind(name) for kind in cls.variants() for name in names]
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the modulus, which changes in this configuration."""
-        return np.asarray(modulus * np.exp(values)) if setting.data.name == self.configuration else modulus
+        return np.asarray(modulus * np.exp(values)) if self._is_there(setting) else modulus
+
+    def _is_there(self, setting: Setting) -> bool:
+        return setting.data.name == self.configuration
+
+
+class PlateOfOne(OneConfiguration):
+    """The top plate of one configuration is heavier than those of all others, or lighter."""
+
+    variant = "plate"
+    quantity = "relative change of the plate's mass in that configuration"
+    terms: ClassVar = {0: ("relative change of the plate's mass", "")}
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the modulus as it is."""
+        return modulus
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with another plate in this configuration."""
+        return chain.with_(plate_mass=chain.plate_mass * (1 + values)) if self._is_there(setting) else chain
+
+
+class HeightOfOne(OneConfiguration):
+    """The sample of one configuration is higher than stated, or lower.
+
+    By a share v: as a rod of the stated height whose modulus is ``E/(1 + v)`` and whose density is ``rho (1 + v)``.
+    """
+
+    variant = "height"
+    quantity = "relative change of the sample's height in that configuration"
+    terms: ClassVar = {0: ("relative change of the sample's height", "")}
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the modulus of the rod of the stated height."""
+        return np.asarray(modulus / (1 + values)) if self._is_there(setting) else modulus
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with that rod's density."""
+        return chain.with_(density=chain.density * (1 + values)) if self._is_there(setting) else chain
