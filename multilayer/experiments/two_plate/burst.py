@@ -24,7 +24,7 @@ _WIDE_THRESHOLD = 0.002  # for signals that are transformed back to time
 _CUT_SHORT = 0.02  # of the envelope's maximum: a ring-down still this strong at the end of the record is truncated
 _MOVES = 0.01  # of the base's crest: by then its burst has begun,
 _ABOVE_NOISE = 5.0  # and above its noise
-_WELL_ABOVE = 10.0  # and well above it
+_BURIED = 1e9  # times below that, a signal weighs nothing
 _FEWEST = 16  # samples that say whether something moves
 STRETCH_POWERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)
 """Of the amplitude of the sample's stretch, whose means are kept."""
@@ -223,13 +223,13 @@ class BurstData:
 
 
 def _above_noise(amplitude: RealArray, noise: float) -> RealArray:
-    """Return the weight of each instant: 1 where a signal is well above its noise, 1/2 at 10 standard deviations.
+    """Return the weight of each instant: 1 where a signal is well above its noise, 1/2 at 5 standard deviations.
 
     What is computed of the signal alone and fitted to its ratio would otherwise carry the noise of that ratio, and take
     it up: in long records, where most is noise, a skew of the clocks did so. Noise alone weighs 0.001.
     """
-    fourth = amplitude**4
-    return np.asarray(fourth / (fourth + (_WELL_ABOVE * noise) ** 4 + np.finfo(float).tiny))
+    inverse = _ABOVE_NOISE * noise / np.maximum(amplitude, np.finfo(float).tiny)
+    return np.asarray(1 / (1 + np.minimum(inverse, _BURIED) ** 8))
 
 
 def _stride(bins: BoolArray) -> int:
