@@ -53,6 +53,7 @@ def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list
         entries.append(
             {
                 "place": fit.place.name,
+                **({"variant": fit.place.variant} if fit.place.variant else {}),
                 **({"configuration": configuration} if (configuration := fit.place.configuration) else {}),
                 "title": fit.place.title,
                 "probability": round(probability, 4),

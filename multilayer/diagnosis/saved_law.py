@@ -21,6 +21,7 @@ from multilayer.config.validate import read
 from multilayer.diagnosis.effects.base import EFFECTS, Effect
 from multilayer.diagnosis.places import BasePlace, places_of
 from multilayer.diagnosis.places.beside import Faces, OpenFaces
+from multilayer.diagnosis.places.one_configuration import OneConfiguration
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.errors import InputError, Problem, suggest
 from multilayer.experiments.places import LENGTH, SHORT, SPACING, SimpleLaw, TabulatedLaw, Term
@@ -320,6 +321,9 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
     if saved.variant not in kinds:
         text = f"the place {saved.place} has no variant '{saved.variant}'; {suggest(saved.variant, kinds)}"
         raise InputError(Problem(text, file=file))
+    if bool(saved.configuration) != (saved.place == OneConfiguration.name):
+        needs = "needs a" if saved.place == OneConfiguration.name else "has no"
+        raise InputError(Problem(f"the place {saved.place} {needs} configuration", file=file))
     fields: dict[str, Any] = {"configuration": saved.configuration} if saved.configuration else {}
     if saved.free_rim:
         if saved.place != SampleShape.name:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
     """Draw rig, tube or wall with the place marked, and the law there with 90 % bands: one part where it is real."""
     parts = [part for part in ("real", "imag") if part in law]
     figure, axes = blank(1, 1 + len(parts), (WIDTH, _HEIGHT), width_ratios=(0.8, *(2.4 / len(parts) for _ in parts)))
-    draw = {"tube": _tube, "levels": _wall}.get(str(law.get("kind")), _rig)
+    draw = {"tube": _tube, "levels": _wall}.get(str(law.get("kind")), partial(_rig, variant=law.get("variant", "")))
     draw(axes[0, 0], str(law["place"]))
     f = np.asarray(law["frequency_hz"], dtype=float)
     sizes = np.abs([law[f"{part}_{end}"] for part in parts for end in ("low", "high")])
@@ -48,7 +49,7 @@ def draw_place(law: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _rig(axis: Axes, place: str) -> None:
+def _rig(axis: Axes, place: str, variant: str) -> None:
     """Draw base plate, sample, top plate and accelerometers from the side."""
     from matplotlib.patches import Rectangle
 
@@ -61,12 +62,13 @@ def _rig(axis: Axes, place: str) -> None:
         low, high = heights
         axis.add_patch(Rectangle((left, low), right - left, high - low, facecolor=shade, edgecolor="0.3", lw=0.7))
 
-    in_sample = place.startswith("sample") or place == "one_configuration"
+    is_plate = place == "plate" or (place, variant) == ("one_configuration", "plate")
+    in_sample = place.startswith("sample") or (place == "one_configuration" and not is_plate)
     box(_SHAKER, 0.38, 0.62, marked=False, filled="0.95")
     axis.annotate("", (0.5, 0.19), (0.5, 0.02), arrowprops={"arrowstyle": "<->", "color": "0.3", "lw": 0.8})
     box(_BASE, 0.12, 0.88, marked=False)
     box(_SAMPLE, _LEFT, _RIGHT, marked=in_sample, filled="0.95")
-    box(_TOP, _LEFT, _RIGHT, marked=place == "plate")
+    box(_TOP, _LEFT, _RIGHT, marked=is_plate)
     if place == "faces":
         for height in (_SAMPLE[0], _SAMPLE[1]):
             box((height - 0.015, height + 0.015), _LEFT, _RIGHT, marked=True)

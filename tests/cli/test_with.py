@@ -150,6 +150,8 @@ def test_a_table_is_a_law_with_its_band():
             "moved is of a law in all configurations",
         ),
         ({"laws": [{**SAVED["laws"][0], "variant": "at_once"}]}, "top_plate has no variant 'at_once'"),
+        ({"laws": [{**SAVED["laws"][0], "configuration": "c1"}]}, "the place top_plate has no configuration"),
+        ({"laws": [{**SAVED["laws"][0], "place": "one_configuration"}]}, "one_configuration needs a configuration"),
         ({"laws": [{**SAVED["laws"][0], "place": "sample_strain", "variant": "atonce"}]}, "did you mean 'at_once'"),
         ({"laws": [], "effects": [{"effect": "sensor_mas"}]}, "did you mean 'sensor_mass'"),
         (
@@ -236,7 +238,8 @@ def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
     ],
 )
 def test_a_law_is_saved_with_the_way_in_which_it_acts(tmp_path, place, variant, kind):
-    effect = saved_and_read(tmp_path, place=place, variant=variant)
+    of_one = {"configuration": "h25mm-t1mm"} if place == "one_configuration" else {}
+    effect = saved_and_read(tmp_path, place=place, variant=variant, **of_one)
     assert type(effect.at_place) is kind
 
 

@@ -12,6 +12,8 @@ from multilayer.diagnosis.places.beside import Beside, Friction
 from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.experiments.places import Term
 from multilayer.experiments.two_plate.burst import BurstData
+from multilayer.fits.burst.fit import burst_problems
+from multilayer.fits.settings import FitSettings
 from multilayer.signals.spectra import Noise, frequencies, padded_length, to_signal, to_spectrum
 from multilayer.testing import check_place
 from multilayer.testing.benches import joint_bench
@@ -83,6 +85,19 @@ def test_the_friction_of_a_burst_is_that_of_its_force_in_time(height, frequency)
     expected = -np.interp(f, at, resists.real) - 1j * np.interp(f, at, resists.imag)
     found = data.friction * (motion_top - motion_base) / -((2 * np.pi * f) ** 2)
     assert np.max(np.abs(found - expected)) < 0.02 * np.abs(expected).max()
+
+
+def test_plates_that_hardly_move_apart_have_no_larger_friction():
+    """Of a stiff sample the stretch is in the noise, which may not pass for a force that is large beside it."""
+    found = []
+    for noise in (0.0, 0.01):
+        campaign, recordings = campaign_of_rods(
+            fractional_zener(1e7, 1.2e8, 2e-5, 0.45), frequencies=(100.0,), thicknesses=(0.0125,), tail=0.4,
+            noise=(noise, noise),
+        )  # fmt: skip
+        (problem,) = burst_problems(campaign, recordings, FitSettings(), None)
+        found.append(np.abs(problem.data.friction).max())
+    assert found[1] < 2 * found[0]
 
 
 def test_it_keeps_the_laws_and_needs_signals():

@@ -133,8 +133,9 @@ class Friction(Beside):
     terms: ClassVar = {0: ("dry friction", "N")}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
-        """Return the force that does as much as the softest sample where the motion is smallest."""
-        return super().scale(settings, modulus) / max(float(np.abs(_friction(each)).max()) for each in settings)
+        """Return the force that does as much as the softest sample at half of the data."""
+        every = np.concatenate([np.abs(_friction(each)) for each in settings])
+        return super().scale(settings, modulus) / float(np.median(every))
 
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with that force, over the stretch."""

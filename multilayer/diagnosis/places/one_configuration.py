@@ -50,6 +50,7 @@ class PlateOfOne(OneConfiguration):
     """The top plate of one configuration is heavier than those of all others, or lighter."""
 
     variant = "plate"
+    title = "in the top plate of one configuration only"
     quantity = "relative change of the plate's mass in that configuration"
     terms: ClassVar = {0: ("relative change of the plate's mass", "")}
 
@@ -66,9 +67,13 @@ class HeightOfOne(OneConfiguration):
     """The sample of one configuration is higher than stated, or lower.
 
     By a share v: as a rod of the stated height whose modulus is ``E/(1 + v)`` and whose density is ``rho (1 + v)``.
+
+    Limits: with the free rim of a sample of a Poisson's ratio its stiffness depends on its shape, too, which is left
+    out: of a height that is 10 % more, S = 0.9, a tenth of the gap is left at 0.35, and two thirds at 0.45.
     """
 
     variant = "height"
+    title = "in the sample's height in one configuration only"
     quantity = "relative change of the sample's height in that configuration"
     terms: ClassVar = {0: ("relative change of the sample's height", "")}
 

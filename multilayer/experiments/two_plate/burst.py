@@ -162,10 +162,11 @@ class BurstData:
         turn = 2j * np.pi * np.fft.fftfreq(self.n_fft, 1 / self.sampling_rate)
         apart = np.fft.ifft(turn**2 * np.fft.fft(self._stretch))  # acceleration of the plates from each other
         low, high = _STRETCH_REACH
-        in_reach = 2 * (high - low) * self.frequency / (self.sampling_rate / 2)  # of noise, both halves of a spectrum
-        noise = float(np.hypot(*self.noise)) * in_reach**0.5
-        stretch = np.fft.fft(_above_noise(np.abs(apart), noise) * self._stretch)
-        velocity = np.fft.ifft(turn * stretch)
+        nyquist = self.sampling_rate / 2
+        share = (min(high * self.frequency, nyquist) - low * self.frequency) / nyquist  # of the noise
+        noise = float(np.hypot(*self.noise)) * share**0.5
+        stretch = np.fft.fft(self._stretch)
+        velocity = np.fft.ifft(turn * np.fft.fft(_above_noise(np.abs(apart), noise) * self._stretch))
         amplitude = np.abs(velocity)
         force = 4 / np.pi * velocity / np.hypot(amplitude, _STICKS * amplitude.max())
         return np.asarray(np.fft.fft(force)[self._bins] / stretch[self._bins])
