@@ -40,8 +40,7 @@ def checked_slopes(problem, rng):
 def test_the_derivative_by_the_nodes_is_that_of_finite_differences():
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
-    kinds = [kind for name in PLACES.names() for kind in PLACES[name].variants()]
-    registered = [place for kind in kinds for place in kind.instances(bench.settings) if type(place) is kind]
+    registered = [place for name in PLACES.names() for place in PLACES[name].instances(bench.settings)]
     for place in (*registered, OpenFaces(0.16, 0.1)):
         problem = bench.with_effects(DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5)))
         checked_slopes(problem, np.random.default_rng(0))

@@ -107,12 +107,6 @@ class Beside(Place):
         """Return a linear path, and one of dry friction."""
         return (Beside, Friction)
 
-    @classmethod
-    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
-        """Return the places: friction only where the motion is given."""
-        given = all(setting.data.friction is not None for setting in settings)
-        return [place for place in super().instances(settings) if given or not place.acts_by_bin]
-
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with a spring beside the sample."""
         return chain.with_(spring=values if chain.spring is None else chain.spring + values)
@@ -130,6 +124,7 @@ class Friction(Beside):
     unit = "N"
     passive_part = "real"
     acts_by_bin = True
+    needs = "friction"
     terms: ClassVar = {0: ("dry friction", "N")}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:

@@ -28,12 +28,6 @@ class Reading(Place):
         """Return what every instant of a record has alike, and what grows over it."""
         return (Reading, ReadingOverTime)
 
-    @classmethod
-    def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
-        """Return the places: what grows over a record only where the records are given."""
-        given = all(setting.data.top_slopes is not None for setting in settings)
-        return [place for place in super().instances(settings) if given or not place.acts_by_bin]
-
 
 class ReadingOverTime(Reading):
     """The chains of sensors, over the time of each record: the clock of the top channel runs off that of the base.
@@ -49,6 +43,7 @@ class ReadingOverTime(Reading):
     title = "in the reading, growing over each record"
     quantity = "relative skew of the top channel's clock"
     acts_by_bin = True
+    needs = "top_slopes"
     terms: ClassVar = {0: ("clock skew", "")}
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:

@@ -146,9 +146,10 @@ class BurstData:
         relative to base. Real and constant for a steady tone; in a burst the amplitude varies, and with it the moments
         by bin. Shape (k, n).
         """
-        stretch = self._stretch
+        spectrum = self._stretch_spectrum
+        stretch = np.fft.ifft(spectrum)
         signals = np.abs(stretch) ** np.array(STRETCH_POWERS)[:, np.newaxis] * stretch
-        return np.asarray(np.fft.fft(signals, axis=-1)[:, self._bins] / np.fft.fft(stretch)[self._bins])
+        return np.asarray(np.fft.fft(signals, axis=-1)[:, self._bins] / spectrum[self._bins])
 
     @cached_property
     def friction(self) -> ComplexArray:
@@ -160,26 +161,26 @@ class BurstData:
         of the lobe what happens while it sticks matters as much. Shape (n,).
         """
         turn = 2j * np.pi * np.fft.fftfreq(self.n_fft, 1 / self.sampling_rate)
-        apart = np.fft.ifft(turn**2 * np.fft.fft(self._stretch))  # acceleration of the plates from each other
+        spectrum = self._stretch_spectrum
+        apart = np.fft.ifft(turn**2 * spectrum)  # acceleration of the plates from each other
         low, high = _STRETCH_REACH
         nyquist = self.sampling_rate / 2
         share = (min(high * self.frequency, nyquist) - low * self.frequency) / nyquist  # of the noise
         noise = float(np.hypot(*self.noise)) * share**0.5
-        stretch = np.fft.fft(self._stretch)
-        velocity = np.fft.ifft(turn * np.fft.fft(_above_noise(np.abs(apart), noise) * self._stretch))
+        velocity = np.fft.ifft(turn * np.fft.fft(_above_noise(np.abs(apart), noise) * np.fft.ifft(spectrum)))
         amplitude = np.abs(velocity)
         force = 4 / np.pi * velocity / np.hypot(amplitude, _STICKS * amplitude.max())
-        return np.asarray(np.fft.fft(force)[self._bins] / stretch[self._bins])
+        return np.asarray(np.fft.fft(force)[self._bins] / spectrum[self._bins])
 
     @property
-    def _stretch(self) -> ComplexArray:
-        """Analytic signal of the motion of top relative to base, m, shape (n_fft,)."""
+    def _stretch_spectrum(self) -> ComplexArray:
+        """Spectrum of the analytic signal of the motion of top relative to base, m, shape (n_fft,)."""
         f, base, top = self.spectra
         low, high = _STRETCH_REACH
         near = self._main_lobe | ((f > low * self.frequency) & (f < high * self.frequency))
         one_sided = np.zeros(self.n_fft, dtype=complex)
         one_sided[: len(f)][near] = 2 * (top - base)[near] / (2 * np.pi * f[near]) ** 2
-        return np.fft.ifft(one_sided)
+        return one_sided
 
     @property
     def _bins(self) -> NDArray[np.intp]:

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 from multilayer.arrays import ComplexArray
 from multilayer.experiments.places import BasePlace
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 
 
 class Place(BasePlace):
-    """Where something may act on the two-plate rig; override the hook through which it enters the model."""
+    """Where something may act on the two-plate rig; override the hook through which it enters the model.
+
+    Attributes
+    ----------
+    needs : str
+        Name of a field of `ConfigurationData` without which there is no such place; empty where it needs none.
+    """
 
     kind = Effect.kind
+    needs: ClassVar[str] = ""
+
+    @classmethod
+    def instances(cls, settings: tuple[Setting, ...]) -> list[Any]:
+        """Return the places of this kind in a campaign, where all configurations have what they need."""
+        places = super().instances(settings)
+        return [each for each in places if not each.needs or all(_has(setting, each.needs) for setting in settings)]
 
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the sample's modulus, Pa, shape (..., n)."""
@@ -23,3 +38,7 @@ class Place(BasePlace):
     def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return top over base as the channels show it, shape (..., n)."""
         return motion
+
+
+def _has(setting: Setting, field: str) -> bool:
+    return getattr(setting.data, field) is not None
