@@ -48,7 +48,7 @@ _MODES = 40  # with both faces held, symmetric and antisymmetric ones each
 _MOMENTS = 6  # further motions inside, that follow from a plate's
 _INNER = _MODES + _MOMENTS
 _POLES = 80  # of a disc with open rims
-_KEPT = 20  # of these, with the largest residues of any force; the others as a power series
+_KEPT = 24  # of these, those whose power series would miss most of any force; the others as power series
 _NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
 # motions of the top plate: moved, the base moved, bent (`deflection`), and its face turned where it is bent (`slope`);
 # of the forces by the second on the first, those of `Forces`
@@ -128,7 +128,7 @@ class PartlyBondedDisc:
         forces = np.zeros((FORCES, *x.shape), dtype=complex)
         for is_both, of_part in ((False, 1 - share), (True, share)):
             if np.any(of_part):
-                table = on_plate([self._of_rim(number, is_both=is_both) for number in numbers], eccentricity)
+                table = _table(self.poisson_ratio, self.shape, tuple(numbers.tolist()), is_both, eccentricity)
                 forces += weighed(table, index, of_part[:, None] * weights, x)
         return tuple(forces.reshape(FORCES, *shape))
 
@@ -136,12 +136,9 @@ class PartlyBondedDisc:
         """Return the forces on the top plate without open rims, by its motion and the base's; x of shape (..., n)."""
         x = np.asarray(x, dtype=complex)
         flat = x.reshape(-1, x.shape[-1])
-        alone = on_plate([self._of_rim(0, is_both=False)], 0.0)
+        alone = _table(self.poisson_ratio, self.shape, (0,), False, 0.0)
         top, base, *_ = weighed(alone, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
         return top.reshape(x.shape), base.reshape(x.shape)
-
-    def _of_rim(self, number: int, *, is_both: bool) -> Forces:
-        return _released(self.poisson_ratio, self.shape, int(number), is_both)
 
 
 def between(rim: RealArray, widths: RealArray) -> tuple[NDArray[np.intp], NDArray[np.intp], RealArray]:
@@ -218,6 +215,12 @@ def _released(poisson_ratio: float, shape: float, number: int, is_both: bool) ->
     """Return the forces of the rim of a number, open at the upper face or at both."""
     rim = RIMS[number]
     return _condensed(poisson_ratio, 2 * shape).released(rim, rim if is_both else 0.0)
+
+
+@lru_cache(maxsize=256)  # a search asks for the same rims again and again
+def _table(poisson_ratio: float, shape: float, rims: tuple[int, ...], is_both: bool, eccentricity: float) -> Forces:
+    """Return the forces of rims by their numbers on a plate of some eccentricity."""
+    return on_plate([_released(poisson_ratio, shape, number, is_both) for number in rims], eccentricity)
 
 
 def on_plate(parts: Sequence[Forces], eccentricity: float) -> Forces:
@@ -310,7 +313,8 @@ def partial_fractions(
     products = shares[:, on] * shares[:, by]
     sizes = np.abs(products)
     largest = np.max(sizes, axis=0)  # 0 of a face that is bonded in the part only that moves as one: it does not turn
-    weight = np.max(sizes / np.where(largest > 0, largest, 1.0), axis=1) / values
+    # what the series of a pole leaves out is residue x^3 / pole^3 / (pole - x)
+    weight = np.max(sizes / np.where(largest > 0, largest, 1.0), axis=1) / values**4
     kept = np.sort(np.argsort(weight)[-_KEPT:])
     # sums of residue / pole^k over all other poles, without their eigenvectors: the kept modes are taken out of the
     # loads, since taken off the sums those of low poles would leave no digits of the others

@@ -72,15 +72,22 @@ def worn_change(
     within = np.clip(depth[:, 0], DEPTHS[0], DEPTHS[-1])
     of_depths = interpolation_weights(within, np.array(DEPTHS), range(len(DEPTHS)))
     of_depths[:, 0] -= 1  # changes from the rim that is not worn
-    parts, rows, weights = list[Forces](), [], []
+    parts, rows, weights = list[tuple[int, float]](), [], []
     for deep, of_depth in zip(DEPTHS, of_depths.T, strict=True):
         # the edge of a neck concentrates the stress much less than that of an open rim
         numbers, index, of_rims = between(widths, EDGES if deep else _ACTING)
         rows.append(len(parts) + index)
         weights.append(of_depth[:, None] * of_rims)
-        parts += [_forces(poisson_ratio, shape, int(number), deep) for number in numbers]
-    forces = weighed(on_plate(parts, eccentricity), np.concatenate(rows, axis=1), np.concatenate(weights, axis=1), x)
+        parts += [(number, deep) for number in numbers.tolist()]
+    table = _table(poisson_ratio, shape, tuple(parts), eccentricity)
+    forces = weighed(table, np.concatenate(rows, axis=1), np.concatenate(weights, axis=1), x)
     return tuple(forces.reshape(FORCES, *whole))
+
+
+@lru_cache(maxsize=256)  # a search asks for the same rims again and again
+def _table(poisson_ratio: float, shape: float, rims: tuple[tuple[int, float], ...], eccentricity: float) -> Forces:
+    """Return the forces of rims, by number and depth, on a plate of some eccentricity."""
+    return on_plate([_forces(poisson_ratio, shape, number, depth) for number, depth in rims], eccentricity)
 
 
 @lru_cache(maxsize=4096)

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from multilayer.rig import worn_rim
+from multilayer.rig import partly_bonded, worn_rim
 from multilayer.rig.mesh import Section, Slab
-from multilayer.rig.partly_bonded import on_plate, partly_bonded_disc, weighed
+from multilayer.rig.partly_bonded import EDGES, on_plate, partly_bonded_disc, weighed
 from multilayer.rig.worn_rim import DEPTHS, worn_change
 
 X = (np.linspace(0.02, 10, 300) / (1 + 0.15j))[None]
@@ -61,6 +61,22 @@ def test_a_finer_mesh(ratio, shape, rim, depth):
     at_rest, worn = map(moved, tabled(ratio, shape, rim, depth))
     assert np.abs(worn - exact).max() < 0.006 * np.abs(exact).max()
     assert np.abs(at_rest - exact).max() > 0.1 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("shape", "highest"), [(0.28, 60.0), (0.9, 20.0)])
+def test_the_series_in_place_of_poles_hardly_differs_from_them(shape, highest, monkeypatch):
+    """Which poles have a series differs from width to width: what that leaves out makes kinks in all that is fitted."""
+    x = np.array([[highest / (1 + 0.3j)]])
+
+    def of_widths():
+        parts = [worn_rim._disc(0.0, shape).forces(rim, DEPTHS[2]) for rim in EDGES[10:15]]
+        index = np.arange(len(parts))[:, np.newaxis]
+        return weighed(on_plate(parts, 0.0), index, np.ones(index.shape), np.repeat(x, len(parts), axis=0))[:2]
+
+    found = of_widths()
+    monkeypatch.setattr(partly_bonded, "_KEPT", 400)
+    exact = of_widths()
+    assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact))
 
 
 @pytest.mark.parametrize("depth", [1 / 64, 3 / 64, 3 / 32])
