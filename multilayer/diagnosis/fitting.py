@@ -35,7 +35,8 @@ _SOME, _MOST = 30, 100  # steps after which minima are compared, and after which
 COARSELY = (_SOME, _COARSE)  # steps and tolerance of minima that are only compared
 _FOLLOWED = 2  # valleys that are followed to their minimum
 _BEHIND = 10.0  # times the least misfit in the valleys of all effects, above which an effect is given up
-_NEAR, _MOST_FOLLOWED = 2.0, 5  # times the least misfit, up to which coarse minima are polished, and how many at most
+# times the least cost, up to which coarse minima are polished and laws refined; and how many at most
+NEAR_LEAST, _MOST_FOLLOWED = 2.0, 5
 _POSITIVE = (-2.0, -1.0, 0.0, 1.0, 2.0)  # coordinates of an effect's parameters that are tried: of sizes above 0 ...
 _SIGNED = (-2.0, -0.7, -0.2, 0.2, 0.7, 2.0)  # ... and of sizes of either sign
 
@@ -201,7 +202,7 @@ def at_minimum(hypothesis: Hypothesis, start: RealArray, most: int = _MOST, tole
     """Return the minimum reached from a start near it, with the errors of laws there."""
     if not _has_law_errors(hypothesis):
         return Fitted(hypothesis, minimise_scaled(hypothesis, start, most, tolerance))
-    with_errors = WithLawErrors(hypothesis)
+    with_errors = WithLawErrors(hypothesis, exact=tolerance < _COARSE)
     minimum = with_errors.minimum(minimise_scaled(with_errors, start, most, tolerance))
     return Fitted(hypothesis, minimum, with_errors.errors(minimum.z))
 
@@ -219,7 +220,7 @@ def polish_fits(
     least = min((fit.minimum.cost for fit in fits.values()), default=0.0)
     ranked = sorted(fits, key=lambda key: -fits[key].log_evidence)
     promising = [key for key in ranked if fits[key].minimum.cost_per_datum < most]
-    chosen = [key for key in promising if fits[key].minimum.cost < _NEAR * least][:_MOST_FOLLOWED]
+    chosen = [key for key in promising if fits[key].minimum.cost < NEAR_LEAST * least][:_MOST_FOLLOWED]
     tried, polished, best = list[K](), dict(fits), float("-inf")
     while chosen:
         polished = _replaced(polished, chosen, _at_places, executor)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -44,9 +45,13 @@ class WithLawErrors(Problem):
     Attributes
     ----------
     hypothesis : Hypothesis
+    exact : bool
+        Whether differences for derivatives are to both sides, as a minimum needs that is right to many digits; one that
+        is only compared is found with half as many points.
     """
 
     hypothesis: Hypothesis
+    exact: bool = True
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -67,7 +72,7 @@ class WithLawErrors(Problem):
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data + 1,) and (n_data + 1, d), from one batch."""
         hypothesis = self.hypothesis
-        stencil = Stencil.central(z, FINE)
+        stencil = Stencil.central(z, FINE) if self.exact else Stencil.forward(z)
         differences, changes = differences_and_changes(hypothesis, stencil.points)
         here = [[change[0] for change in parts] for parts in changes]
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)
@@ -80,9 +85,19 @@ class WithLawErrors(Problem):
         slopes = stencil.derivative(_whitened(hypothesis, total))
         # d ln |C| = 2 tr(B^T C^-1 dB)
         root = np.sqrt(errors.log_determinant)
-        growth = stencil.derivative(_traced(hypothesis, changes, errors.inverse(basis.T))) / max(root, _TINY)
+        traces = _traced(hypothesis, changes, errors.inverse(basis.T), self._units)
+        growth = stencil.derivative(traces) / max(root, _TINY)
         values = np.append(errors.whitened(residual), root)
         return values, np.concatenate([errors.whitened(slopes.T).T, growth[None]])
+
+    @cached_property
+    def _units(self) -> list[list[RealArray]]:
+        """Whitened unit changes of each part of each datum, by experiment and part, shape (n_data, n)."""
+        h = self.hypothesis
+        return [
+            [experiment.whiten(unit * np.eye(len(data.frequency))).T for unit in h.part_units]
+            for experiment, data in zip(h.experiments, h.data, strict=True)
+        ]
 
     def minimum(self, minimum: Minimum) -> Minimum:
         """Return a minimum of this problem as that of the hypothesis, with residuals whitened by `errors`."""
@@ -178,11 +193,17 @@ def _sizes(hypothesis: Hypothesis, configurations: int) -> list[float]:
 def _shapes(hypothesis: Hypothesis, all_data: Sequence[Data]) -> list[RealArray]:
     """Return by configuration smooth functions of ln f, shape (k, n), whose sum with normal weights is an error."""
     at = np.log(np.concatenate([data.frequency for data in all_data]))
-    knots = np.arange(at.min(), at.max() + LAW_LENGTH / 2, LAW_LENGTH / 2)
+    low, high = float(at.min()), float(at.max())
+    return [_smooth(low, high, data.frequency.tobytes()) for data in hypothesis.data]
+
+
+@lru_cache(maxsize=256)
+def _smooth(low: float, high: float, frequency: bytes) -> RealArray:
+    knots = np.arange(low, high + LAW_LENGTH / 2, LAW_LENGTH / 2)
     sizes, vectors = np.linalg.eigh(_kernel(knots, knots, LAW_LENGTH))
     kept = sizes > 1e-3 * sizes[-1]
     weights = vectors[:, kept] / np.sqrt(sizes[kept])
-    return [(_kernel(np.log(data.frequency), knots, LAW_LENGTH) @ weights).T for data in hypothesis.data]
+    return np.asarray((_kernel(np.log(np.frombuffer(frequency)), knots, LAW_LENGTH) @ weights).T)
 
 
 def _factors(hypothesis: Hypothesis, amounts: RealArray) -> list[list[ComplexArray]]:
@@ -200,22 +221,31 @@ def _factors(hypothesis: Hypothesis, amounts: RealArray) -> list[list[ComplexArr
     ]
 
 
-def _traced(hypothesis: Hypothesis, changes: Sequence[Sequence[ComplexArray]], weights: RealArray) -> RealArray:
-    """Return ``tr(W B)``, shape (m,), for bases B of changes of shape (m, n) each, and W of shape (k, n_data)."""
+def _traced(
+    hypothesis: Hypothesis,
+    changes: Sequence[Sequence[ComplexArray]],
+    weights: RealArray,
+    whitened_units: Sequence[Sequence[RealArray]],
+) -> RealArray:
+    """Return ``tr(W B)``, shape (m,), for bases B of changes of shape (m, n) each, and W of shape (k, n_data).
+
+    Whitening is linear: W, whitened in place of the bases, costs as much for many changes as for one.
+    """
     shapes, units = _shapes(hypothesis, hypothesis.data), hypothesis.part_units
     sizes = _sizes(hypothesis, len(shapes))
     width, count = len(units) * len(shapes[0]), len(shapes)
     ends = np.cumsum([len(units) * len(data.frequency) for data in hypothesis.data])
     trace = np.zeros(len(changes[0][0]))
-    for e, (size, parts) in enumerate(zip(sizes, changes, strict=True)):
-        for i, (change, smooth, end) in enumerate(zip(parts, shapes, ends, strict=True)):
-            rows = np.s_[end - len(units) * change.shape[-1] : end]
+    for i, (smooth, end, of_units) in enumerate(zip(shapes, ends, whitened_units, strict=True)):
+        rows = np.s_[end - len(units) * smooth.shape[-1] : end]
+        every = np.concatenate([unit * smooth for unit in units])
+        for e, size in enumerate(sizes):
             weight = weights[e * width : (e + 1) * width, rows]
             if count > 1:
                 first = width * (len(sizes) + e * count + i)
                 weight = weight + weights[first : first + width, rows]
-            every = np.concatenate([unit * smooth for unit in units])[:, None] * change
-            trace += size * np.einsum("kn,kmn->m", weight, hypothesis.experiments[i].whiten(every))
+            on_change = sum(np.conj(unit) * (weight @ of_unit) for unit, of_unit in zip(units, of_units, strict=True))
+            trace += size * (changes[e][i] @ np.sum(every * on_change, axis=0)).real
     return trace
 
 

@@ -179,8 +179,14 @@ class Hypothesis(Experiments):
         """Return the hypothesis without one of its effects, and the remaining coordinates, shape (..., d)."""
         count = len(self.effects[index].parameters)
         first = len(self.nominal_parameters) + sum(len(effect.parameters) for effect in self.effects[:index])
-        others = self.with_effects(*self.effects[:index], *self.effects[index + 1 :])
-        return others, np.delete(z, np.s_[first : first + count], axis=-1)
+        if index not in self._without:
+            self._without[index] = self.with_effects(*self.effects[:index], *self.effects[index + 1 :])
+        return self._without[index], np.delete(z, np.s_[first : first + count], axis=-1)
+
+    @cached_property
+    def _without(self) -> dict[int, Self]:
+        """The hypotheses without one of the effects, as far as they were asked for."""
+        return {}
 
     def law_change(
         self, index: int, z: RealArray, differences: Sequence[ComplexArray] | None = None

@@ -39,6 +39,8 @@ _TINY = 1e-200  # added to motions: the logarithm of one that underflows stays f
 _STEP = 1e-3  # of ln E
 _THINNED = 3  # one in so many bins of a burst is used in a first search
 _FAR_OFF = 50.0  # of ln(ratio)
+# what a problem computes once, the same with any effects
+_WITHOUT_EFFECTS = ("nuisances", "material", "given_parameters", "nominal_parameters", "_settings", "_near")
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,13 +371,13 @@ class CampaignProblem(Hypothesis):
     def experiments(self) -> tuple[RigExperiment, ...]:
         """An experiment for each configuration in use."""
         acting = self._acting
-        rigs = self.finite if any(effect.needs_finite_elements for effect in acting) else self.rigs
+        near = self._near[any(effect.needs_finite_elements for effect in acting)]
         return tuple(
             RigExperiment(
                 setting,
                 self.material,
                 self.nuisances,
-                self._near(rigs[setting.data.name]),
+                near[setting.data.name],
                 self.model_error,
                 acting,
                 self.end_effect,
@@ -393,7 +395,13 @@ class CampaignProblem(Hypothesis):
         moved, shown = replace(described, setting=setting).motions(self.points(z))
         return moved.reshape(*z.shape[:-1], -1), shown.reshape(*z.shape[:-1], -1)
 
-    def _near(self, rig: Rig) -> Neighbourhood:
+    @cached_property
+    def _near(self) -> tuple[dict[str, Neighbourhood], dict[str, Neighbourhood]]:
+        """Of the rigs, and of those in finite elements, by configuration."""
+        plane, finite = ({name: self._around(rig) for name, rig in rigs.items()} for rigs in (self.rigs, self.finite))
+        return plane, finite
+
+    def _around(self, rig: Rig) -> Neighbourhood:
         mass_step = 0.0 if rig.scales else self.known.top_plate_mass
         return Neighbourhood(rig, self.known.density or _DENSITY_STEP, self.known.thickness, mass_step)
 
@@ -428,8 +436,10 @@ class CampaignProblem(Hypothesis):
         return isinstance(effect, Effect) and is_new and effect.applies(self.campaign)
 
     def with_effects(self, *effects: Acting) -> CampaignProblem:
-        """Return the hypothesis with these effects instead."""
-        return replace(self, effects=effects)
+        """Return the hypothesis with these effects instead, and what is known of the rest."""
+        other = replace(self, effects=effects)
+        vars(other).update({name: vars(self)[name] for name in _WITHOUT_EFFECTS if name in vars(self)})
+        return other
 
     def with_data(self, data: Sequence[ConfigurationData]) -> CampaignProblem:
         """Return the hypothesis with residuals of these data only."""
@@ -532,8 +542,12 @@ class CampaignProblem(Hypothesis):
     def modulus_slopes(self, z: RealArray, differences: Sequence[ComplexArray] | None = None) -> list[ComplexArray]:
         """Return the derivative of `differences`, which may be given, by the logarithm of the sample's modulus."""
         here = self.differences(z) if differences is None else differences
-        stiffer = self.with_effects(_Stiffer(), *self.effects).differences(z)
-        return [_wrapped(high - low) / _STEP for high, low in zip(stiffer, here, strict=True)]
+        pairs = zip(self._stiffer.differences(z), here, strict=True)
+        return [_wrapped(high - low) / _STEP for high, low in pairs]
+
+    @cached_property
+    def _stiffer(self) -> CampaignProblem:
+        return self.with_effects(_Stiffer(), *self.effects)
 
     def without_ends(self) -> CampaignProblem:
         """Return the problem as if all ring-downs were over."""
