@@ -20,6 +20,7 @@ from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.delamination import Delamination
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import (
+    NEAR_LEAST,
     Fitted,
     StartedFit,
     begin_tasks,
@@ -329,25 +330,31 @@ def fits_one_by_one(
 
 
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
-    """Return the fits, the best of them by a finer law of its effect, where that fits and the law as it is does not.
+    """Return the fits, by finer laws of their effects where no law as it is fits.
 
-    The finer laws are tried one after the other, each from the minimum of the one before. One that does not fit either
-    only takes time in all that follows.
+    Of effects that leave little more than the best does: which of them is ahead by a law that does not fit means
+    little. Finer laws are tried one after the other, each from the minimum of the one before.
     """
-    if not fits:
+    if not fits or not lack_of_fit(best_of([*fits.values()])):
         return fits
-    best = max(fits, key=lambda names: fits[names].log_evidence)
-    found = fits[best]
-    while lack_of_fit(found):
-        hypothesis, z = found.hypothesis.bare(found.minimum.z)
+    most = NEAR_LEAST * min(found.minimum.cost for found in fits.values())
+    refined = {names: _by_finer_laws(found, executor) for names, found in fits.items() if found.minimum.cost < most}
+    return fits | refined
+
+
+def _by_finer_laws(found: Fitted, executor: Executor | None) -> Fitted:
+    """Return a fit of a single effect by the first of its finer laws that fits; as it is where none does."""
+    best = found
+    while lack_of_fit(best):
+        hypothesis, z = best.hypothesis.bare(best.minimum.z)
         (effect,) = hypothesis.effects
         finer = effect.finer([data.name for data in hypothesis.data])
         if finer is None:
-            return fits
+            break
         more = sorted({start[len(effect.parameters) :] for start in finer.starts})
         begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
-        found = polish_fits(finish_all({best: begun}, executor), executor)[best]
-    return fits | {best: best_of([fits[best], found])}
+        best = polish_fits(finish_all({(): begun}, executor), executor)[()]
+    return found if lack_of_fit(best) else best_of([found, best])
 
 
 def _fits_with_rim(
