@@ -41,6 +41,16 @@ def locate(model: BaseModel, path: str) -> Located:
     InputError
         When the path leads nowhere, with the nearest that does.
     """
+    item, field, value = _found(model, path)
+    return Located(item, field, value, field_unit(type(item).model_fields[field]))
+
+
+def value_at(model: BaseModel, path: str) -> Any:
+    """Return the value of the field that a dotted path names; see `locate`, of which this is the faster half."""
+    return _found(model, path)[2]
+
+
+def _found(model: BaseModel, path: str) -> tuple[BaseModel, str, Any]:
     *parents, field = path.split(".")
     item: Any = model
     for done, token in enumerate(parents):
@@ -48,7 +58,7 @@ def locate(model: BaseModel, path: str) -> Located:
     value = _child(item, field, ".".join(parents))
     if not isinstance(item, BaseModel):
         raise InputError(f"leads to no single value; {_inside(value)}")
-    return Located(item, field, value, field_unit(type(item).model_fields[field]))
+    return item, field, value
 
 
 def unit_of(model: BaseModel, path: str) -> str | None:

@@ -14,7 +14,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, show, suggest
 from multilayer.models import Model
-from multilayer.paths import index_of, locate, with_entry
+from multilayer.paths import index_of, locate, value_at, with_entry
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.sweep import value_mistakes
 from multilayer.stack import Stack
@@ -121,7 +121,7 @@ class Variant:
     @property
     def written(self) -> RealArray:
         """Coordinates of the values in the file, or of the middle where it has none."""
-        there = [locate(self.simulation, item.path).value for item in self.ranges]
+        there = [value_at(self.simulation, item.path) for item in self.ranges]
         pairs = zip(self.ranges, there, strict=True)
         return np.array([item.coordinate(value) if isinstance(value, int | float) else 0.5 for item, value in pairs])
 

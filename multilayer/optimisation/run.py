@@ -32,7 +32,7 @@ from multilayer.optimisation.search import (
     in_order,
     lattice,
 )
-from multilayer.paths import locate, with_values
+from multilayer.paths import value_at, with_values
 from multilayer.simulation.bands import grid_of
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.result import SimulationResult
@@ -311,7 +311,7 @@ def _as_written(file: OptimisationFile) -> Design:
     layers = file.space.data["layers"]
     materials = tuple(layer.get("material") if isinstance(layer, dict) else None for layer in layers)
     variant = Variant((), {}, simulation, file.space.ranges, materials)
-    there = {item.path: locate(simulation, item.path).value for item in file.space.ranges}
+    there = {item.path: value_at(simulation, item.path) for item in file.space.ranges}
     design = _design(file, variant, {}, "as written")
     shown = {item.name: float(there[item.path]) for item in file.space.ranges if there[item.path] is not None}
     choices = {path.removeprefix("layers."): _written_choice(file, path) for path in file.space.choices}

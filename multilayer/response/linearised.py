@@ -23,7 +23,7 @@ from multilayer.layers.base import Layer
 from multilayer.matrix.adjoint import solve_with_adjoint
 from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
 from multilayer.matrix.wave import Wave
-from multilayer.paths import Located, locate, with_values
+from multilayer.paths import Located, locate, value_at, with_values
 from multilayer.response.base_motion import velocity_of_top
 from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
 from multilayer.stack import Stack
@@ -218,7 +218,7 @@ def _reach(found: Located) -> RealArray:
 
 def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:
     """Return derivatives of the outcomes by one field from four solutions of the whole stack."""
-    value, total = locate(stack, path).value, 0.0
+    value, total = value_at(stack, path), 0.0
     step = _WHOLE_STEP * _reach(locate(stack, path))[()]
     for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
         near = stack.replaced({path: value + point * step})
@@ -241,7 +241,7 @@ def real_fields(stack: Stack, fields: Sequence[str] | None) -> tuple[str, ...]:
         if path.split(".")[0] != "layers":
             raise InputError(f"'{path}' is no field of a layer; derivatives are by fields as layers.NAME.thickness")
         try:
-            value = locate(stack, path).value
+            value = value_at(stack, path)
         except InputError as error:
             raise InputError(f"'{path}' {error}") from None
         if not _is_real(value):

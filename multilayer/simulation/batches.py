@@ -10,7 +10,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError
-from multilayer.paths import locate, with_values
+from multilayer.paths import value_at, with_values
 from multilayer.simulation.tasks import Outcome, Task, run_task, takes_arrays
 from multilayer.stack import Stack
 
@@ -62,7 +62,7 @@ def _numbers(task: Task, paths: Sequence[str]) -> dict[str, float]:
         return values
     for path in paths:
         with suppress(InputError):  # as of a material, whose name the stack does not keep
-            value = locate(task.stack, path).value
+            value = value_at(task.stack, path)
             if path.startswith("layers.") and isinstance(value, float):
                 values[path] = value
     return values

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from warnings import warn
 
@@ -26,8 +27,10 @@ from multilayer.simulation.single_numbers import ratings
 from multilayer.simulation.spread import standard_deviation
 from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
 from multilayer.simulation.tolerances import draw
+from multilayer.stack import Ambient
 
 _MOST_VALUES = 10_000  # frequencies times angles times samples of a task: some hundred MB in a stack of many layers
+_FASTEST = 20_000  # points of cases of a sweep: more at a time gain nothing
 _MOST_SAMPLES = 50
 _MANY_LAYERS = 10  # of which cases of a sweep take as much memory together as samples
 _ANGLES_OF_DIFFUSE_FIELD = 60
@@ -130,7 +133,7 @@ def cases_at_once(plan: Plan) -> int:
 
 
 def _points_at_once(layers: int) -> int:
-    return _MOST_VALUES // max(1, layers // _MANY_LAYERS)
+    return min(_MOST_VALUES * _MANY_LAYERS // max(1, layers), _FASTEST)
 
 
 def run(
@@ -205,9 +208,14 @@ def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> 
         warn(text, ValidityWarning, stacklevel=3)
 
 
+@lru_cache  # most cases are in the same air
+def _impedance(ambient: Ambient) -> float:
+    return ambient.gas.impedance
+
+
 def _case_result(case: Case, nominal: Outcome, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:
     percentiles = {name: of_column.result() for name, of_column in scatter.items()}
-    impedance = case.simulation.ambient.gas.impedance
+    impedance = _impedance(case.simulation.ambient)
     spread = {
         name: {path.removeprefix("layers."): values for path, values in of_quantity.items()}
         for name, of_quantity in nominal.spread.items()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
-from multilayer.paths import locate, with_values
+from multilayer.paths import value_at, with_values
 from multilayer.response.bands import POINTS_PER_THIRD
 from multilayer.response.beside import Shares, Sound
 from multilayer.response.chunks import in_chunks
@@ -179,7 +179,7 @@ def takes_arrays(task: Task, paths: Sequence[str]) -> bool:
 
 
 def _takes_derivatives(task: Task, path: str) -> bool:
-    return is_of_sound(task) and _is_in_a_layer(path) and isinstance(locate(task.stack, path).value, int | float)
+    return is_of_sound(task) and _is_in_a_layer(path) and isinstance(value_at(task.stack, path), int | float)
 
 
 def is_of_sound(task: Task) -> bool:
@@ -324,7 +324,7 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
     """
     absorption, loss = outcome.quantities["absorption"], outcome.quantities.get("transmission_loss")
     kept = [values for name, values in outcome.quantities.items() if name not in OF_FREE_WAVES]
-    sound = ~np.any([np.isnan(values) for values in kept], axis=0)
+    sound = ~np.isnan(np.array(kept)).any(axis=0)
     if task.size is None and not _is_built(task.stack):  # edges, and openings, add to what a sample takes in
         through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
         sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)

@@ -22,7 +22,7 @@ from multilayer.matrix.couplings import CouplingError
 from multilayer.matrix.families import Family
 from multilayer.matrix.solve import solve
 from multilayer.matrix.wave import Wave
-from multilayer.paths import locate
+from multilayer.paths import value_at
 from multilayer.response import plane_wave, plane_wave_derivatives
 from multilayer.response.fields import face_states, normal_pressure
 from multilayer.response.linearised import real_fields
@@ -255,12 +255,12 @@ def _broadcasting(subject: _Subject) -> Iterator[str]:
 def _derivatives(subject: _Subject) -> Iterator[str]:
     """Those by the medium are derivatives: differences of two steps lie about them, as far as these agree."""
     stack = Stack(layers=(_with(subject.layer),), termination="ambient")
-    paths = [path for path in real_fields(stack, None) if locate(stack, path).value != 0]
+    paths = [path for path in real_fields(stack, None) if value_at(stack, path) != 0]
     found = plane_wave_derivatives(stack, paths, subject.frequency, ANGLES)
     for path in paths:
         if path in found.by_differences:
             continue
-        value, slope = locate(stack, path).value, found.by(path)["reflection"]
+        value, slope = value_at(stack, path), found.by(path)["reflection"]
         steps = np.array([1.0, -1.0, 0.1, -0.1]) * _STEP
         moved = stack.replaced({path: (value * (1 + steps)).reshape(-1, 1, 1)})
         ends = np.broadcast_to(_respond(moved, subject)[0], (4, *slope.shape))
