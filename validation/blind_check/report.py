@@ -475,7 +475,7 @@ def _figure(outcomes: Sequence[Outcome]) -> bytes:
         left.plot([0, 1], [0, 1], color="0.6", linewidth=0.8, zorder=0)
         left.set(xlabel="stated probability", ylabel="share that is right", xlim=(0, 1.02), ylim=(0, 1.02))
         right.set(xlabel="size, invisible (0) to obvious (1)", ylabel="seen as a gap", xlim=(0, 1), ylim=(0, 1.02))
-        left.legend(loc="upper left")
+        right.legend(loc="lower right")
         return png(figure)
 
 
