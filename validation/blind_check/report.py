@@ -322,20 +322,20 @@ a law at a place may act. What was missed, of several configurations, by the num
 - Two effects: all four that are missed have open rims, 12 000 to 120 000 standard deviations above chance. Beside
   these a high pass (56) and a sensor mount (346) are not seen, which are 153 and 12; a sensor mount (142) and a free
   rim (156) beside them are told as unknown, the first with both places right, as are those of 56 and 346. The law of
-  open rims missed up to some per cent of the forces of tall samples at high frequency; that was mended after this run, and
-  these four are told as before (`python -m validation.blind_check.again --seed 1015 56 142 156 346`).
+  open rims missed up to some per cent of the forces of tall samples at high frequency; that was mended after this run,
+  and these four are told as before (`python -m validation.blind_check.again --seed 1015 56 142 156 346`).
 - Known effects: saturating air (226) is told as unknown, in the sample by its shape.
 - Effects of no library: laws at the faces and by the load pass for glue (276) and a preload (224); the places are
   right. A law over the radius (116, 304) is told to act in the one slimmer sample, as it does. Free rims that were
   deleted (68, 136) are told to be in the top plate, and in the order of measurement.
 - Of ten drawn laws with a known truth all lie in their bands at 80 % of the frequencies or more. Of the 31 laws of
   seeds 1013 to 1015 together the bands hold 90 % of the frequencies. Simple forms are right in all four cases.
-- Intervals of a size hold it in 21 of 21 cases, and in 13 of 13 of one configuration; of seeds 1013 to 1015 together in
-  97 %: they are too wide.
+- Intervals of a size hold it in 21 of 21 cases, and in 13 of 13 of one configuration; of seeds 1013 to 1015 together
+  in 97 %: they are too wide.
 - One configuration: four known effects are told as unknown (3, 77, 225, 327; two are 11 and 12 standard deviations
   above chance), a delay (13) as crosstalk. Innocents are blamed for an accelerometer's mass that was deleted (359: a
-  skin) and laws added to the reading or in it (165, 289: crosstalk; 83: rocking). Neither of two pairs is named. Places of
-  effects of no library are right in 19 of 32.
+  skin) and laws added to the reading or in it (165, 289: crosstalk; 83: rocking). Neither of two pairs is named.
+  Places of effects of no library are right in 19 of 32.
 - A diagnosis took 11.4 s of processor time in the median (several configurations) and 5.0 s (one).""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
