@@ -22,7 +22,7 @@ from multilayer.arrays import RealArray
 from multilayer.optimisation import search
 from multilayer.optimisation.file import OptimisationFile
 from multilayer.optimisation.search import Candidate, Descent, Point, Problem, Scalar, in_order
-from multilayer.paths import locate, with_values
+from multilayer.paths import value_at, with_values
 from multilayer.response import (
     base_motion_derivatives,
     diffuse_field,
@@ -78,7 +78,7 @@ def errors() -> Iterator[Error]:
 
 def error(computed: complex, exact: complex, response: complex, panel: Stack, path: str) -> Error:
     """Return the error of one derivative."""
-    off, value = abs(computed - exact), abs(locate(panel, path).value) or 1.0
+    off, value = abs(computed - exact), abs(value_at(panel, path)) or 1.0
     return Error(off / max(abs(exact), 1e-300), off * value / abs(response))
 
 
@@ -128,7 +128,7 @@ PANELS = {
 
 def by_differences(panel: Stack, paths: tuple[str, ...], frequency: np.ndarray, angle: Any) -> None:
     """Compute the responses at all points of central differences, as many at once as fits compute."""
-    values = np.array([locate(panel, path).value for path in paths], dtype=float)
+    values = np.array([value_at(panel, path) for path in paths], dtype=float)
     steps = STEP * np.where(values == 0, 1.0, values)
     points = np.concatenate([values[None], values + np.diag(steps), values - np.diag(steps)])
     at_once = max(AT_ONCE // (frequency.size * np.size(angle)), 1)
@@ -273,8 +273,8 @@ def tolerances() -> list[str]:
 
 def contributions(name: str, panel: Stack, incidence: str | int) -> str:
     """Return the row of one stack: by derivatives, by differences of whole responses, and the samples themselves."""
-    paths = [path for path in real_fields(panel, None) if locate(panel, path).value]
-    deviations = {path: SPREAD * locate(panel, path).value for path in paths}
+    paths = [path for path in real_fields(panel, None) if value_at(panel, path)]
+    deviations = {path: SPREAD * value_at(panel, path) for path in paths}
     layers = [{**WOOL, "thickness": 0.05}]  # of a file that says the rest
     file = SimulationFile.model_validate({"layers": layers, "frequency": NARROW, "incidence": incidence})
     task = Task(panel, grid_of(file.frequency).points, file.incidence, deviations=deviations)
@@ -317,7 +317,7 @@ def comparison(name: str, panel: Stack, incidence: str | int) -> str:
     file = SimulationFile.model_validate({"layers": layers, "frequency": NARROW, "incidence": incidence})
     task = Task(panel, grid_of(file.frequency).points, file.incidence)
     path = next(path for path in real_fields(panel, None) if path.endswith(".thickness"))
-    wrong = panel.replaced({path: WRONG * locate(panel, path).value})
+    wrong = panel.replaced({path: WRONG * value_at(panel, path)})
     spectra = run_task(replace(task, stack=wrong)).quantities
     quantity = "transmission_loss" if "transmission_loss" in spectra else "absorption"
     found, seconds = [], []
@@ -343,7 +343,7 @@ def stepped(
 
     here, slopes = respond(panel), []
     for path in paths:
-        value = locate(panel, path).value
+        value = value_at(panel, path)
         step = STEP * (abs(value) or 1.0)
         above, below = (respond(with_values(panel, {path: value + side * step})) for side in (1, -1))
         slopes.append({name: (above[name] - below[name]) / (2 * step) for name in here})

@@ -350,11 +350,11 @@ def _by_finer_laws(found: Fitted, executor: Executor | None) -> Fitted:
         (effect,) = hypothesis.effects
         finer = effect.finer([data.name for data in hypothesis.data])
         if finer is None:
-            break
+            return found
         more = sorted({start[len(effect.parameters) :] for start in finer.starts})
         begun = StartedFit.at(hypothesis.with_effects(finer), np.array([[*z, *start] for start in more]))
         best = polish_fits(finish_all({(): begun}, executor), executor)[()]
-    return found if lack_of_fit(best) else best_of([found, best])
+    return best_of([found, best])
 
 
 def _fits_with_rim(

@@ -218,10 +218,10 @@ def _reach(found: Located) -> RealArray:
 
 def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:
     """Return derivatives of the outcomes by one field from four solutions of the whole stack."""
-    value, total = value_at(stack, path), 0.0
-    step = _WHOLE_STEP * _reach(locate(stack, path))[()]
+    found, total = locate(stack, path), 0.0
+    step = _WHOLE_STEP * _reach(found)[()]
     for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
-        near = stack.replaced({path: value + point * step})
+        near = stack.replaced({path: found.value + point * step})
         system = build_system(near, wave, head)
         total = total + weight * outcomes_of(system, solve_or_explain(system, near, wave))
     return np.asarray(total / step)
