@@ -266,7 +266,7 @@ def diagnosed(file: DiagnosisFile, hidden: tuple[str, ...]) -> dict[str, Any]:
     places = [place["place"] for place in record["places"] if place["tied"]] or [""]
     return {
         "verdict": record["verdict"],
-        "first": record["group"][0] if record["group"] else [],
+        "first": record["group"][0] if record["verdict"] == "effect" else [],
         "group": record["group"],
         "place": record["places"][0]["place"] if record["places"] else "",
         "tied": places,

@@ -88,7 +88,7 @@ def group(case: Case) -> str:
 
 def told(case: Case) -> dict[str, Any]:
     """Return the entry of the cause that is told: the verdict's, or the most probable."""
-    chosen = case.record["group"][0] if case.record["group"] else list(case.first)
+    chosen = case.record["group"][0] if case.record["verdict"] == "effect" else list(case.first)
     return case.cause(*chosen) or {"parameters": {}}
 
 
@@ -145,7 +145,7 @@ def plant_conclusions(found: list[tuple[Sure, list[Case]]]) -> list[str]:
     flat = [(cm, case) for _, cases in found for cm, case in enumerate(cases, start=1)]
     first = [case for _, case in flat if case.first == ("rear_air_gap",)]
     with_it = [case for _, case in flat if "rear_air_gap" in case.first]
-    named = [case for _, case in flat if any("rear_air_gap" in one for one in case.record["group"])]
+    grouped = [case for _, case in flat if any("rear_air_gap" in one for one in case.record["group"])]
     counts = [_counts([(depth(case, alone=alone), 10.0 * cm) for cm, case in flat]) for alone in (False, True)]
     deep = [case for cm, case in flat if cm >= FROM_CM]
     counts.append(_counts([(depth_with_correlations(case), 0.01 * cm) for cm, case in flat]))
@@ -153,7 +153,7 @@ def plant_conclusions(found: list[tuple[Sure, list[Case]]]) -> list[str]:
     return [
         "",
         f"- `rear_air_gap` first: alone in {len(first)} of {len(flat)}, alone or with a second in {len(with_it)};",
-        f"  in the group of the verdict, alone or with a second: {len(named)}.",
+        f"  in the group of the verdict, alone or with a second: {len(grouped)}.",
         f"- Depth within {WITHIN:.0%}, and truth in the 90 % interval: {counts[0]} of {len(flat)} by the best",
         f"  hypothesis that has one; {counts[1]} by the rear air gap alone; by this {counts[2]} with correlations",
         "  of the sample's parameters.",

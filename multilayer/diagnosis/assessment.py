@@ -121,8 +121,7 @@ class Assessment:
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
-            group = decision.group if decision.verdict == "effect" else []
-            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, group)
+            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision.group)
             plans = next_experiment(self.rivals)
         return {
             "version": 2,
@@ -131,7 +130,7 @@ class Assessment:
             "probability": round(probability, 4),
             "where": where,
             "causes": causes,
-            "group": [list(names) for names in decision.group if decision.verdict == "effect"],
+            "group": [list(names) for names in decision.group if decision.group != [UNKNOWN]],
             "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None)),
             "places": place_entries(comparison, self.drawn) if self.is_gap else [],
             "law": law,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
+
+import numpy as np
 
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
@@ -27,6 +29,8 @@ from multilayer.diagnosis.thresholds import (
     SECOND_TERM,
     SEEN_HELD_OUT,
     SHRINKAGE_REACH,
+    TEMPERATURE,
+    TIED,
 )
 
 _MOST_TOLD = 3  # places in a sentence
@@ -43,7 +47,7 @@ class Decision:
     best : tuple of str
         The cause; empty without a gap.
     group : list of tuple of str
-        Hypotheses that the data cannot distinguish from it.
+        Hypotheses that the data cannot distinguish from the verdict's, that one first.
     reason : str
     least_probability : float
         Share of such verdicts that were right on development runs, where a guard overrules the evidence.
@@ -98,17 +102,31 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     if not comparison.is_supported:
         probability = probability_text(comparison.p_value)
         text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
-        return Decision("unknown", UNKNOWN, [UNKNOWN], text, RIGHT_GUARDED)
+        return _unknown(comparison, UNKNOWN, text, RIGHT_GUARDED)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     best = _single_where_tied(comparison, best, shrinkages)
     if best == UNKNOWN:
         text = f"{_free(comparison)} explains the gap better than any known effect"
-        return Decision("unknown", best, _group(comparison, best), text)
-    group = _group(comparison, best)
+        return _unknown(comparison, best, text)
     if reason := _objection(comparison, best, shrinkages):
-        return Decision("unknown", best, group, reason, RIGHT_GUARDED)
+        return _unknown(comparison, best, reason, RIGHT_GUARDED)
+    group = _group(comparison, best)
     doubted = _doubted(comparison, best, group)
     return doubted or Decision("effect", best, group, f"{in_words(best)} explains the gap")
+
+
+def _unknown(
+    comparison: ModelComparison, best: tuple[str, ...], reason: str, least_probability: float = 0.0
+) -> Decision:
+    """Return the verdict of an unknown cause, with the known ones whose stated probability is as near as in a group."""
+    alone = Decision("unknown", best, [UNKNOWN], reason, least_probability)
+    probabilities = alone.probabilities(comparison)
+    least = probabilities[UNKNOWN] * np.exp(-TIED / TEMPERATURE)
+    group = [UNKNOWN]
+    for names in comparison.ranked:
+        if names != UNKNOWN and probabilities[names] >= least and not any(set(one) <= set(names) for one in group):
+            group.append(names)
+    return replace(alone, group=group)
 
 
 def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]) -> Decision | None:
@@ -127,11 +145,11 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
             return None
         if lead >= 0:
             text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
-            return Decision("unknown", best, group, text, RIGHT_DOUBTED)
+            return _unknown(comparison, best, text, RIGHT_DOUBTED)
     elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
         return None
     text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
-    return Decision("unknown", best, group, text)
+    return _unknown(comparison, best, text)
 
 
 def beside_simple_term(decision: Decision, comparison: ModelComparison, term: SimpleForm) -> Decision:
@@ -149,7 +167,7 @@ def beside_simple_term(decision: Decision, comparison: ModelComparison, term: Si
     if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
         return decision
     text = f"{in_words(decision.best)} explains most, but a simple law of its own {_where(term.place)} does so better"
-    return Decision("unknown", UNKNOWN, _group(comparison, UNKNOWN), text, RIGHT_GUARDED)
+    return _unknown(comparison, UNKNOWN, text, RIGHT_GUARDED)
 
 
 def _free(comparison: ModelComparison) -> str:

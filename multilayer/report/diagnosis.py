@@ -55,7 +55,7 @@ def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: P
     return Report(
         name=diagnosis.campaign,
         kind="diagnosis",
-        label="One of several causes" if several else label,
+        label="One of several causes" if several and verdict == "effect" else label,
         tone={"effect": "mind", "unknown": "unknown", "no_gap": "good"}[verdict],
         sentence=record["sentence"],
         facts=(*gap, *tried),
@@ -318,7 +318,7 @@ def _remark(record: Record, cause: Record) -> str:
 
 
 def _named(record: Record) -> str:
-    group = "; ".join(in_words(effects) for effects in record["group"])
+    group = "; ".join("an unknown cause" if one == ["unknown"] else in_words(one) for one in record["group"])
     if not group:
         return "None of the hypotheses is named as the cause: see the sentence at the top."
     return f"{'The data cannot tell these apart' if len(record['group']) > 1 else 'Named'}: {group}."

@@ -99,6 +99,7 @@ def test_a_known_cause_must_be_well_ahead_of_a_free_law_that_is_ahead_of_none(be
     if verdict == "unknown":
         assert "hardly better" in decision.reason
         assert decision.probability(comparison) == RIGHT_DOUBTED
+        assert decision.group == [UNKNOWN, names]
 
 
 @pytest.mark.parametrize(
@@ -137,7 +138,8 @@ def test_what_an_effects_parameters_cost():
 def test_nothing_simple_at_its_place_is_ahead_of_the_cause(lead, verdict):
     names, place = ("channel_gain",), Reading()
     free = {"reading": SimpleNamespace(place=place, log_evidence=-40.0)}
-    comparison = ModelComparison(None, {names: None}, {(): -900.0, names: -10.0, UNKNOWN: -40.0}, 1, places=free)
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2]))
+    comparison = ModelComparison(nominal, {names: None}, {(): -900.0, names: -10.0, UNKNOWN: -40.0}, 1, places=free)
     named = Decision("effect", names, [names], "channel gain explains the gap")
     decision = beside_simple_term(named, comparison, SimpleNamespace(place=place, log_evidence=-10.0 + lead))
     assert decision.verdict == verdict
@@ -145,6 +147,7 @@ def test_nothing_simple_at_its_place_is_ahead_of_the_cause(lead, verdict):
         assert decision.best == UNKNOWN
         assert f"a simple law of its own {place.title} does so better" in decision.reason
         assert decision.least_probability == RIGHT_GUARDED
+        assert decision.group == [UNKNOWN, names]
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ class Outcome:
     @property
     def grouped(self) -> bool:
         """Whether the truth is in the group."""
-        return self.named and any(set(names) == set(self.draw.effects) for names in self.answer.group)
+        return any(set(names) == set(self.draw.effects) for names in self.answer.group)
 
 
 def unseal(answers: Sequence[Answer], seed: int) -> list[Outcome]:
