@@ -8,8 +8,10 @@ matrix, from which each open rim releases its part.
 
 Accuracy: without open rims the forces are those of a rod to 3e-3 up to x = 30 (a height of 0.9 wavelengths). With them
 a plate moves as on full finite elements within 0.25 % of its largest motion; at each frequency up to x = 50 within 2 %
-of its motion there. The mesh is uniform where the edge of the bond concentrates the stress, as at the tip of a crack: a
-rim on it acts narrower by a fixed share of an element (`_SHIFTS`), which is taken in.
+of its motion there. Poles that are left out add to that where samples are flat: with a radius of 1.8 heights up to 6 %
+of the motion at x = 50, with 3.6 heights 3 % of the largest motion and 8 % of that at x = 30. The mesh is uniform where
+the edge of the bond concentrates the stress, as at the tip of a crack: a rim on it acts narrower by a fixed share of an
+element (`_SHIFTS`), which is taken in.
 """
 
 from __future__ import annotations

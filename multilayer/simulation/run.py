@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from warnings import warn
+from warnings import catch_warnings, simplefilter, warn
 
 import numpy as np
 
@@ -210,7 +210,9 @@ def _warn_once(tasks: Sequence[Task], warned: Mapping[int, tuple[str, ...]]) -> 
 
 @lru_cache  # most cases are in the same air
 def _impedance(ambient: Ambient) -> float:
-    return ambient.gas.impedance
+    with catch_warnings():
+        simplefilter("ignore", ValidityWarning)  # the tasks tell it
+        return ambient.gas.impedance
 
 
 def _case_result(case: Case, nominal: Outcome, scatter: Mapping[str, Percentiles], rated: dict[str, str]) -> CaseResult:

@@ -71,12 +71,13 @@ def test_the_series_in_place_of_poles_hardly_differs_from_them(shape, highest, m
     def of_widths():
         parts = [worn_rim._disc(0.0, shape).forces(rim, DEPTHS[2]) for rim in EDGES[10:15]]
         index = np.arange(len(parts))[:, np.newaxis]
-        return weighed(on_plate(parts, 0.0), index, np.ones(index.shape), np.repeat(x, len(parts), axis=0))[:2]
+        return weighed(on_plate(parts, 0.0), index, np.ones(index.shape), np.repeat(x, len(parts), axis=0))
 
     found = of_widths()
     monkeypatch.setattr(partly_bonded, "_KEPT", 400)
     exact = of_widths()
-    assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact))
+    for force, by_all_poles in zip(found, exact, strict=True):
+        assert np.max(np.abs(force - by_all_poles)) < 5e-4 * np.max(np.abs(by_all_poles))
 
 
 @pytest.mark.parametrize("depth", [1 / 64, 3 / 64, 3 / 32])

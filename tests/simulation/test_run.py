@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import warnings
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from multilayer.config import parse_yaml
-from multilayer.errors import InputError
+from multilayer.errors import InputError, ValidityWarning
 from multilayer.response.diffuse_field import diffuse_field
 from multilayer.response.finite_size import Window
 from multilayer.response.plane_wave import plane_wave
@@ -54,6 +55,16 @@ class TestOneCase:
         np.testing.assert_allclose(case.surface_impedance, expected.surface_impedance, rtol=1e-14)
         assert case.transmission is case.transmission_loss is case.insertion_loss is None
         assert case.percentiles == {}
+
+    def test_a_warning_does_not_depend_on_what_was_simulated_before(self, read):
+        hot = {"temperature": 333.15, "relative_humidity": 0.5}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ValidityWarning)
+            simulation = read(FOAM, ambient=hot)
+        for _ in range(2):
+            with pytest.warns(ValidityWarning) as told:
+                simulate(simulation)
+            assert len(told) == 1
 
     def test_panel(self, read):
         simulation = read(PANEL, incidence=40)
