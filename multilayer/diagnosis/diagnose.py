@@ -330,14 +330,17 @@ def fits_one_by_one(
 
 
 def _with_finer_law(fits: dict[tuple[str, ...], Fitted], executor: Executor | None) -> dict[tuple[str, ...], Fitted]:
-    """Return the fits, by finer laws of their effects where no law as it is fits.
+    """Return the fits, by finer laws of their effects where the best does not fit.
 
     Of effects that leave little more than the best does: which of them is ahead by a law that does not fit means
     little. Finer laws are tried one after the other, each from the minimum of the one before.
     """
-    if not fits or not lack_of_fit(best_of([*fits.values()])):
+    if not fits:
         return fits
-    most = NEAR_LEAST * min(found.minimum.cost for found in fits.values())
+    best = best_of([*fits.values()])
+    if not lack_of_fit(best):
+        return fits
+    most = NEAR_LEAST * best.minimum.cost
     refined = {names: _by_finer_laws(found, executor) for names, found in fits.items() if found.minimum.cost < most}
     return fits | refined
 

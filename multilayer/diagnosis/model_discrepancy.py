@@ -194,7 +194,7 @@ def _shapes(hypothesis: Hypothesis, all_data: Sequence[Data]) -> list[RealArray]
     """Return by configuration smooth functions of ln f, shape (k, n), whose sum with normal weights is an error."""
     at = np.log(np.concatenate([data.frequency for data in all_data]))
     low, high = float(at.min()), float(at.max())
-    return [_smooth(low, high, data.frequency.tobytes()) for data in hypothesis.data]
+    return [_smooth(low, high, np.asarray(data.frequency, dtype=float).tobytes()) for data in hypothesis.data]
 
 
 @lru_cache(maxsize=256)

@@ -1,5 +1,6 @@
 """Every registered effect, those of plugins included, keeps the laws of `multilayer.testing`."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from multilayer.diagnosis.effects.base import positive
 from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.rig.effects import EFFECTS as RIG_EFFECTS
 from multilayer.testing import check_effect
+from multilayer.testing.benches import joint_bench, soft_sample
 
 BUILT_IN = {name for name in EFFECTS if [owner.package for owner in EFFECTS.owners(name)] == ["multilayer"]}
 
@@ -117,3 +119,26 @@ class WithAnother(EFFECTS["channel_gain"]):
 def test_a_finer_law_is_one_of_the_same_effect():
     with pytest.raises(AssertionError, match=r"refines: the finer law needs the name and the parameters of this one"):
         check_effect(WithAnother)
+
+
+@pytest.mark.parametrize("name", [name for name in EFFECTS.names() if not EFFECTS[name].needs_finite_elements])
+def test_what_a_hypothesis_hands_on_does_not_depend_on_effects(name):
+    """Values that `with_effects` takes over are those that a hypothesis made anew computes."""
+    effect = EFFECTS[name]()
+    for given in ((), (EFFECTS["channel_gain"](),)):
+        base = replace(joint_bench(), given=given)
+        if base.admits(effect):
+            hands_on(base, effect)
+
+
+def hands_on(base, effect):
+    base.residual(np.zeros(len(base.parameters)))  # computes what is handed on
+    derived, anew = base.with_effects(effect), replace(base, effects=(effect,))
+    z = 0.2 * np.random.default_rng(0).standard_normal(len(anew.parameters))
+    z[: len(anew.law_parameters)] = soft_sample(base)[: len(anew.law_parameters)]
+    for found, expected in zip(derived.linearised(z), anew.linearised(z), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    for found, expected in zip(derived.law_change(0, z), anew.law_change(0, z), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    without, z = derived.with_effects(), z[: len(base.parameters)]
+    np.testing.assert_array_equal(without.residual(z), replace(base).residual(z))

@@ -3,13 +3,8 @@
 import numpy as np
 import pytest
 
-from multilayer.diagnosis import diagnose
-from multilayer.diagnosis.effects.adhesive import Adhesive
 from multilayer.diagnosis.effects.delamination import Delamination, UnevenRims, WornRim
-from multilayer.diagnosis.effects.skin import Skin
-from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.saved_law import named_effects
-from multilayer.inference.problem import Minimum
 from multilayer.rig import TwoPlateRig
 from multilayer.testing.benches import joint_bench, soft_sample
 
@@ -26,28 +21,6 @@ def test_finer_laws_follow_one_another():
     assert worn.parameters[: len(uneven.parameters)] == uneven.parameters
     # the rim of a single configuration has one width, that of the law
     assert type(law.finer(NAMES[:1])) is WornRim
-
-
-@pytest.mark.parametrize(("size", "refined"), [(0.5, []), (4.0, ["adhesive", "delamination"])])
-def test_finer_laws_are_tried_of_effects_near_the_best_where_nothing_fits(size, refined, monkeypatch):
-    """Which law is ahead means little where none fits: another may be so by chance."""
-    joint, tried = joint_bench(), list[str]()
-    rough = (-1.0) ** np.arange(10_000)
-
-    def fitted(effect, size):
-        hypothesis = joint.with_effects(effect)
-        z, count = np.zeros(len(hypothesis.parameters)), 2 * sum(len(data.frequency) for data in joint.data)
-        return Fitted(hypothesis, Minimum(z, size * rough[:count], np.zeros((count, z.size))))
-
-    def with_finer(found, executor):
-        tried.append(*found.names)
-        return found
-
-    monkeypatch.setattr(diagnose, "_by_finer_laws", with_finer)
-    sizes = {Adhesive(): size, Delamination(): 1.05 * size, Skin(): 1.5 * size}
-    fits = {(effect.name,): fitted(effect, of_effect) for effect, of_effect in sizes.items()}
-    assert diagnose._with_finer_law(fits, None) == fits
-    assert tried == refined
 
 
 @pytest.mark.parametrize("index", range(len(NAMES)))

@@ -83,12 +83,13 @@ def test_a_size_beyond_the_bounds_of_its_prior_has_an_interval():
         assert 1 <= low <= value <= high < 100.001
 
 
+@pytest.mark.parametrize(("exact", "error"), [(True, 2e-4), (False, 2e-3)])
 @pytest.mark.parametrize("names", [("channel_gain",), ("rocking",), ("skin", "channel_delay"), ("preload", "adhesive")])
-def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names):
-    """Minus twice the log density, errors of laws integrated out, by its own differences."""
+def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names, exact, error):
+    """Minus twice the log density, errors of laws integrated out, by its own differences; nearly so in coarse fits."""
     joint = joint_bench()
     hypothesis = joint.with_effects(*(EFFECTS[name]() for name in names))
-    embedded = WithLawErrors(hypothesis)
+    embedded = WithLawErrors(hypothesis, exact=exact)
     z = 0.3 * np.random.default_rng(4).standard_normal(len(hypothesis.parameters))
 
     def density(at):
@@ -100,7 +101,7 @@ def test_the_slope_of_what_is_minimised_is_that_of_the_evidence(names):
     assert values @ values == pytest.approx(density(z), rel=1e-8)
     steps = 3e-5 * np.eye(len(z))
     expected = np.array([(density(z + step) - density(z - step)) / 6e-5 for step in steps])
-    np.testing.assert_allclose(2 * slopes.T @ values, expected, atol=2e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(2 * slopes.T @ values, expected, atol=error * np.abs(expected).max())
 
 
 def test_where_errors_of_a_law_are_taken_does_not_matter():
