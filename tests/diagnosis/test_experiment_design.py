@@ -54,6 +54,19 @@ def test_a_hypothesis_far_behind_is_no_rival(behind, group, count, has_places):
     assert rivals == [("fit", 0.3)] * count + free
 
 
+@pytest.mark.parametrize("known", [1, 2])
+def test_an_unknown_cause_of_a_group_is_a_rival_of_the_others(known):
+    names = [("skin",), ("adhesive",), ("preload",)]
+    comparison = SimpleNamespace(
+        ranked=names, fitted={one: one[0] for one in names}, score=lambda cause: -float(names.index(cause)),
+        places={"faces": SimpleNamespace(explanation="free")},
+    )  # fmt: skip
+    shares = {**dict.fromkeys(names, 0.2), UNKNOWN: 0.4}
+    decision = SimpleNamespace(group=[UNKNOWN, *names[:known]], best=names[0], probabilities=lambda _: shares)
+    rivals = Assessment(comparison, decision, {}, None, {}).rivals
+    assert rivals == [*((one[0], 0.2) for one in names[:known]), ("free", 0.4)]
+
+
 def test_a_variance_that_rounding_makes_negative_is_none():
     fitted = _large("channel_gain")
     covariance = fitted.minimum.covariance.copy()
