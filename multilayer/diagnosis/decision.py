@@ -144,7 +144,7 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
         if lead >= LEAST_SCORE and comparison.lead_at_place(best) >= LEAD_SHARE:
             return None
         if lead >= 0:
-            text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+            text = f"{in_words(best)} would, but hardly better than {_free(comparison)}, which can be anything"
             return _unknown(comparison, best, text, RIGHT_DOUBTED)
     elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
         return None
