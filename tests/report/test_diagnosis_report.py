@@ -152,6 +152,15 @@ def test_group_is_explained(pages):
     assert "C the yielding of the plate's centre; separated by a second top plate of another mass" in text
 
 
+def test_an_unknown_cause_may_be_one_of_a_group():
+    made = diagnosis("unknown")
+    made = replace(made, record=made.record | {"group": [["unknown"], ["saturating_air"]]})
+    text = Page(str(files_of(made)["report.html"])).text
+    assert "The data cannot tell these apart: an unknown cause; saturating air." in text
+    assert "Cause unknown" in text
+    assert "One of several causes" not in text
+
+
 def test_other_configurations_are_folded_away(pages):
     labels = Page(pages["many"]).figures
     assert len([label for label in labels if label.startswith(("Measured minus modelled", "before after"))]) == 12
