@@ -54,8 +54,8 @@ WITHOUT = """## With the true effect removed
 
 def row(name: str, truth: dict[str, Any], record: dict[str, Any]) -> str:
     """Return one line of the table."""
-    cause = record["causes"][0] if record["verdict"] == "effect" else None
-    if record["group"]:
+    cause = None
+    if record["verdict"] == "effect":
         cause = next(c for c in record["causes"] if c["effects"] == record["group"][0])
     parameters = cause["parameters"] if cause else {}
     sizes = "; ".join(

@@ -114,9 +114,9 @@ def answer_of(case: str, variant: Variant) -> dict[str, Any]:
 
 
 def in_short(answer: Mapping[str, Any]) -> str:
-    """Return verdict and group."""
+    """Return verdict and group, of which an unknown cause is the verdict itself."""
     group = " or ".join("+".join(names) for names in answer["group"])
-    return f"{answer['verdict']}{': ' if group else ''}{group}"
+    return f"effect: {group}" if answer["verdict"] == "effect" else group or answer["verdict"]
 
 
 def differences(first: Mapping[str, Any], other: Mapping[str, Any]) -> str:

@@ -132,7 +132,7 @@ class Assessment:
             "probability": round(probability, 4),
             "where": where,
             "causes": causes,
-            "group": [list(names) for names in decision.group if decision.group != [UNKNOWN]],
+            "group": [list(names) for names in decision.group] if decision.group != [UNKNOWN] else [],
             "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None)),
             "places": place_entries(comparison, self.drawn) if self.is_gap else [],
             "law": law,
