@@ -207,6 +207,11 @@ class Outcome:
         """Whether the truth is in the group."""
         return any(set(names) == set(self.draw.effects) for names in self.answer.group)
 
+    @property
+    def suspects(self) -> bool:
+        """Whether a known cause is in the group."""
+        return any(tuple(names) != ("unknown",) for names in self.answer.group)
+
 
 def unseal(answers: Sequence[Answer], seed: int) -> list[Outcome]:
     """Return every answer with its label, in the order of their numbers."""

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
 FINALS = (
     "1001 to 1004 and 1006 by earlier rules; 1005 (73 campaigns) and 1007 (117), stopped, development data since; "
-    "1008; 1009; 1010; 1011; 1012; 1013; 1014; and 1015"
+    "1008; 1009; 1010; 1011; 1012; 1013; 1014; 1015; and 1016"
 )
 REASONS = {
     1006: """The first 200 campaigns were diagnosed with springs at the faces as the law of delamination, the other 200
@@ -337,6 +337,30 @@ a law at a place may act. What was missed, of several configurations, by the num
   skin) and laws added to the reading or in it (165, 289: crosstalk; 83: rocking). Neither of two pairs is named.
   Places of effects of no library are right in 19 of 32.
 - A diagnosis took 11.4 s of processor time in the median (several configurations) and 5.0 s (one).""",
+    1016: """All 400 campaigns by one set of rules, those of commit 8c9d89a, drawn in two sessions; nobody looked at an
+answer before the last. An earlier start by the rules of e6d2e6b, 43 answers, was thrown away unread when they changed.
+Of several configurations 42 of 42 known effects are named, 41 of 41 effects of no library are unknown, 42 of 42 and 39
+of 41 places are right, four of five pairs are found, no false alarm on 46: all targets are met, those of pairs and of
+simple forms with few cases. Seed 1015, of the rules before: 25 of 26, 39 of 41, 25 of 26 and 37 of 41, 3 of 7, 0 of 66.
+Of one configuration 24 of 26 are named (17 of 22), one innocent of 18 is blamed (4 of 33), no false alarm on 51 (45).
+Stated probabilities are off by 0.038 and 0.048 in the mean. Since this seed "truth in the group" counts the known
+causes that an unknown verdict holds for nearly as probable; none of several configurations needed that, of one the two
+that are not named did. Of effects of no library such a group holds an innocent as often as the scores tell. Most of
+those had been overruled by a misfit or by held-out data; after this run these are left out of the group. What was
+missed, of several configurations, by the number of the campaign:
+
+- Two effects: crosstalk and a sensor mount (150) are told as unknown, in a group with that pair.
+- Effects of no library: a free rim that was deleted (144) and a law of the reading (254) are told at other places.
+- Of 15 drawn laws with a known truth two bands hold it at less than 80 % of the frequencies (132, at the faces: 78 %;
+  358, beside the sample: 48 %); of the 52 of seeds 1012 to 1016 together the bands hold 90 %. Simple forms are right in
+  12 of 13 cases.
+- Of seeds 1012 to 1016 together, whose rules differ, 194 of 198 known effects and 23 of 34 pairs are named, and 151 of
+  158 intervals hold the size (96 %).
+- One configuration: glue (71) and crosstalk (101) are told as unknown, in a group with these. A flanking path is blamed
+  for open rims that were deleted (49). Neither of two pairs is named. Places of effects of no library are right in 10
+  of 18.
+- A diagnosis took 16.0 s of processor time in the median (several configurations) and 5.4 s (one), partly beside other
+  work.""",
 }
 _OTHERS = ("no_gap", "unknown", "failed")
 

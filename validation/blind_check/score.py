@@ -120,6 +120,7 @@ def scores(outcomes: Sequence[Outcome], targets: Targets) -> list[Score]:
         _share("two effects, one of them named", two, _any, _one_of_two),
         _share("foreign effect: says unknown", foreign, _any, _says_unknown, (targets.unknown, 1), (0, 0)),
         _share("foreign effect: blames an innocent", foreign, _any, lambda o: o.named, (0, targets.innocent), (0, 1)),
+        _share("foreign effect: an innocent in the group", foreign, _any, lambda o: o.suspects),
         Score("probabilities: calibration error", calibration_error(stated), len(stated), 0, targets.calibration),
         Score("probabilities: Brier score", brier(stated), len(stated), 0, targets.brier),
         Score("90 % intervals of the size that hold it", _mean(held), len(held), 0.85, 0.95),
