@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -20,6 +20,7 @@ from multilayer.inference.derivative import FINE, Stencil
 from multilayer.inference.low_rank import LowRank
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.reparameterisation import Reparameterisation
 
 _KEPT = 1e-4  # least eigenvalue of its covariance that is kept, relative to the largest
 _MOST = 3.0  # limit of changes of ln(ratio) where the reading nearly vanishes: larger ones are not first-order errors
@@ -58,6 +59,10 @@ class WithLawErrors(Problem):
         """The hypothesis' parameters."""
         return self.hypothesis.parameters
 
+    def reparameterisation(self, z: RealArray, *, far: bool = False) -> Reparameterisation | None:
+        """Return that of the hypothesis."""
+        return self.hypothesis.reparameterisation(z, far=far)
+
     def errors(self, z: RealArray) -> LowRank:
         """Return the covariance of noise and laws' errors at coordinates of shape (d,)."""
         return LowRank.of(law_basis(self.hypothesis, z))
@@ -72,7 +77,7 @@ class WithLawErrors(Problem):
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual and derivative, shapes (n_data + 1,) and (n_data + 1, d), from one batch."""
         hypothesis = self.hypothesis
-        stencil = Stencil.central(z, FINE) if self.exact else Stencil.forward(z)
+        stencil = self.stencil(z, partial(Stencil.central, step=FINE) if self.exact else Stencil.forward)
         differences, changes = differences_and_changes(hypothesis, stencil.points)
         here = [[change[0] for change in parts] for parts in changes]
         basis = np.concatenate(_columns(hypothesis, here, hypothesis.data), axis=1)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -15,6 +16,7 @@ from multilayer.arrays import RealArray
 from multilayer.executors import run_all
 from multilayer.inference.derivative import FORWARD
 from multilayer.inference.problem import Minimum, Problem
+from multilayer.inference.reparameterisation import Reparameterisation
 
 _CANDIDATES = 128  # points of the prior that are evaluated
 _CHUNK = 32
@@ -31,6 +33,8 @@ _DECREASE, _INCREASE = 5.0, 5.0  # of the damping, after an accepted and after a
 _LEAST_DAMPING, _STUCK = 1e-8, 1e6
 _STRIDE = 1.0  # longest step of a coordinate: the prior's standard deviation
 _AT_ONCE = 256  # points
+_REFUSED, _FREE = 5, 3  # steps refused in a row that end a descent; evaluations since the last that clear its end
+_ASTRAY, _ROUGHLY = 1e3, 1e-2  # cost per datum of starts that are far away, and tolerance of their first descent
 _SLOW = 2  # accepted steps that gain next to nothing, after which a descent has converged
 
 
@@ -59,26 +63,112 @@ def minimise(
     scaled : bool
         Whether the trust region is measured in changes of the residuals instead of standard deviations of the prior;
         needed where residuals are a thousand times as sensitive to some coordinates as to others, as with sharp
-        resonances.
+        resonances. The steps are then taken in coordinates in which the residuals are straighter, where the problem has
+        such; from far away, where the straightest way leads into the next valley, first along the axes.
 
     Notes
     -----
     The priors are residuals, too: z itself is added to them. Method 'trf': M. A. Branch, T. F. Coleman & Y. Li, SIAM J.
     Sci. Comput. 21 (1999) 1-23.
     """
-    n = start.size
+    settings: dict[str, Any] = {
+        "scale": "jac" if scaled else 1.0, "method": method,
+        "ftol": tolerance, "xtol": min(_SMALL_STEP, tolerance), "gtol": 1e-6,
+    }  # fmt: skip
+    if not scaled:
+        return _Descent(problem).minimum(start, most=most, **settings)
+    z, left, is_converged = start, most, False
+    if not total_cost(values := problem.residual(z), z) <= _ASTRAY * values.size:
+        rough = _Descent(problem)
+        z = rough.minimum(z, most=left, **settings | {"ftol": max(tolerance, _ROUGHLY)}).z
+        left = max(left - rough.evaluations, 1)
+    for far in (False, True, False):  # where the straightest coordinates end, those that hold farther lead on
+        descent = _Descent(problem, problem.reparameterisation(z, far=far), far)
+        minimum = descent.minimum(z, most=left, **settings)
+        z, left, is_converged = minimum.z, left - descent.evaluations, is_converged or minimum.converged
+        if not descent.is_limited or left < 1:
+            break
+    return replace(minimum, converged=is_converged)
 
-    def with_priors(z: RealArray) -> tuple[RealArray, RealArray]:
-        values, slopes = problem.linearised(z)
-        return np.concatenate([values, z]), np.concatenate([slopes, np.eye(n)])
 
-    minimum = trust_region(
-        with_priors, start, scale="jac" if scaled else 1.0, method=method, most=most,
-        ftol=tolerance, xtol=min(_SMALL_STEP, tolerance), gtol=1e-6,
-    )  # fmt: skip
-    count = len(minimum.residual) - n
-    values, slopes = minimum.residual[:count], minimum.jacobian[:count]
-    return Minimum(minimum.z, values, slopes, minimum.converged)
+class _LimitError(Exception):
+    """Coordinates end here."""
+
+
+@dataclass
+class _Descent:
+    """A descent in the coordinates of a reparameterisation, if there is one.
+
+    Attributes
+    ----------
+    problem : Problem
+    other : Reparameterisation or None
+    far : bool
+        Whether that holds far from here.
+    evaluations : int
+    refused : int
+        Steps beyond the limits of these coordinates, one after the other.
+    since : int
+        Evaluations since the last of them.
+    lowest : Minimum, optional
+        The lowest point that was evaluated.
+    """
+
+    problem: Problem
+    other: Reparameterisation | None = None
+    far: bool = False
+    evaluations: int = 0
+    refused: int = 0
+    since: int = 0
+    lowest: Minimum | None = None
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether it has ended where these coordinates end."""
+        return self.since < min(_FREE, self.evaluations)
+
+    def minimum(self, start: RealArray, **settings: Any) -> Minimum:
+        """Return the minimum that is reached, or the lowest point before a limit; settings are of `trust_region`."""
+        if self.other is None or not self.other.holds(start):
+            self.other = None
+        try:
+            found = trust_region(
+                self._linearised, start if self.other is None else self.other.all_of(start), **settings
+            )
+        except _LimitError:
+            assert self.lowest is not None
+            return replace(self.lowest, converged=False)
+        return replace(self._minimum(found), converged=found.converged)
+
+    def _linearised(self, w: RealArray) -> tuple[RealArray, RealArray]:
+        """Return residual, the priors' row among it, and its derivative by w; NaN where w has no such."""
+        z = w if self.other is None else self.other.all_back(w)
+        if not np.all(np.isfinite(z)):
+            return self._refused(z.size)
+        values, slopes = self.problem.linearised(z)
+        minimum = Minimum(z, values, slopes)
+        values, slopes = np.concatenate([values, z]), np.concatenate([slopes, np.eye(z.size)])
+        by_w = slopes if self.other is None else self.other.by_w(slopes, z)
+        if by_w is None:
+            return self._refused(z.size)
+        self.refused, self.since, self.evaluations = 0, self.since + 1, self.evaluations + 1
+        if self.lowest is None or minimum.cost < self.lowest.cost:
+            self.lowest = minimum
+        return values, by_w
+
+    def _refused(self, n: int) -> tuple[RealArray, RealArray]:
+        self.refused, self.since = self.refused + 1, 0
+        if self.refused > _REFUSED and not self.far:
+            raise _LimitError
+        return np.full(1, np.nan), np.full((1, n), np.nan)
+
+    def _minimum(self, found: Minimum) -> Minimum:
+        """Return what a descent has found at z."""
+        count, z, slopes = len(found.residual) - found.z.size, found.z, found.jacobian
+        if self.other is not None:
+            z = self.other.all_back(found.z)
+            slopes = self.other.by_z(slopes, z)
+        return Minimum(z, found.residual[:count], slopes[:count])
 
 
 def trust_region(

@@ -13,6 +13,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Problem
+from multilayer.inference.reparameterisation import Reparameterisation
 
 _LEAST = 0.003  # standard deviations of the data: smaller model errors change nothing
 _ROUNDING = 1e-12  # of the largest eigenvalue: smaller ones are not resolved
@@ -99,6 +100,10 @@ class WithModelErrors(Problem):
     def parameters(self) -> tuple[Parameter, ...]:
         """The problem's parameters."""
         return self.problem.parameters
+
+    def reparameterisation(self, z: RealArray, *, far: bool = False) -> Reparameterisation | None:
+        """Return that of the problem."""
+        return self.problem.reparameterisation(z, far=far)
 
     def residual(self, z: RealArray) -> RealArray:
         """Return whitened residuals, shape (..., n_data)."""

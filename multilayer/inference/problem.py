@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.inference.derivative import forward
+from multilayer.inference.derivative import Stencil
 from multilayer.inference.priors import Parameter, Priors
+from multilayer.inference.reparameterisation import Reparameterisation
 
 T = TypeVar("T")
 
@@ -39,9 +40,22 @@ class Problem(ABC):
         Whitened: of unit variance and independent where model and coordinates are right.
         """
 
+    def reparameterisation(self, z: RealArray, *, far: bool = False) -> Reparameterisation | None:
+        """Return coordinates in which the residuals around z are straighter; None where there are none such.
+
+        With `far`, those that hold far from z, too, and straighten less.
+        """
+        return None
+
+    def stencil(self, z: RealArray, make: Callable[..., Stencil] = Stencil.forward) -> Stencil:
+        """Return points from whose values derivatives by z follow, shape (n_parameters,); `make` is of `Stencil`."""
+        other = self.reparameterisation(z)
+        return make(z) if other is None else make(z, turn=other.turn(z))
+
     def linearised(self, z: RealArray) -> tuple[RealArray, RealArray]:
         """Return the residual at z and its derivative, shapes (n_data,) and (n_data, n_parameters)."""
-        return forward(self.residual, z)
+        stencil = self.stencil(z)
+        return stencil.linearised(self.residual(stencil.points))
 
     def as_minimum(self, z: RealArray) -> Minimum:
         """Return a point that is taken for a minimum, coordinates of shape (n_parameters,)."""
@@ -236,6 +250,10 @@ class Scaled(Problem):
     def parameters(self) -> tuple[Parameter, ...]:
         """The problem's parameters."""
         return self.problem.parameters
+
+    def reparameterisation(self, z: RealArray, *, far: bool = False) -> Reparameterisation | None:
+        """Return that of the problem."""
+        return self.problem.reparameterisation(z, far=far)
 
     def residual(self, z: RealArray) -> RealArray:
         """Return the residuals divided by the scale."""

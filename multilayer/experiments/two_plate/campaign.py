@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from multilayer.experiments.hypothesis import Hypothesis, Part, parameters_of, v
 from multilayer.experiments.places import DrawnLaw, LawAtPlace
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
+from multilayer.experiments.two_plate.modulus_at import AmountAt, ModulusAt
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
 from multilayer.experiments.two_plate.nuisances import Nuisances
 from multilayer.experiments.two_plate.plane_waves import Rig
@@ -27,6 +28,7 @@ from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.inference.derivative import Stencil
 from multilayer.inference.priors import Parameter, Prior, Priors
 from multilayer.inference.problem import Experiment, Points
+from multilayer.inference.reparameterisation import Reparameterisation
 from multilayer.inference.whitening import Whitening
 from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.laws.parameters import LawSpace
@@ -40,7 +42,15 @@ _STEP = 1e-3  # of ln E
 _THINNED = 3  # one in so many bins of a burst is used in a first search
 _FAR_OFF = 50.0  # of ln(ratio)
 # what a problem computes once, the same with any effects
-_WITHOUT_EFFECTS = ("nuisances", "material", "given_parameters", "nominal_parameters", "_settings", "_near")
+_WITHOUT_EFFECTS = (
+    "nuisances",
+    "material",
+    "given_parameters",
+    "nominal_parameters",
+    "reparameterisation",
+    "_settings",
+    "_near",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +84,13 @@ class Material:
     @cached_property
     def _priors(self) -> Priors:
         return Priors.of(self.law_parameters)
+
+    def reparameterisation(self, z: RealArray, frequency: float, *, far: bool) -> Reparameterisation | None:
+        """Return `ModulusAt` a frequency, Hz, or `AmountAt`; None for a law that no unknown scales."""
+        if self.space.scale is None:
+            return None
+        kind = AmountAt if far or len(self.law_parameters) < 2 else ModulusAt
+        return kind(self.space, self._priors, frequency, z[: len(self.law_parameters)])
 
     def law_coordinates(self, z: RealArray) -> RealArray:
         """Return the point of the law's space, shape (..., n_law), of coordinates of all unknowns, the law's first."""
@@ -317,6 +334,16 @@ class CampaignProblem(Hypothesis):
         """The sample's modulus."""
         return Material(self.space, self.deviation)
 
+    def reparameterisation(self, z: RealArray, *, far: bool = False) -> Reparameterisation | None:
+        """Return the modulus in the middle of the data's frequencies in place of two of the law's unknowns."""
+        return self.material.reparameterisation(z, self._middle, far=far)
+
+    @cached_property
+    def _middle(self) -> float:
+        """Geometric mean of the frequencies of all data, Hz."""
+        frequency = np.concatenate([data.frequency for data in self.configurations])
+        return float(np.exp(np.mean(np.log(frequency))))
+
     @property
     def law_parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the law."""
@@ -475,12 +502,12 @@ class CampaignProblem(Hypothesis):
         hypothesis, is_node, is_offset = self._with_offsets
         wide = np.zeros(is_offset.size)
         wide[~is_offset] = z
-        stencil = Stencil.forward(wide, along=np.eye(wide.size)[~is_node])
+        stencil = self.stencil(wide, partial(Stencil.forward, along=np.eye(wide.size)[~is_node]))
         differences = hypothesis.differences(stencil.points)
         slopes = [_wrapped(part[1:] - part[0]) / stencil.step for part in differences]
         by_law, by_node = is_offset[~is_node], is_node[~is_offset]
         jacobian = np.empty((self._n_residuals, z.size))
-        jacobian[:, ~by_node] = self.whitened([part[~by_law] for part in slopes]).T
+        jacobian[:, ~by_node] = stencil.by_axes(self.whitened([part[~by_law] for part in slopes]).T)
         columns = np.split(np.flatnonzero(by_node), np.cumsum([len(law.parameters) for law in self._drawn_laws])[:-1])
         for law, offset, places in zip(self._drawn_laws, np.flatnonzero(by_law), columns, strict=True):
             by_parameters = [law.by_parameters(setting, z[places]).T for setting in self.settings]

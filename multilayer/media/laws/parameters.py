@@ -141,6 +141,21 @@ class LawSpace:
         logs = np.moveaxis(self.logs(z), -1, 0)[..., np.newaxis]
         return type(self.template).model_construct(**self._fields(logs))(f)
 
+    @cached_property
+    def scale(self) -> int | None:
+        """Place of the entry of z whose change by 1 multiplies the modulus by e, whatever the others are; None if none.
+
+        A modulus is in proportion to all quantities in Pa together: the entry must move all of them, and these only.
+        """
+        in_pascal = np.array([unit.startswith("Pa") for unit in self.units], dtype=float)
+        if any(_unit(self.template, name).startswith("Pa") for name in self.known):
+            return None
+        changes = np.eye(len(self.unknowns))
+        for tie in self.ties:
+            changes[tie.last] = (np.eye(len(self.unknowns))[tie.last] - tie.others @ changes) / tie.powers[tie.last]
+        places = np.flatnonzero(np.all(changes == in_pascal[:, None], axis=0))
+        return int(places[0]) if places.size else None
+
     def law(self, z: RealArray) -> ModulusLaw:
         """Return the law at a point."""
         fields = {name: _plain(value) for name, value in self._fields(self.logs(z)).items()}
