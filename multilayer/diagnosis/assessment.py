@@ -84,18 +84,18 @@ class Assessment:
         """The hypotheses that an experiment should discriminate: those of the group, or the best and its rival.
 
         The rival is the second best where that is near, else "none of the known": a free law at the best place, which
-        stands for the unknown cause of a group, too.
+        stands for an unknown cause, too; where that is the verdict, it is discriminated from the best of the known.
         """
         ranked = [names for names in self.comparison.ranked if names in self.comparison.fitted]
         ranked = [names for names in ranked if not set(self.decision.best) < set(names)]
         tied = [names for names in ranked if names in self.decision.group]
         score = self.comparison.score
         near = [names for names in ranked[:2] if score(ranked[0]) - score(names) < NEAR]
-        may_be_unknown = bool(tied) and UNKNOWN in self.decision.group
-        chosen = tied if len(tied) > 1 or may_be_unknown else near
-        rivals = [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
         free = next(iter(self.comparison.places.values()), None)
-        if (len(rivals) == 1 or may_be_unknown) and free is not None:
+        is_unknown = self.decision.verdict == "unknown" and free is not None
+        chosen = (tied or ranked[:1]) if is_unknown else tied if len(tied) > 1 else near
+        rivals = [(self.comparison.fitted[names], max(self.probabilities[names], 1e-6)) for names in chosen]
+        if free is not None and (is_unknown or len(rivals) == 1):
             rivals.append((free.explanation, max(self.probabilities[UNKNOWN], 1e-6)))
         return rivals
 

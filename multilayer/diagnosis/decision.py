@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -47,7 +48,8 @@ class Decision:
     best : tuple of str
         The cause; empty without a gap.
     group : list of tuple of str
-        Hypotheses that the data cannot distinguish from the verdict's, that one first.
+        Hypotheses that the data cannot distinguish from the verdict's, that one first: that of an unknown cause alone
+        where no known one is as probable.
     reason : str
     least_probability : float
         Share of such verdicts that were right on development runs, where a guard overrules the evidence.
@@ -102,35 +104,49 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     if not comparison.is_supported:
         probability = probability_text(comparison.p_value)
         text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
-        return _unknown(comparison, UNKNOWN, text, RIGHT_GUARDED)
+        return Decision("unknown", UNKNOWN, [UNKNOWN], text, RIGHT_GUARDED)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     best = _single_where_tied(comparison, best, shrinkages)
+    unknown = partial(_unknown, comparison, shrinkages)
     if best == UNKNOWN:
-        text = f"{_free(comparison)} explains the gap better than any known effect"
-        return _unknown(comparison, best, text)
+        return unknown(best, f"{_free(comparison)} explains the gap better than any known effect")
     if reason := _objection(comparison, best, shrinkages):
-        return _unknown(comparison, best, reason, RIGHT_GUARDED)
+        return unknown(best, reason, RIGHT_GUARDED)
     group = _group(comparison, best)
-    doubted = _doubted(comparison, best, group)
-    return doubted or Decision("effect", best, group, f"{in_words(best)} explains the gap")
+    if doubt := _doubt(comparison, best, group):
+        return unknown(best, *doubt)
+    return Decision("effect", best, group, f"{in_words(best)} explains the gap")
 
 
 def _unknown(
-    comparison: ModelComparison, best: tuple[str, ...], reason: str, least_probability: float = 0.0
+    comparison: ModelComparison,
+    shrinkages: Mapping[tuple[str, ...], Shrinkage],
+    best: tuple[str, ...],
+    reason: str,
+    least_probability: float = 0.0,
 ) -> Decision:
-    """Return the verdict of an unknown cause, with the known ones whose stated probability is as near as in a group."""
+    """Return the verdict of an unknown cause, with the known ones whose stated probability is as near as in a group.
+
+    Those that a misfit or held-out data speak against are not among them, nor two effects beside one of the two.
+    """
     alone = Decision("unknown", best, [UNKNOWN], reason, least_probability)
     probabilities = alone.probabilities(comparison)
     least = probabilities[UNKNOWN] * np.exp(-TIED / TEMPERATURE)
+    near = [names for names in comparison.ranked if names in comparison.fitted and probabilities[names] >= least]
     group = [UNKNOWN]
-    for names in comparison.ranked:
-        if names != UNKNOWN and probabilities[names] >= least and not any(set(one) <= set(names) for one in group):
+    for names in near:
+        is_another = not set(best) < set(names) and not any({*one} <= {*names} or {*names} <= {*one} for one in group)
+        if is_another and not _refutation(comparison, names, shrinkages):
             group.append(names)
     return replace(alone, group=group)
 
 
-def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]) -> Decision | None:
-    """Return the verdict where a free law, better than no effect at all, is nearly as probable as a cause; or None.
+def _doubt(
+    comparison: ModelComparison, best: tuple[str, ...], group: list[tuple[str, ...]]
+) -> tuple[str, float] | None:
+    """Return why a cause is not named, and the least probability of an unknown one, or None.
+
+    Where a free law, better than no effect at all, is nearly as probable.
 
     A law of few parameters that is right leaves a free one far behind, as that pays for each of its nodes. One that
     merely resembles the true law loses in misfit what it saves on parameters. Where the data tell little of the nodes,
@@ -144,12 +160,11 @@ def _doubted(comparison: ModelComparison, best: tuple[str, ...], group: list[tup
         if lead >= LEAST_SCORE and comparison.lead_at_place(best) >= LEAD_SHARE:
             return None
         if lead >= 0:
-            text = f"{in_words(best)} would, but hardly better than {_free(comparison)}, which can be anything"
-            return _unknown(comparison, best, text, RIGHT_DOUBTED)
+            text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+            return text, RIGHT_DOUBTED
     elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
         return None
-    text = f"{in_words(best)} explains most, but {_free(comparison)} is more probable"
-    return _unknown(comparison, best, text)
+    return f"{in_words(best)} explains most, but {_free(comparison)} is more probable", 0.0
 
 
 def beside_simple_term(decision: Decision, comparison: ModelComparison, term: SimpleForm) -> Decision:
@@ -167,7 +182,7 @@ def beside_simple_term(decision: Decision, comparison: ModelComparison, term: Si
     if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
         return decision
     text = f"{in_words(decision.best)} explains most, but a simple law of its own {_where(term.place)} does so better"
-    return _unknown(comparison, UNKNOWN, text, RIGHT_GUARDED)
+    return _unknown(comparison, {}, UNKNOWN, text, RIGHT_GUARDED)
 
 
 def _free(comparison: ModelComparison) -> str:
@@ -186,13 +201,20 @@ def _objection(
     comparison: ModelComparison, best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
 ) -> str:
     """Return why the best cause is not named; empty where it is named."""
-    share = _visible_share(best, shrinkages)
-    is_misfit_allowed = _explains_enough(comparison, best, share)
-    if reason := lack_of_fit(comparison.fitted[best], is_misfit_allowed=is_misfit_allowed):
-        return f"{in_words(best)} explains most, but {reason}"
-    if reason := _held_out_objection(comparison, best, shrinkages):
-        return f"with {in_words(best)} {reason}"
+    if reason := _refutation(comparison, best, shrinkages):
+        return reason
     return _objection_to_two(comparison, best, shrinkages) if len(best) > 1 else ""
+
+
+def _refutation(
+    comparison: ModelComparison, names: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> str:
+    """Return what speaks against a cause by itself: a misfit, or held-out data; empty where nothing does."""
+    is_misfit_allowed = _explains_enough(comparison, names, _visible_share(names, shrinkages))
+    if reason := lack_of_fit(comparison.fitted[names], is_misfit_allowed=is_misfit_allowed):
+        return f"{in_words(names)} explains most, but {reason}"
+    reason = _held_out_objection(comparison, names, shrinkages)
+    return f"with {in_words(names)} {reason}" if reason else ""
 
 
 def _held_out_objection(

@@ -88,7 +88,12 @@ def sentence(decision: Decision, probability: float) -> str:
     if decision.verdict == "no_gap":
         return f"No gap: {decision.reason}."
     if decision.verdict == "unknown":
-        return f"There is a gap, and none of the known effects explains it: {decision.reason}."
+        known = [names for names in decision.group if names != UNKNOWN]
+        if not known:
+            return f"There is a gap, and none of the known effects explains it: {decision.reason}."
+        further = " or ".join(in_words(names) for names in known if names != decision.best)
+        rivals = f"; it may be {further}" if further else ""
+        return f"There is a gap, and its cause is not certain: {decision.reason}{rivals}."
     others = [names for names in decision.group if names != decision.best]
     rivals = f"; the data cannot tell it from {', or '.join(map(in_words, others))}" if others else ""
     return f"The gap is caused by {in_words(decision.best)} (probability {100 * probability:.0f} %){rivals}."

@@ -227,7 +227,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         ">misfit": lambda place: significant(number_or_nan(place["gap_after"])),
         ">shrinkage": lambda place: percent(number_or_nan(place["shrinkage"])),
     }
-    listing = Listing.of(record["places"][:_MOST_ROWS], columns, marked=1)
+    listing = Listing.of(record["places"][:_MOST_ROWS], columns, marked=[0])
     law = record.get("law")
     remarks = (f"The law drawn there looks like {law['form']['text']}.",) if law else ()
     if law and not law["form_is_enough"]:
@@ -292,7 +292,8 @@ def _causes(record: Record) -> Listing:
     }
     causes = record["causes"]
     shown = [c for i, c in enumerate(causes) if i < _MOST_ROWS or c["effects"] == ["unknown"]]
-    listing = Listing.of(shown, columns, marked=len(record["group"]))
+    marked = [i for i, cause in enumerate(shown) if cause["effects"] in record["group"]]
+    listing = Listing.of(shown, columns, marked=marked)
     if not causes:
         return listing
     rest = 1 - sum(number_or_nan(cause["probability"]) for cause in shown)

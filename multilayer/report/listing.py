@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Self, TypeVar
 
@@ -51,8 +51,8 @@ class Listing:
         Lines below it.
     only : {'', 'console', 'page'}
         Where it stands; both if empty.
-    marked : int
-        Rows, from the first, that a page marks.
+    marked : collection of int
+        Rows that a page marks.
     """
 
     headings: tuple[str, ...]
@@ -61,7 +61,7 @@ class Listing:
     caption: str = ""
     notes: tuple[str, ...] = ()
     only: Literal["", "console", "page"] = ""
-    marked: int = 0
+    marked: Collection[int] = ()
 
     @classmethod
     def of(cls, items: Iterable[T], columns: Mapping[str, Callable[[T], str]], **options: Any) -> Listing:

@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis import decision as decision_module
 from multilayer.diagnosis.assessment import rival_term
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
 from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
+from multilayer.diagnosis.entries import sentence
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
@@ -135,7 +137,8 @@ def test_what_an_effects_parameters_cost():
 
 
 @pytest.mark.parametrize(("lead", "verdict"), [(-5.0, "effect"), (1.0, "effect"), (5.0, "unknown")])
-def test_nothing_simple_at_its_place_is_ahead_of_the_cause(lead, verdict):
+def test_nothing_simple_at_its_place_is_ahead_of_the_cause(monkeypatch, lead, verdict):
+    monkeypatch.setattr(decision_module, "lack_of_fit", lambda *_, **__: "")
     names, place = ("channel_gain",), Reading()
     free = {"reading": SimpleNamespace(place=place, log_evidence=-40.0)}
     nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2]))
@@ -242,3 +245,39 @@ def test_two_effects_at_one_place_count_once_there():
         SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2])), {both: fitted}, evidence, 2, places
     )
     assert comparison.place_probabilities()["faces"] == pytest.approx(1.0)
+
+
+def decided(monkeypatch, evidence, refuted=()):
+    """Return the decision between hypotheses of which the evidence is stated."""
+    fitted = {
+        names: SimpleNamespace(names=names, minimum=SimpleNamespace(cost_per_datum=1.0))
+        for names in evidence
+        if names not in ((), UNKNOWN)
+    }
+    hypothesis = SimpleNamespace(data=[1, 2], held_out_decides=True)
+    nominal = SimpleNamespace(hypothesis=hypothesis, minimum=SimpleNamespace(cost_per_datum=9.0))
+    monkeypatch.setattr(decision_module, "lack_of_fit", lambda f, **_: "leaves a misfit" if f.names in refuted else "")
+    comparison = ModelComparison(nominal, fitted, evidence, 18)
+    vars(comparison)["p_value"] = 0.0
+    return decide(comparison, {names: Shrinkage(100.0, 1.0, "all") for names in fitted})
+
+
+A, B, A_AND_B = ("a",), ("b",), ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("evidence", "refuted", "group"),
+    [
+        ({A: 6.0, B: -300.0, UNKNOWN: 8.0}, (), [UNKNOWN, A]),
+        ({A: 2.0, B: -300.0, UNKNOWN: 90.0}, (), [UNKNOWN]),
+        ({A: 40.0, B: -300.0, UNKNOWN: -9000.0}, (A,), [UNKNOWN]),  # what is refuted is not as near
+        ({A: -20.0, A_AND_B: 0.0, B: -300.0, UNKNOWN: -22.0}, (), [UNKNOWN, A]),  # nor two beside one of them
+        ({A: 6.0, B: 5.9, UNKNOWN: 8.0}, (), [UNKNOWN, A, B]),
+        ({A: 6.0, B: 5.9, UNKNOWN: 8.0}, (B,), [UNKNOWN, A]),
+    ],
+)
+def test_the_group_of_an_unknown_cause(monkeypatch, evidence, refuted, group):
+    decision = decided(monkeypatch, {(): -500.0, **evidence}, refuted)
+    assert decision.verdict == "unknown", decision.reason
+    assert decision.group == group
+    assert ("not certain" in sentence(decision, 0.5)) == (len(group) > 1)

@@ -47,14 +47,14 @@ def test_a_hypothesis_far_behind_is_no_rival(behind, group, count, has_places):
         places={"faces": SimpleNamespace(explanation="free")} if has_places else {},
     )  # fmt: skip
     shares = {**dict.fromkeys(names, 0.3), UNKNOWN: 0.1}
-    decision = SimpleNamespace(group=names[:group], best=names[0], probabilities=lambda _: shares)
+    decision = SimpleNamespace(verdict="effect", group=names[:group], best=names[0], probabilities=lambda _: shares)
     rivals = Assessment(comparison, decision, {}, None, {}).rivals
     # without a near one, a cause that is none of the known is the rival: a free law at the best place
     free = [("free", 0.1)] if has_places and count == 1 else []
     assert rivals == [("fit", 0.3)] * count + free
 
 
-@pytest.mark.parametrize("known", [1, 2])
+@pytest.mark.parametrize("known", [0, 1, 2])
 def test_an_unknown_cause_of_a_group_is_a_rival_of_the_others(known):
     names = [("skin",), ("adhesive",), ("preload",)]
     comparison = SimpleNamespace(
@@ -62,9 +62,11 @@ def test_an_unknown_cause_of_a_group_is_a_rival_of_the_others(known):
         places={"faces": SimpleNamespace(explanation="free")},
     )  # fmt: skip
     shares = {**dict.fromkeys(names, 0.2), UNKNOWN: 0.4}
-    decision = SimpleNamespace(group=[UNKNOWN, *names[:known]], best=names[0], probabilities=lambda _: shares)
+    decision = SimpleNamespace(
+        verdict="unknown", group=[UNKNOWN, *names[:known]], best=names[0], probabilities=lambda _: shares
+    )
     rivals = Assessment(comparison, decision, {}, None, {}).rivals
-    assert rivals == [*((one[0], 0.2) for one in names[:known]), ("free", 0.4)]
+    assert rivals == [*((one[0], 0.2) for one in names[: max(known, 1)]), ("free", 0.4)]
 
 
 def test_a_variance_that_rounding_makes_negative_is_none():
