@@ -1,9 +1,10 @@
 """Folders of results and single files, replaced as a whole.
 
-A folder is made in a hidden `workspace` beside the old one, with second names of all files that are not of the old
-result (the user's), waited for until it is on the disk, and exchanged with the old one in one step of the system. Where
-the system has no such step, or files cannot have second names, the new files are moved in one by one once all of them
-are on the disk; a run that dies meanwhile is finished by the next one, before anything else.
+A folder is made in a hidden `workspace` beside the old one, with second names of the files of other results, waited for
+until it is on the disk, and exchanged with the old one in one step of the system. Where that holds what is the user's,
+who may be writing there, or this process stands in it, where the system has no such step, or files cannot have second
+names, the new files are moved in one by one once all of them are on the disk; a run that dies meanwhile is finished by
+the next one, before anything else.
 
 A file beside the folder that belongs to it (a campaign's truth) cannot be exchanged in the same step: the old one is
 taken away before and the new one put there after, so that never the one stands beside the other's folder. A run that
@@ -213,13 +214,14 @@ def _replace(space: Workspace, files: Iterable[str], beside: Mapping[Path, bytes
 
 
 def _swap(space: Workspace, files: Iterable[str]) -> None:
-    """Put the new folder in place of the old one, the user's files with it."""
+    """Put the new folder in place of the old one, or its files beside those of the user."""
     new, place = space.folder / _NEW, space.place
     if not place.exists():
         os.rename(new, place)  # noqa: PTH104
         disk.sync(place.parent)
         return
-    if place not in space.folder.parents and _keeps_others(place, new) and disk.exchange(new, place):
+    is_free = place not in space.folder.parents and not _is_used(place)
+    if is_free and _keeps_others(place, new) and disk.exchange(new, place):
         disk.sync(place.parent)
         return
     committed = space.folder / COMMITTED
@@ -233,8 +235,28 @@ def _swap(space: Workspace, files: Iterable[str]) -> None:
         raise
 
 
+def _is_used(place: Path) -> bool:
+    """Tell whether a folder holds what no result has written so, or this process stands in it."""
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:
+        here = Path()
+    if place == here or place in here.parents:
+        return True
+    known = listed(read_manifest(place))
+    files = {path.relative_to(place).as_posix(): path for path in place.rglob("*") if not _is_folder(path)}
+    folders = {parent.as_posix() for name in known for parent in PurePosixPath(name).parents}
+    if any(path.relative_to(place).as_posix() not in folders for path in place.rglob("*") if _is_folder(path)):
+        return True
+    return any(name != MANIFEST and known.get(name) != digest_of(path) for name, path in files.items())
+
+
+def _is_folder(path: Path) -> bool:
+    return path.is_dir() and not path.is_symlink()
+
+
 def _keeps_others(place: Path, new: Path) -> bool:
-    """Give the files of a folder that are not of its last result a second name in the new one; tell whether it can."""
+    """Give the files of other results in a folder a second name in the new one; tell whether it can."""
     stale = _stale(place, new)
     try:
         new.chmod(place.stat().st_mode & 0o7777)

@@ -94,9 +94,25 @@ class TestWhatStays:
 
     def test_the_current_folder(self, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
-        (tmp_path / "notes.txt").write_text("mine")
-        write_files(Path(), {"a.csv": "1"}, made_by="fit")
+        for number in "12":
+            write_files(Path(), {"a.csv": number}, made_by="fit")
+            assert Path("a.csv").read_text() == number
+            Path("notes.txt").write_text("mine")  # this process still stands in it
         assert names(tmp_path) == {"a.csv", "manifest.json", "notes.txt"}
+
+    def test_folders_of_the_user_are_not_touched(self, tmp_path):
+        folder = tmp_path / "foam"
+        write_files(folder, {"a.csv": "old"}, made_by="fit")
+        (folder / "mine").mkdir()
+        (folder / "mine").chmod(0o2775)
+        handle = os.open(folder / "mine", os.O_RDONLY)  # as a program that writes there
+        before = (folder / "mine").stat()
+        write_files(folder, {"a.csv": "new"}, made_by="fit")
+        after = (folder / "mine").stat()
+        assert (after.st_ino, after.st_mode, after.st_mtime_ns) == (before.st_ino, before.st_mode, before.st_mtime_ns)
+        assert os.fstat(handle).st_nlink > 0
+        os.close(handle)
+        assert (folder / "a.csv").read_text() == "new"
 
 
 def test_where_nobody_may_write_beside_it_the_workspace_is_inside(tmp_path, monkeypatch):
