@@ -40,6 +40,9 @@ from multilayer.models import InWords, Model, refuse
 from multilayer.paths import locate, with_values
 from multilayer.units import DIMENSIONLESS, Density, PositiveRatio, Pressure, Speed, Temperature, Unit, Viscosity
 
+_COLDEST, _THINNEST = 180.0, 1e4  # K, Pa: air where hardly anybody measures
+_IN_KILOPASCAL = 200.0  # what is above is one atmosphere in hPa
+
 
 class Ambient(Model):
     """The gas on the excitation side, which also fills the pores.
@@ -72,6 +75,16 @@ class Ambient(Model):
             text += "temperature, pressure or relative_humidity, or give the properties themselves"
             refuse(self, [((), text, None)])
         return self
+
+    def implausible(self) -> Iterator[tuple[str, str]]:
+        """Give field and text of values that are allowed, and hardly ever meant."""
+        if self.temperature < _COLDEST:
+            text = f"a temperature of {self.temperature:g} K; numbers without a unit are in K"
+            yield "temperature", f"{text}: is '{self.temperature:g} degC' meant?"
+        if self.pressure < _THINNEST:
+            other = "hPa" if self.pressure > _IN_KILOPASCAL else "kPa"
+            text = f"a pressure of {self.pressure:g} Pa; numbers without a unit are in Pa"
+            yield "pressure", f"{text}: is '{self.pressure:g} {other}' meant?"
 
     @property
     def gas(self) -> Gas:
@@ -171,6 +184,8 @@ class Stack(Model, metaclass=InWords):
 
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Give path and text of values that are allowed, and hardly ever meant."""
+        for field, text in self.ambient.implausible():
+            yield ("ambient", field), text
         for i, layer in enumerate(self.layers):
             for field, text in layer.implausible():
                 yield ("layers", i, field), text

@@ -23,7 +23,16 @@ from multilayer.models import InWords, Model
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio
 
-_THICKEST = 5.0  # m: no construction has such a layer
+# least and largest value of fields that are hardly ever beyond: there a number in another unit was meant
+_HARDLY = {
+    "thickness": (0.0, 5.0, "a layer", "m", "mm"),
+    "density": (10.0, np.inf, "a density", "kg/m3", "g/cm3"),  # of what has a stiffness: gases are lighter
+    "frame_density": (0.5, np.inf, "a frame density", "kg/m3", "g/cm3"),
+    "young_modulus": (500.0, np.inf, "a Young's modulus", "Pa", "GPa"),
+    "flow_resistivity": (50.0, np.inf, "a flow resistivity", "N s/m4", "kN s/m4"),
+    "viscous_length": (0.0, 0.01, "pores", "m", "um"),
+    "thermal_length": (0.0, 0.01, "pores", "m", "um"),
+}
 
 
 class Layer(Model, metaclass=InWords):
@@ -67,12 +76,13 @@ class Layer(Model, metaclass=InWords):
 
     def implausible(self) -> Iterator[tuple[str, str]]:
         """Give field and text of values that are allowed, and hardly ever meant."""
-        thickness = getattr(self, "thickness", None)
-        if isinstance(thickness, float) and thickness > _THICKEST:
-            yield (
-                "thickness",
-                f"a layer of {thickness:g} m; numbers without a unit are in m: is '{thickness:g} mm' meant?",
-            )
+        for field, (least, most, what, unit, other) in _HARDLY.items():
+            value = getattr(self, field, None)
+            if not isinstance(value, float) or least <= value <= most or value == 0:
+                continue
+            if field != "density" or hasattr(self, "young_modulus"):
+                asked = f"is '{value:g} {other}' meant?"
+                yield field, f"{what} of {value:g} {unit}; numbers without a unit are in {unit}: {asked}"
 
     @property
     def depth(self) -> Numeric:

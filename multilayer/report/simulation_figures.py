@@ -174,7 +174,9 @@ def _legend(axis: Axes, cases: Sequence[CaseResult], *, below: Figure | None = N
     from matplotlib.patches import Patch
 
     handles, labels = axis.get_legend_handles_labels()
-    if len(handles) > _MOST_IN_LEGEND:
+    title, count = plain(", ".join(cases[0].shown)), len(handles)
+    if count > _MOST_IN_LEGEND:
+        title = f"{title} ({_MOST_IN_LEGEND} of {count} are named)"
         chosen = np.unique(np.linspace(0, len(handles) - 1, _MOST_IN_LEGEND).round().astype(int))
         handles, labels = [handles[i] for i in chosen], [labels[i] for i in chosen]
     if any(case.percentiles for case in cases):
@@ -182,9 +184,8 @@ def _legend(axis: Axes, cases: Sequence[CaseResult], *, below: Figure | None = N
         labels.append("5 to 95 % of samples")
     if len(handles) == 1:
         return
-    title = plain(", ".join(cases[0].shown)) or None
     columns = 2 if below is not None or len(handles) > 6 else 1
-    options: dict[str, Any] = {"title": title, "fontsize": 7, "title_fontsize": 7, "ncols": columns}
+    options: dict[str, Any] = {"title": title or None, "fontsize": 7, "title_fontsize": 7, "ncols": columns}
     if below is None:
         axis.legend(handles, labels, **options)
     else:

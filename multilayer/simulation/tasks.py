@@ -330,7 +330,8 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
         sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
     if not np.all(sound):
         first = float(np.broadcast_to(frequency, sound.shape)[~sound][0])
-        text = f"the response gives back more energy than came in, or is no number: {_LOST}"
+        reason = f"perhaps as a model does not hold here ({outcome.warnings[0]})" if outcome.warnings else _LOST
+        text = f"the response gives back more energy than came in, or is no number: {reason}"
         raise _of_case(task, refusal(task.stack, text, first))
 
 

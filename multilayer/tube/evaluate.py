@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.csv_table import csv_table
-from multilayer.errors import InputError, Problem
+from multilayer.errors import InputError, PlausibilityWarning, Problem
 from multilayer.signals.impedance_tube import (
     Range,
     TransferMatrix,
@@ -33,6 +34,7 @@ from multilayer.simulation.quantities import columns_of
 from multilayer.tube.data import Transfer, read_transfer, refuse_other_frequencies
 from multilayer.tube.file import FILE_NAME, FourMicrophones, TubeFile, TwoMicrophones, load_tube, tube_file
 
+_MOST_POWER = 1.2  # of the arriving power, at half of the frequencies, that noise makes of a rigid sample
 Spectra = Mapping[str, NDArray[Any]]
 
 
@@ -124,6 +126,7 @@ def evaluate(source: Path) -> TubeResult:
     file = load_tube(path)
     result = _two_microphones(file, path) if isinstance(file, TwoMicrophones) else _four_microphones(file, path)
     _refuse_no_numbers(result, path)
+    _warn_of_power(result, path)
     return result
 
 
@@ -136,6 +139,17 @@ def _refuse_no_numbers(result: TubeResult, path: Path) -> None:
                 text = f"the {name} coefficient at {result.frequency[wrong][0]:.6g} Hz is no number: pressures of 0 or "
                 text += "of equal size, or lengths far from any tube; correct the data, or narrow 'from' and 'to'"
                 raise InputError(Problem(text, file=path))
+
+
+def _warn_of_power(result: TubeResult, path: Path) -> None:
+    """Warn of a sample that gives back more power than arrives, at most frequencies: noise makes that at some."""
+    tube = result.spectra["tube"]
+    power = np.abs(tube["reflection"]) ** 2 + np.abs(tube.get("transmission", 0.0)) ** 2
+    gives = power > _MOST_POWER
+    if np.mean(gives) > 0.5:
+        text = f"at {np.sum(gives)} of {len(gives)} frequencies, as at {result.frequency[gives][0]:.6g} Hz, the sample "
+        text += "gives back more power than arrives: are microphones exchanged, or positions those of another setup?"
+        warn(str(Problem(text, file=path)), PlausibilityWarning, stacklevel=3)
 
 
 def name_of(source: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -16,6 +17,7 @@ from multilayer.units import Duration, Frequency, Length, Unit
 
 FILE_NAME = "tube.yaml"
 Position = Annotated[float, Unit("m")]
+_FARTHEST = 5.0  # m, from a sample to its microphones
 _METHODS = "two_microphones, four_microphones"
 
 
@@ -112,6 +114,11 @@ class TubeFile(Model):
     to: Frequency | None = None
     keep_outside: bool = False
 
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        for field, text in self.ambient.implausible():
+            yield ("ambient", field), text
+
 
 class Switched(Model):
     """A calibration made once: the same sample, with the microphones at their places and exchanged."""
@@ -142,6 +149,13 @@ class TwoMicrophones(TubeFile):
     measurement: Source
     exchanged: Source | None = None
     calibration: Switched | None = None
+
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        yield from super().implausible()
+        if self.distance > _FARTHEST:
+            text = f"a distance of {self.distance:g} m; numbers without a unit are in m"
+            yield ("distance",), f"{text}: is '{self.distance:g} mm' meant?"
 
     @model_validator(mode="after")
     def _one_calibration(self) -> Self:

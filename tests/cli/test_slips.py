@@ -33,6 +33,21 @@ def written(tmp_path, layer, rest="termination: rigid\n"):
          ["layers.0.viscous_length: 300 um is above thermal_length, 100 um, which no pores have: exchanged?"]),
         (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}", "frequency: [100, 200]\n",
          ["no termination is stated: a rigid wall is assumed, without transmission; say rigid or ambient"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}",
+         "termination: rigid\nambient: {temperature: 20, pressure: 1013}\n",
+         ["ambient.temperature: a temperature of 20 K; numbers without a unit are in K: is '20 degC' meant?",
+          "ambient.pressure: a pressure of 1013 Pa; numbers without a unit are in Pa: is '1013 hPa' meant?"]),
+        (f"{FOAM}, viscous_length: 100, thermal_length: 200, thickness: 50 mm}}".replace("10000", "10"),
+         "termination: rigid\n",
+         ["layers.0.flow_resistivity: a flow resistivity of 10 N s/m4; numbers without a unit are in N s/m4: is "
+          "'10 kN s/m4' meant?",
+          "layers.0.viscous_length: pores of 100 m; numbers without a unit are in m: is '100 um' meant?",
+          "layers.0.thermal_length: pores of 200 m; numbers without a unit are in m: is '200 um' meant?"]),
+        ("{type: elastic_solid, density: 7.8, young_modulus: 210, poisson_ratio: 0.3, thickness: 1 mm}",
+         "termination: rigid\n",
+         ["layers.0.density: a density of 7.8 kg/m3; numbers without a unit are in kg/m3: is '7.8 g/cm3' meant?",
+          "layers.0.young_modulus: a Young's modulus of 210 Pa; numbers without a unit are in Pa: is '210 GPa' "
+          "meant?"]),
         (f"{FOAM}, viscous_length: 1e-4, thermal_length: 1e-4, thickness: 50 mm}}", "termination: rigid\n", []),
     ],
 )  # fmt: skip
@@ -43,6 +58,16 @@ def test_what_is_hardly_meant_is_asked_back_once(tmp_path, layer, rest, told):
     lines = [line for line in done.err.splitlines() if line.startswith(f"warning: {file}")]
     assert len(lines) == len(told)
     assert all(text in line for text, line in zip(told, lines, strict=True))
+
+
+def test_energy_that_a_model_makes_outside_its_range_is_told_by_its_name(tmp_path):
+    layer = "{type: equivalent_fluid, model: delany_bazley, thickness: 50 mm, flow_resistivity: 60 kN s/m^4}"
+    file = written(tmp_path, layer, "termination: rigid\nfrequency: [20 Hz, 500 Hz]\n")
+    done = run("simulate", file, "--out", tmp_path / "out")
+    assert done.status == 2
+    assert "gives back more energy than came in" in done.err
+    assert "Delany-Bazley holds for" in done.err
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_measured_absorption_in_per_cent(tmp_path):

@@ -84,6 +84,17 @@ class TestTwoMicrophones:
         np.testing.assert_allclose(found["absorption"], exact.absorption, atol=2e-8)
         assert (two / "out" / "tube.png").read_bytes()[:4] == b"\x89PNG"
 
+    def test_exchanged_microphones_and_a_distance_in_mm_are_asked_back(self, two):
+        done = run("tube", two, "--out", two / "right")
+        assert (done.status, "warning" in done.err) == (0, False)
+        found = pressures(ASYMMETRIC, 0.0, positions=(-0.145, -0.1, 1.0, 2.0))[0]
+        write_table(two / "h12.csv", FREQUENCY, h12=found[0] / found[1])
+        (two / "tube.yaml").write_text(TWO.replace("100 mm", "100"))
+        done = run("tube", two, "--out", two / "wrong")
+        assert done.status == 0
+        assert "a distance of 100 m; numbers without a unit are in m: is '100 mm' meant?" in done.err
+        assert "gives back more power than arrives: are microphones exchanged" in done.err
+
     def test_what_lies_outside_is_kept_on_demand_and_marked(self, two):
         (two / "tube.yaml").write_text(TWO + "keep_outside: true\nfrom: 200 Hz\n")
         done = run("tube", two / "tube.yaml", "--out", two / "out", "--no-figures")
