@@ -14,6 +14,9 @@ OLDEST_TESTS := tests/unit tests/analytic tests/contract tests/reference tests/p
 	$(addprefix tests/cli/test_,$(addsuffix .py,bad_input compare fit layers simulate stack_fit startup tube)) \
 	$(addprefix tests/fits/test_,$(addsuffix .py,recovery region result search stack_problem uncertainty))
 
+# tests start many processes, each of which would compile the package anew where the environment has this set
+export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: fit test core oldest machines lint bench docs clean
 fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b

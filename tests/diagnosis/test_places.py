@@ -1,6 +1,7 @@
 """Places with free laws: their derivative, which place is found, and which simple form the law has."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -129,6 +130,8 @@ def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(m
     nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
     monkeypatch.setattr(diagnose, "fit_nominal", lambda *given, **others: (nominal, [nominal.minimum]))
     monkeypatch.setattr(diagnose, "lack_of_fit", lambda fitted: "")  # as of an effect that fits
+    few = partial(fit_places, names=["reading", "beside", "one_configuration"])
+    monkeypatch.setattr(diagnose, "fit_places", few)
     told = []
     effects = diagnose.chosen_effects(["channel_gain", "crosstalk"])
     record = diagnose.diagnose_campaign(campaign(), {}, effects, progress=told.append).record
