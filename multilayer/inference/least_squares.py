@@ -75,20 +75,20 @@ def minimise(
         "scale": "jac" if scaled else 1.0, "method": method,
         "ftol": tolerance, "xtol": min(_SMALL_STEP, tolerance), "gtol": 1e-6,
     }  # fmt: skip
-    if not scaled:
-        return _Descent(problem).minimum(start, most=most, **settings)
-    z, left, is_converged = start, most, False
+    z, left = start, most
+    if not scaled or problem.reparameterisation(z) is None:
+        return _Descent(problem).minimum(z, most=left, **settings)
     if not total_cost(values := problem.residual(z), z) <= _ASTRAY * values.size:
         rough = _Descent(problem)
         z = rough.minimum(z, most=left, **settings | {"ftol": max(tolerance, _ROUGHLY)}).z
         left = max(left - rough.evaluations, 1)
-    for far in (False, True, False):  # where the straightest coordinates end, those that hold farther lead on
+    for far in (False, True):  # where the straightest coordinates end, those that hold farther lead on
         descent = _Descent(problem, problem.reparameterisation(z, far=far), far)
         minimum = descent.minimum(z, most=left, **settings)
-        z, left, is_converged = minimum.z, left - descent.evaluations, is_converged or minimum.converged
+        z, left = minimum.z, left - descent.evaluations
         if not descent.is_limited or left < 1:
             break
-    return replace(minimum, converged=is_converged)
+    return minimum
 
 
 class _LimitError(Exception):
@@ -104,7 +104,7 @@ class _Descent:
     problem : Problem
     other : Reparameterisation or None
     far : bool
-        Whether that holds far from here.
+        Whether that holds far from here: what it does not reach is a step too long, and no limit.
     evaluations : int
     refused : int
         Steps beyond the limits of these coordinates, one after the other.
@@ -124,8 +124,8 @@ class _Descent:
 
     @property
     def is_limited(self) -> bool:
-        """Whether it has ended where these coordinates end."""
-        return self.since < min(_FREE, self.evaluations)
+        """Whether it has ended where coordinates end that hold nearby."""
+        return not self.far and self.since < min(_FREE, self.evaluations)
 
     def minimum(self, start: RealArray, **settings: Any) -> Minimum:
         """Return the minimum that is reached, or the lowest point before a limit; settings are of `trust_region`."""
@@ -138,7 +138,7 @@ class _Descent:
         except _LimitError:
             assert self.lowest is not None
             return replace(self.lowest, converged=False)
-        return replace(self._minimum(found), converged=found.converged)
+        return replace(self._minimum(found), converged=found.converged and not self.is_limited)
 
     def _linearised(self, w: RealArray) -> tuple[RealArray, RealArray]:
         """Return residual, the priors' row among it, and its derivative by w; NaN where w has no such."""
