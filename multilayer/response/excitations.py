@@ -73,8 +73,9 @@ def disc(wavenumber: RealArray, radius: float | None) -> RealArray:
 class PointForce(Excitation):
     """A random force at one place, spread evenly over a disc where it has a `radius`.
 
-    The disc matters where the wavelengths are no longer than it; a solid or a porous front gives way without bound to a
-    force on a point and needs it.
+    The disc matters where the wavelengths are no longer than it; a solid front gives way without bound to a force on a
+    point and needs it. A fluid, that in the pores of a front, too, gives way so to the edge of a disc: such a front
+    needs a plate or a solid above.
     """
 
     type: Literal["point_force"] = "point_force"

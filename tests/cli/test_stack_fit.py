@@ -111,7 +111,7 @@ def test_remarks(tmp_path):
     done = run("fit", path, "--out", tmp_path / "out", "--no-figures")
     assert done.status == 0
     assert "the model misses the data by more than noise; intervals are" in done.out
-    assert "hardly determined by these data, what is known of them is their prior: wool.porosity" in done.out
+    assert "of these the prior tells as much as the data, or more: wool.porosity" in done.out
 
 
 def test_what_simulate_writes(tmp_path):

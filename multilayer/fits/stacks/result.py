@@ -235,7 +235,7 @@ class StackFitResult(FitResult):
         names = [quantity.name.removeprefix("layers.") for quantity in self.quantities]
         open_ones = [name for name, quantity in zip(names, self.quantities, strict=True) if not quantity.determined]
         if open_ones:
-            text = "hardly determined by these data, what is known of them is their prior"
+            text = "of these the prior tells as much as the data, or more"
             told.append(f"{text}: {', '.join(open_ones)}")
         rows, columns = np.nonzero(np.triu(np.abs(self.correlation) > _STRONG, k=1))
         for i, j in zip(rows.tolist(), columns.tolist(), strict=True):
