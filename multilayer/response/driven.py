@@ -349,11 +349,9 @@ class _Wavenumbers:
             if not len(going):
                 return totals[0], totals[1], totals[2]
         text = f"a force moves this front face without bound (at {self.frequency[which[going[0]]]:.6g} Hz); "
-        remedy = (
-            "give the force the radius of the disc that it acts on, and begin with a plate or a solid: a fluid, that "
-        )
-        remedy += "in pores, too, gives way to the edge of any disc"
-        raise InputError(text + remedy)
+        text += "give the force the radius of the disc that it acts on, and begin with a plate or a solid: a fluid, "
+        text += "that in pores, too, gives way to the edge of any disc"
+        raise InputError(text)
 
     def _ends(self, frequency: RealArray) -> list[RealArray]:
         """Return the ends of intervals of wavenumbers, each of the shape of `frequency`: breaks, and then decades."""
