@@ -180,6 +180,8 @@ def try_all(
     before: Callable[[], object] | None,
     mode: str,
     faults: Sequence[str] = FAULTS,
+    *,
+    alone: bool = False,
 ) -> Tally:
     """Let every step of a writing fail in every way.
 
@@ -194,12 +196,14 @@ def try_all(
         Of `MODES`.
     faults : sequence of str
         Of `FAULTS`.
+    alone : bool
+        Whether the older result has no file of the user's beside it.
     """
     parent, tally = place.parent, Tally()
     kept = parent.with_name(f"{parent.name}.kept")
     if before is not None:
         before()
-        if place.is_dir():
+        if place.is_dir() and not alone:
             (place / _NOTES).write_bytes(_MINE)
     shutil.copytree(parent, kept, symlinks=True)
     old = state(place)

@@ -27,14 +27,22 @@ def place(tmp_path, monkeypatch):
     return tmp_path / "here" / "foam"
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("is_there", [False, True])
-def test_a_folder(place, mode, is_there):
-    older = (lambda: write_files(place, OLD, made_by="fit")) if is_there else None
-    tally = try_all(place, lambda: write_files(place, NEW, made_by="fit"), older, mode, FAULTS)
+@pytest.mark.parametrize(
+    ("mode", "there", "at_once"),
+    [
+        ("exchange", "nothing", True),
+        ("exchange", "a result alone", True),
+        ("exchange", "the user's beside", False),
+        ("one by one", "nothing", True),
+        ("one by one", "the user's beside", False),
+    ],
+)
+def test_a_folder(place, mode, there, at_once):
+    older = None if there == "nothing" else lambda: write_files(place, OLD, made_by="fit")
+    newer = lambda: write_files(place, NEW, made_by="fit")  # noqa: E731
+    tally = try_all(place, newer, older, mode, FAULTS, alone=there == "a result alone")
     assert_sound(tally, 100)
-    if mode == "exchange" or not is_there:
-        assert tally.pending == 0
+    assert (tally.pending == 0) == at_once
 
 
 @pytest.mark.parametrize("mode", MODES)
