@@ -38,7 +38,17 @@ from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
 from multilayer.models import InWords, Model, refuse
 from multilayer.paths import locate, with_values
-from multilayer.units import DIMENSIONLESS, Density, PositiveRatio, Pressure, Speed, Temperature, Unit, Viscosity
+from multilayer.units import (
+    DIMENSIONLESS,
+    Density,
+    PositiveRatio,
+    Pressure,
+    Speed,
+    Temperature,
+    Unit,
+    Viscosity,
+    asked_back,
+)
 
 _COLDEST, _THINNEST = 180.0, 1e4  # K, Pa: air where hardly anybody measures
 _IN_KILOPASCAL = 200.0  # what is above is one atmosphere in hPa
@@ -79,12 +89,10 @@ class Ambient(Model):
     def implausible(self) -> Iterator[tuple[str, str]]:
         """Give field and text of values that are allowed, and hardly ever meant."""
         if self.temperature < _COLDEST:
-            text = f"a temperature of {self.temperature:g} K; numbers without a unit are in K"
-            yield "temperature", f"{text}: is '{self.temperature:g} degC' meant?"
+            yield "temperature", asked_back("a temperature", self.temperature, "K", "degC")
         if self.pressure < _THINNEST:
             other = "hPa" if self.pressure > _IN_KILOPASCAL else "kPa"
-            text = f"a pressure of {self.pressure:g} Pa; numbers without a unit are in Pa"
-            yield "pressure", f"{text}: is '{self.pressure:g} {other}' meant?"
+            yield "pressure", asked_back("a pressure", self.pressure, "Pa", other)
 
     @property
     def gas(self) -> Gas:

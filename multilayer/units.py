@@ -267,3 +267,8 @@ PositiveRatio = Annotated[float, Positive, Unit(DIMENSIONLESS)]
 PoissonRatio = Annotated[float, Field(gt=-1, lt=0.5), Unit(DIMENSIONLESS)]
 Porosity = Annotated[float, Field(gt=0, lt=1), Unit(DIMENSIONLESS)]
 Tortuosity = Annotated[float, Field(ge=1), Unit(DIMENSIONLESS)]
+
+
+def asked_back(what: str, value: float, unit: str, other: str) -> str:
+    """Return the question whether a value, hardly ever so in SI, was meant in another unit."""
+    return f"{what} of {value:g} {unit}; numbers without a unit are in {unit}: is '{value:g} {other}' meant?"

@@ -21,7 +21,7 @@ from multilayer.media.gas import Gas, dry_air
 from multilayer.media.laws import Modulus, complex_modulus
 from multilayer.models import InWords, Model
 from multilayer.registry import Registry, RegistryError, subclass_fault
-from multilayer.units import PoissonRatio, Ratio
+from multilayer.units import PoissonRatio, Ratio, asked_back
 
 # least and largest value of fields that are hardly ever beyond: there a number in another unit was meant
 _HARDLY = {
@@ -81,8 +81,7 @@ class Layer(Model, metaclass=InWords):
             if not isinstance(value, float) or least <= value <= most or value == 0:
                 continue
             if field != "density" or hasattr(self, "young_modulus"):
-                asked = f"is '{value:g} {other}' meant?"
-                yield field, f"{what} of {value:g} {unit}; numbers without a unit are in {unit}: {asked}"
+                yield field, asked_back(what, value, unit, other)
 
     @property
     def depth(self) -> Numeric:

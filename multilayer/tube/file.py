@@ -13,7 +13,7 @@ from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, Problem, show
 from multilayer.models import Model, refuse
 from multilayer.stack import Ambient
-from multilayer.units import Duration, Frequency, Length, Unit
+from multilayer.units import Duration, Frequency, Length, Unit, asked_back
 
 FILE_NAME = "tube.yaml"
 Position = Annotated[float, Unit("m")]
@@ -154,8 +154,7 @@ class TwoMicrophones(TubeFile):
         """Give path and text of values that are allowed, and hardly ever meant."""
         yield from super().implausible()
         if self.distance > _FARTHEST:
-            text = f"a distance of {self.distance:g} m; numbers without a unit are in m"
-            yield ("distance",), f"{text}: is '{self.distance:g} mm' meant?"
+            yield ("distance",), asked_back("a distance", self.distance, "m", "mm")
 
     @model_validator(mode="after")
     def _one_calibration(self) -> Self:

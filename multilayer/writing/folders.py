@@ -244,11 +244,12 @@ def _is_used(place: Path) -> bool:
     if place == here or place in here.parents:
         return True
     known = listed(read_manifest(place))
-    files = {path.relative_to(place).as_posix(): path for path in place.rglob("*") if not _is_folder(path)}
     folders = {parent.as_posix() for name in known for parent in PurePosixPath(name).parents}
-    if any(path.relative_to(place).as_posix() not in folders for path in place.rglob("*") if _is_folder(path)):
-        return True
-    return any(name != MANIFEST and known.get(name) != digest_of(path) for name, path in files.items())
+    for path in place.rglob("*"):
+        name = path.relative_to(place).as_posix()
+        if name not in folders if _is_folder(path) else name != MANIFEST and known.get(name) != digest_of(path):
+            return True
+    return False
 
 
 def _is_folder(path: Path) -> bool:
@@ -272,7 +273,7 @@ def _keeps_others(place: Path, new: Path) -> bool:
 def _link_others(path: Path, place: Path, new: Path, stale: set[str]) -> None:
     name = path.relative_to(place)
     target = new / name
-    if path.is_dir() and not path.is_symlink():
+    if _is_folder(path):
         if not (target.exists() or any(Path(one).is_relative_to(name) for one in stale)):
             disk.link_tree(path, target)
             return
@@ -300,7 +301,7 @@ def _only(files: Iterable[str], new: Path) -> None:
     """Remove second names of the user's files again."""
     names = {MANIFEST, *files}
     for path in sorted(new.rglob("*"), reverse=True):
-        if path.is_dir() and not path.is_symlink():
+        if _is_folder(path):
             if not any(path.iterdir()):
                 disk.remove(path)
         elif path.relative_to(new).as_posix() not in names:

@@ -42,15 +42,7 @@ _STEP = 1e-3  # of ln E
 _THINNED = 3  # one in so many bins of a burst is used in a first search
 _FAR_OFF = 50.0  # of ln(ratio)
 # what a problem computes once, the same with any effects
-_WITHOUT_EFFECTS = (
-    "nuisances",
-    "material",
-    "given_parameters",
-    "nominal_parameters",
-    "reparameterisation",
-    "_settings",
-    "_near",
-)
+_WITHOUT_EFFECTS = ("nuisances", "material", "given_parameters", "nominal_parameters", "_settings", "_near", "_middle")
 
 
 @dataclass(frozen=True, eq=False)

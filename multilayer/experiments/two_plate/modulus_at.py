@@ -66,7 +66,7 @@ class AmountAt(Reparameterisation):
     def slopes(self, z: RealArray) -> RealArray:
         """Return dw/dz, shape (n_law, n_law), at z of all unknowns."""
         at, slopes = z[: self.count], np.eye(self.count)
-        here = self._here if at is self.near or np.array_equal(at, self.near) else central(self._logarithm, at)
+        here = self._here if np.array_equal(at, self.near) else central(self._logarithm, at)
         self._insert(slopes.T, here[1], 0.0)
         return slopes
 
