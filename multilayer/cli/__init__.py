@@ -8,13 +8,9 @@ import os
 import signal
 import sys
 import traceback
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any
 
 import typer
 
@@ -28,7 +24,6 @@ from multilayer.cli.export import export
 from multilayer.cli.fit import fit
 from multilayer.cli.import_ import import_campaign
 from multilayer.cli.layers import layers
-from multilayer.cli.loudness import LOUDNESS
 from multilayer.cli.materials import materials
 from multilayer.cli.methods import methods
 from multilayer.cli.optimise import optimise
@@ -40,6 +35,7 @@ from multilayer.cli.schema import schema
 from multilayer.cli.shape_factor import shape_factor
 from multilayer.cli.simulate import simulate
 from multilayer.cli.tube import tube
+from multilayer.cli.warned import warnings_as_lines
 
 app = typer.Typer(
     name="multilayer",
@@ -105,7 +101,7 @@ def _run() -> None:
     is_main = current_thread() is main_thread()  # nobody else may say what signals do
     before = signal.signal(signal.SIGTERM, _stopped) if is_main else None
     try:
-        with _warnings_as_lines():
+        with warnings_as_lines():
             require_memory()
             app(prog_name="multilayer")
     except SystemExit as end:
@@ -136,25 +132,3 @@ def _run() -> None:
 def _stopped(number: int, frame: object) -> None:
     """Stop as for Ctrl-C: what is being written is put back, and processes of pools end."""
     raise KeyboardInterrupt(signal.Signals(number).name)
-
-
-@contextmanager
-def _warnings_as_lines() -> Iterator[None]:
-    """Tell each warning of the package once, in a line on standard error."""
-    from multilayer.doors import for_terminal
-    from multilayer.errors import MultilayerWarning
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", MultilayerWarning)
-        show, told = warnings.showwarning, set[str]()
-
-        def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
-            if not issubclass(category, MultilayerWarning):
-                show(message, category, *place, **options)
-            # whatever changes filters in between makes Python forget what it has shown
-            elif (line := for_terminal(f"warning: {' '.join(str(message).split())}")) not in told and LOUDNESS.warnings:
-                told.add(line)
-                typer.echo(line, err=True)
-
-        warnings.showwarning = show_line
-        yield

@@ -95,7 +95,6 @@ def diagnose(
     # before the imports of this process: the workers' own take as long
     with local_pool(n_jobs, [*_MODULES, *(_DRAWING if figures else ())]) as executor:
         from multilayer.config.validate import placed_in
-        from multilayer.doors import for_terminal
         from multilayer.errors import InputError
         from multilayer.fits.sources import open_source
         from multilayer.report.diagnosis import diagnosis_report
@@ -109,8 +108,6 @@ def diagnose(
             result, folder = ask(opened, out, without or [], law, seed, executor)
         if save_law is not None:
             _save(result, save_law)
-        for text in result.record.get("warnings", ()):
-            typer.echo(for_terminal(f"warning: {text}"), err=True)
         report = diagnosis_report(result, source, folder)
         finish(report, folder, as_json=as_json, figures=figures, executor=executor)
     if exit_code and result.verdict != "no_gap":

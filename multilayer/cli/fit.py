@@ -144,7 +144,5 @@ def _fit_one(
         return is_accepted(fit.summary_in(folder))
     with placed_in(task.source), progress_bar("fit", fit.number_of_steps) as advance:
         result = fit.run(advance)
-    for text in result.warnings:
-        typer.echo(f"warning: {' '.join(text.split())}", err=True)
     finish(fit_report(result, fit.job, fit.inputs), folder, as_json=as_json, figures=figures)
     return True

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from multilayer.cli import completion
+from multilayer.cli.warned import tell, told
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -95,6 +97,8 @@ def finish(
 ) -> None:
     """Write a report's files, print it or its record as JSON, and say where the files are.
 
+    What the command has warned of goes into the record and onto the page.
+
     Parameters
     ----------
     report : Report
@@ -111,6 +115,9 @@ def finish(
     """
     from multilayer.report.console import show
 
+    tell(report.warnings)
+    if report.record_file:  # what a folder holds says what to mind, also when the terminal is gone
+        report = replace(report, warnings=told() or report.warnings)
     written = _written(report, folder, figures=figures, executor=executor) if folder else []
     if as_json:
         typer.echo(report.json, nl=False)

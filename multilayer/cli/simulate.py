@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,29 +46,11 @@ def simulate(
 
 
 def run_plan(planned: Plan, jobs: int, address: str | None) -> SimulationResult:
-    """Run a plan where the options say, with a progress bar; warnings become one line each on standard error."""
+    """Run a plan where the options say, with a progress bar."""
     from multilayer.cli.progress import progress_bar
     from multilayer.executors import executor_for
     from multilayer.simulation.run import run
 
     bar = progress_bar("simulate", len(planned.tasks))
-    with _warnings_as_lines(), executor_for(jobs, address) as executor, bar as advance:
+    with executor_for(jobs, address) as executor, bar as advance:
         return run(planned, executor, advance)
-
-
-@contextmanager
-def _warnings_as_lines() -> Iterator[None]:
-    import warnings
-
-    from multilayer.errors import ValidityWarning
-    from multilayer.executors import LostWorkerWarning
-
-    with warnings.catch_warnings(record=True) as caught:
-        for category in (ValidityWarning, LostWorkerWarning):
-            warnings.simplefilter("always", category)
-        yield
-    for one in caught:
-        if issubclass(one.category, ValidityWarning | LostWorkerWarning):
-            typer.echo(f"warning: {' '.join(str(one.message).split())}", err=True)
-        else:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)

@@ -68,6 +68,7 @@ def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: P
         ),
         record=record,
         record_file="diagnosis.json",
+        warnings=tuple(record.get("warnings", ())),
         tables={"moduli.csv": _moduli_csv(diagnosis.moduli)} if diagnosis.moduli else {},
         page="report.html",
         figures={f"{name}.png": draw for name, draw in drawn.items()},
@@ -176,19 +177,12 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
             empty="Fewer than two effects were considered: nothing can be confounded.",
         ),
         _next(record, picture("next_experiment", "What each change is expected to tell.")),
-        *_warnings(record),
         Section(
             "What could have been seen, and from what size on",
             items=_detectable(record, similarity),
             empty="No effect with a size was considered.",
         ),
     )
-
-
-def _warnings(record: Record) -> tuple[Section, ...]:
-    """Return the warnings of the record, if there are any; a terminal shows them before the report."""
-    pairs = tuple(("warning", text) for text in record.get("warnings", ()))
-    return (Section("What to mind", items=pairs),) if pairs else ()
 
 
 def _gap(record: Record) -> list[tuple[str, str]]:

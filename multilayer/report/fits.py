@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from multilayer.fits.joint.result import JointFit
@@ -27,6 +28,10 @@ def fit_report(result: FitResult, job: FitJob | StackJob, inputs: Mapping[str, A
     inputs : mapping
         What tells the fit apart from others, as its fingerprint.
     """
+    return replace(_report(result, job, inputs), warnings=tuple(result.warnings))
+
+
+def _report(result: FitResult, job: FitJob | StackJob, inputs: Mapping[str, Any]) -> Report:
     match result:
         case JointFit():
             return joint_report(result, inputs)

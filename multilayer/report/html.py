@@ -33,7 +33,7 @@ def page_html(report: Report, svgs: Mapping[Draw, str]) -> str:
         "policy": _policy([style, *(sheet for svg in svgs.values() for sheet in _STYLE.findall(svg))]),
         "style": style,
         "report": report,
-        "sections": [_shortened(section, report) for section in report.sections],
+        "sections": [_shortened(section, report) for section in (*_to_mind(report), *report.sections)],
         "svgs": {draw: Markup(svg) for draw, svg in svgs.items()},  # drawn by this package, and names in it escaped
         "inputs": [*flat_items(given), *(pair for pair in versions if pair[0] not in given)],
     }
@@ -47,6 +47,10 @@ def _policy(styles: Iterable[str]) -> str:
     digests = (b64encode(sha256(style.encode()).digest()).decode() for style in styles)
     allowed = " ".join(f"'sha256-{digest}'" for digest in dict.fromkeys(digests))
     return f"default-src 'none'; style-src {allowed}; base-uri 'none'; form-action 'none'"
+
+
+def _to_mind(report: Report) -> tuple[Section, ...]:
+    return (Section("What to mind", remarks=report.warnings),) if report.warnings else ()
 
 
 def _shortened(section: Section, report: Report) -> Section:

@@ -112,6 +112,8 @@ class Report:
         What draws PNG files, by name. What a picture of the page shows as well is drawn once, as the page has it.
     accepted : bool
         Whether the exit status is 0.
+    warnings : tuple of str
+        What to mind, on the page and in the record; a terminal has shown it before.
     """
 
     name: str = ""
@@ -131,11 +133,12 @@ class Report:
     page: str = ""
     figures: Mapping[str, Draw] = field(default_factory=dict)
     accepted: bool = True
+    warnings: tuple[str, ...] = ()
 
     @property
     def json(self) -> str:
-        """The record as the text of a JSON file."""
-        return json_text(self.record)
+        """The record as the text of a JSON file; what is written to one holds the warnings."""
+        return json_text({**self.record, "warnings": list(self.warnings)} if self.record_file else self.record)
 
     @property
     def pictures(self) -> list[Picture]:

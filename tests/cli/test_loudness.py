@@ -1,5 +1,7 @@
 """``--verbose`` logs steps, ``--quiet`` leaves out warnings; in Python the steps are `logging`'s."""
 
+import html
+import json
 import logging
 
 import pytest
@@ -25,6 +27,27 @@ def test_quiet_leaves_warnings_out(tmp_path):
     assert (loud.status, quiet.status, quiet.err) == (0, 0, "")
     assert loud.err.startswith("warning: ")
     assert loud.out == quiet.out
+
+
+@pytest.mark.parametrize("options", [(), ("--quiet",)])
+def test_results_hold_the_warnings(tmp_path, options):
+    file, out = tmp_path / "thick.yaml", tmp_path / "out"
+    file.write_text(
+        "version: 1\ntermination: rigid\nfrequency: [100, 20000]\nlayers:\n  - {type: fluid, thickness: 50}\n"
+        "  - {type: equivalent_fluid, model: delany_bazley, thickness: 0.05, flow_resistivity: 5000}\n"
+    )
+    done = run("simulate", file, *options, "--out", out)
+    warned = json.loads((out / "simulation.json").read_text())["warnings"]
+    page = html.unescape((out / "report.html").read_text())
+    assert warned
+    assert done.err.splitlines() == ([] if options else [f"warning: {text}" for text in warned])
+    assert all(text in page for text in warned)
+    assert "What to mind" in page
+
+    file.write_text("version: 1\ntermination: rigid\nfrequency: [100]\nlayers:\n  - {type: fluid, thickness: 0.1}\n")
+    assert run("simulate", file, "--out", out).err == ""
+    assert json.loads((out / "simulation.json").read_text())["warnings"] == []
+    assert "What to mind" not in (out / "report.html").read_text()
 
 
 def test_both_are_refused(sound_campaign):
