@@ -1,5 +1,6 @@
 # `make fit` runs the main job on the embedded example, `make test` the tests, `make docs` makes the manual; each sets
 # up what it needs in .venv, and with it docs/schemas, by which editors check the examples.
+# `make slow` runs the tests that `make test` leaves out: whole diagnoses and studies, as long again as the others.
 # `make core` tries every main command without any optional package, `make oldest` the tests with the oldest versions
 # that pyproject.toml allows: on Python 3.11, for which each of them has wheels.
 # `make machines` diagnoses the same data on other kernels, threads and processes, and compares (MACHINES=--short: some).
@@ -17,18 +18,21 @@ OLDEST_TESTS := tests/unit tests/analytic tests/contract tests/reference tests/p
 # tests start many processes, each of which would compile the package anew where the environment has this set
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: fit test core oldest machines lint bench docs clean
+.PHONY: fit test slow core oldest machines lint bench docs clean
 fit: .venv/core
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
 test: .venv/dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal --durations=40 --durations-min=5
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m "not slow" --durations=40 --durations-min=5
+
+slow: .venv/dev
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m slow --durations=0
 
 core: .venv/alone
 	.venv-core/bin/python -I tests/core_smoke.py
 
 oldest: .venv/oldest
-	OMP_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -n auto --dist worksteal --durations=20 --durations-min=5 $(OLDEST_TESTS)
+	OMP_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -n auto --dist worksteal -m "not slow" --durations=20 --durations-min=5 $(OLDEST_TESTS)
 
 machines: .venv/dev
 	$(BIN)/python -m validation.machines $(MACHINES)

@@ -85,6 +85,7 @@ def test_a_fit_with_what_is_known_finds_the_modulus(loaded, tmp_path, known):
     assert plain.status in (0, 1)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_with_what_is_known_finds_nothing_beyond_it(loaded, tmp_path):
     (tmp_path / "rig.yaml").write_text(dump_yaml(SAVED))
     done = run(
@@ -257,6 +258,7 @@ def test_a_diagnosis_without_a_law_cannot_be_saved():
         saved_law({"verdict": "unknown", "law": None}, "c")
 
 
+@pytest.mark.slow
 def test_a_free_rim_is_the_finite_model(tmp_path):
     folder = write_campaign(tmp_path / "foam")
     done = run("fit", folder, "--with", "finite_size", "--no-figures", "--out", tmp_path / "out")

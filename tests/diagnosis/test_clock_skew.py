@@ -61,7 +61,7 @@ def test_it_keeps_the_laws_and_needs_signals():
     assert [type(place) for place in PLACES["reading"].instances(bare)] == [Reading]
 
 
-@pytest.mark.parametrize("skew", [1e-4, -1e-3])
+@pytest.mark.parametrize("skew", [pytest.param(1e-4, marks=pytest.mark.slow), -1e-3])
 def test_it_is_told_in_the_reading_with_its_size(skew):
     campaign, recordings = campaign_of_rods(
         constant_loss(2e5, 0.2), frequencies=(150.0, 300.0, 500.0, 700.0, 900.0, 1200.0), thicknesses=(0.0125, 0.025),

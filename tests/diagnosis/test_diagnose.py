@@ -224,8 +224,15 @@ def of_configurations(job, names):
     [
         ("effect-none", ["h12.5mm-t1mm", "h12.5mm-t3mm", "h25mm-t1mm"], [], "no_gap", None),
         ("effect-sensor-mass", ["h12.5mm-t3mm", "h25mm-t1mm", "h40mm-t1mm"], [], "effect", "sensor_mass"),
-        ("effect-sensor-mass", ["h12.5mm-t3mm", "h25mm-t1mm", "h40mm-t1mm"], ["sensor_mass"], "unknown", None),
-        ("paper-b", [], [], "effect", "finite_size"),
+        pytest.param(
+            "effect-sensor-mass",
+            ["h12.5mm-t3mm", "h25mm-t1mm", "h40mm-t1mm"],
+            ["sensor_mass"],
+            "unknown",
+            None,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param("paper-b", [], [], "effect", "finite_size", marks=pytest.mark.slow),
     ],
 )
 def test_campaigns_of_an_independent_solver(shared: Path, name, configurations, without, verdict, cause):
@@ -240,6 +247,7 @@ def test_campaigns_of_an_independent_solver(shared: Path, name, configurations, 
 
 
 @pytest.mark.reference
+@pytest.mark.slow
 def test_a_rim_that_is_worn_needs_the_finer_law(shared: Path):
     """Two of the seven configurations, of one shape; the independent solver's rim is 0.1565 radii wide."""
     job = read_fit(shared / "campaigns" / "round-1" / "effect-delamination")
@@ -254,6 +262,7 @@ def test_a_rim_that_is_worn_needs_the_finer_law(shared: Path):
     assert lack_of_fit(coarse)
 
 
+@pytest.mark.slow
 def test_laws_all_over_the_prior_lead_to_a_buried_reading():
     """Valleys sought from laws all over the prior, against those that lie below the nominal model."""
     sealed = draw(149, 7)
@@ -269,6 +278,7 @@ def test_laws_all_over_the_prior_lead_to_a_buried_reading():
     assert best.minimum.cost < 2 * len(best.minimum.residual)
 
 
+@pytest.mark.slow
 def test_a_reading_that_is_buried_is_dug_out():
     """A rocking plate's resonance as high as the sample's own: the nominal model fits it, and no descent leads back."""
     sealed = draw(149, 7)

@@ -118,6 +118,7 @@ def stiffer_along_its_radius(made):
     return static, fitted.hypothesis_as(CampaignProblem).finite, fitted
 
 
+@pytest.mark.slow
 def test_a_sample_that_is_stiffer_along_its_radius_is_known_by_its_waves(stiffer_along_its_radius):
     """One configuration, whose static stiffness alone does not tell the radius from the modulus."""
     static, _, fitted = stiffer_along_its_radius
@@ -129,6 +130,7 @@ def test_a_sample_that_is_stiffer_along_its_radius_is_known_by_its_waves(stiffer
     assert high - low < 0.1
 
 
+@pytest.mark.slow
 def test_a_fit_with_such_a_rim_finds_the_modulus(made):
     """The stated sample's is 1.7 % wrong."""
     true = LAWS[LAW["law"]](**{name: value for name, value in LAW.items() if name != "law"})(BURSTS)

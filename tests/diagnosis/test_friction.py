@@ -108,7 +108,7 @@ def test_it_keeps_the_laws_and_needs_signals():
     assert [type(place) for place in PLACES["beside"].instances(bare)] == [Beside]
 
 
-@pytest.mark.parametrize("newton", [2e-4, 1e-3])
+@pytest.mark.parametrize("newton", [2e-4, pytest.param(1e-3, marks=pytest.mark.slow)])
 def test_it_is_told_beside_the_sample_with_its_force(newton):
     nominal, _ = diagnose.fit_nominal(*with_friction(newton))
     first, second, *_ = fit_places(nominal).values()

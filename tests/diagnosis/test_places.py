@@ -94,6 +94,7 @@ def test_a_law_that_moves_is_the_law_at_other_frequencies():
     assert place.moved == {}
 
 
+@pytest.mark.slow
 def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
     factors = {f"c{i}": 1.15 - 0.05 * i for i in range(7)}
     place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
@@ -113,6 +114,7 @@ def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
 
 
 @pytest.mark.parametrize("picked", [(1, 4), (1, 3, 6)])
+@pytest.mark.slow
 def test_a_sharp_resonance_is_found_wherever_it_acts(shared, picked):
     """1.22 g on a spring on the plates of another solver: of few configurations no smooth law shows where it acts."""
     job = read_fit(shared / "campaigns" / "round-1" / "foreign-attached-resonator")
@@ -124,6 +126,7 @@ def test_a_sharp_resonance_is_found_wherever_it_acts(shared, picked):
     assert first.explanation.minimum.cost_per_datum < 10
 
 
+@pytest.mark.slow
 def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(monkeypatch):
     """No law at a place fits, and the verdict is "unknown": an effect that fits does not tell the place."""
     place = PLACES["reading"]().moving({f"c{i}": 0.15 - 0.05 * i for i in range(7)})
@@ -142,6 +145,7 @@ def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(m
     assert len(told) == diagnose.N_STEPS
 
 
+@pytest.mark.slow
 def test_shifts_cost_the_evidence_of_their_fit():
     """A law that does not move is not told to: its evidence is lower by what seven shifts cost."""
     nominal = measured((PLACES["reading"](), Term("resonance"), [0.05, 500.0, 0.25]))
@@ -151,6 +155,7 @@ def test_shifts_cost_the_evidence_of_their_fit():
     assert not found["reading"].place.moved
 
 
+@pytest.mark.slow
 def test_no_law_is_told_to_move_farther_than_is_probable():
     factors = dict(zip([f"c{i}" for i in range(7)], np.geomspace(0.2, 5.0, 7), strict=True))
     place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
@@ -203,9 +208,9 @@ def test_simple_laws(term, values, law):
     ("name", "term", "values"),
     [
         ("top_plate", Term("power", 0), [1.5e-3]),
-        ("top_plate", Term("resonance"), [1.5e-3, 600.0, 0.05]),
-        ("faces", Term("lossy"), [3e-9, -0.3]),
-        ("beside", Term("lossy"), [2e3, 0.2]),
+        pytest.param("top_plate", Term("resonance"), [1.5e-3, 600.0, 0.05], marks=pytest.mark.slow),
+        pytest.param("faces", Term("lossy"), [3e-9, -0.3], marks=pytest.mark.slow),
+        pytest.param("beside", Term("lossy"), [2e3, 0.2], marks=pytest.mark.slow),
         ("reading", Term("power", 1), [-0.05]),
         ("added_reading", Term("power", 0), [0.03]),
     ],
@@ -231,7 +236,7 @@ WRONG = [(PlateOfOne, "top_plate_thickness"), (HeightOfOne, "specimen_thickness"
 
 
 @pytest.mark.parametrize(("kind", "field"), WRONG, ids=["plate", "height"])
-@pytest.mark.parametrize("share", [0.1, -0.04])
+@pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.slow), -0.04])
 def test_a_wrong_entry_of_one_configuration_is_told_as_what_it_is(kind, field, share):
     """Of rods, of which the file says what is not so of one in four."""
     described, recordings = campaign_of_rods(

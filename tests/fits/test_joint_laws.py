@@ -18,6 +18,7 @@ from multilayer.inference.pulls import largest_pulls, nuisance_p_value
 from multilayer.media.kramers_kronig import check_kramers_kronig
 from tests.fits.rods import PAPER, STATED, campaign_of_rods, fractional_zener, havriliak_negami
 
+SLOW = pytest.mark.slow
 BURSTS = (100.0, 300.0, 500.0, 700.0, 900.0, 1100.0, 1300.0, 1500.0)
 AT = np.array(BURSTS)
 HEIGHTS = (0.0125, 0.025)
@@ -58,7 +59,7 @@ def off(fit, law):
     return np.abs(np.stack([error.real, error.imag]) / np.sqrt([covariance[:, 0, 0], covariance[:, 1, 1]]))
 
 
-@pytest.mark.parametrize("material", SKEWED)
+@pytest.mark.parametrize("material", ["soft", *(pytest.param(name, marks=SLOW) for name in ("medium", "stiff"))])
 def test_moduli_hold_the_truth_under_a_wrong_law(material):
     law = SKEWED[material]
     fits = [fit_joint(*drawn(law, seed), "fractional_zener") for seed in range(4)]
@@ -82,6 +83,7 @@ def test_a_material_of_no_law_is_held_and_told():
         assert "--law auto" in fit.remark_on_laws
 
 
+@pytest.mark.slow
 def test_auto_finds_the_law_that_made_the_data():
     told = []
     campaign, recordings = drawn(SKEWED["medium"], 3)

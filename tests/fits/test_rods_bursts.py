@@ -168,6 +168,7 @@ def started():
 
 
 class TestNelderMead:
+    @pytest.mark.slow
     def test_the_last_accepted_solution_is_the_better_start(self, started):
         near, far = (accepted(started[start][0]) for start in ("neighbour", "quasi_static"))
         assert near.sum() > far.sum()

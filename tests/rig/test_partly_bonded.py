@@ -11,6 +11,7 @@ from multilayer.media.elastic import FIRST_BENDING
 from multilayer.rig import TwoPlateRig
 from multilayer.rig.partly_bonded import CENTRE_DEFLECTION, WIDEST_RIM, deflection, partly_bonded_disc, slope
 
+SLOW = pytest.mark.slow
 F = np.linspace(60, 1500, 30)
 NONE = np.zeros((1, 1))
 
@@ -33,8 +34,8 @@ def test_without_rims_it_is_a_rod(shape):
         np.testing.assert_allclose(top.ravel()[:30], (root / np.tan(root))[:30], rtol=1e-5)
 
 
-@pytest.mark.parametrize("at_base", [0, 1])
-@pytest.mark.parametrize("rim", [0.05, 0.125, 0.3, 0.303, 0.5])
+@pytest.mark.parametrize("at_base", [0, pytest.param(1, marks=SLOW)])
+@pytest.mark.parametrize("rim", [0.05, *(pytest.param(rim, marks=SLOW) for rim in (0.125, 0.3, 0.303)), 0.5])
 @pytest.mark.parametrize(
     ("radius", "thickness", "ratio"),
     [(0.0225, 0.025, 0.0), (0.0225, 0.01, 0.0), (0.012, 0.03, 0.0), (0.0225, 0.025, 0.3)],
@@ -154,6 +155,7 @@ def test_a_sample_with_an_open_rim_bends_the_plate_of_finite_elements(thickness,
 @example(0.0, 0.00195, 0.5, (0.0, 1.8))
 @example(0.625, 0.0, 1.0, (0.0, 1.8))
 @settings(max_examples=30, deadline=None)
+@pytest.mark.slow
 def test_wider_rims_are_softer_and_take_power(rim, more, at_base, ratio_and_shape):
     disc = partly_bonded_disc(*ratio_and_shape)
     soft, softer = (disc.stiffness(np.array([1e-9 + 0j]), NONE + w, NONE + at_base)[0].real for w in (rim, rim + more))

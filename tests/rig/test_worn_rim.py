@@ -10,6 +10,7 @@ from multilayer.rig.mesh import Section, Slab
 from multilayer.rig.partly_bonded import EDGES, on_plate, partly_bonded_disc, weighed
 from multilayer.rig.worn_rim import DEPTHS, worn_change
 
+SLOW = pytest.mark.slow
 X = (np.linspace(0.02, 10, 300) / (1 + 0.15j))[None]
 NONE = np.zeros((1, 1))
 SLOW = np.array([[1e-9 + 0j]])
@@ -30,7 +31,7 @@ def moved(forces):
     return -forces[1] / (forces[0] - 3 * X[0])
 
 
-@pytest.mark.parametrize("rim", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("rim", [pytest.param(0.1, marks=SLOW), 0.3, pytest.param(0.5, marks=SLOW)])
 def test_a_slim_rod_with_a_neck(rim):
     """Twice the length of a neck adds as much as a rod of its section is softer than the whole one."""
     disc = partly_bonded_disc(0.0, 0.05)
@@ -80,8 +81,8 @@ def test_the_series_in_place_of_poles_hardly_differs_from_them(shape, highest, m
         assert np.max(np.abs(force - by_all_poles)) < 5e-4 * np.max(np.abs(by_all_poles))
 
 
-@pytest.mark.parametrize("depth", [1 / 64, 3 / 64, 3 / 32])
-@pytest.mark.parametrize("rim", [0.05, 0.2, 0.4])
+@pytest.mark.parametrize("depth", [1 / 64, pytest.param(3 / 64, marks=SLOW), 3 / 32])
+@pytest.mark.parametrize("rim", [0.05, pytest.param(0.2, marks=SLOW), 0.4])
 def test_depths_between_the_tabled_ones(rim, depth):
     """Within a tenth of what the depth changes."""
     exact = moved(finely(0.0, 0.45, rim, depth))
@@ -93,6 +94,7 @@ def test_depths_between_the_tabled_ones(rim, depth):
 @given(st.sampled_from([0.0, 0.012, 0.13, 0.6]), st.floats(0, 1 / 8), st.sampled_from([(0.0, 0.45), (0.3, 0.9)]))
 @example(0.0, 1 / 8, (0.0, 0.45))
 @settings(max_examples=20, deadline=None)
+@pytest.mark.slow
 def test_worn_rims_are_softer_and_take_power(rim, depth, ratio_and_shape):
     ratio, shape = ratio_and_shape
     disc = partly_bonded_disc(ratio, shape)
@@ -105,6 +107,7 @@ def test_worn_rims_are_softer_and_take_power(rim, depth, ratio_and_shape):
         assert np.abs(change).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_they_broadcast_over_samples():
     x = np.geomspace(0.1, 9, 5) * (1 - 0.2j)
     rims, depths = np.array([[0.02], [0.31]]), np.array([[0.1], [0.03]])

@@ -29,6 +29,7 @@ def file(tmp_path):
     return tmp_path / "foam.yaml"
 
 
+@pytest.mark.slow
 def test_a_worker_killed_during_the_run_changes_nothing(file, tmp_path):
     simulation = load_simulation(file)
     alone = simulate(simulation)

@@ -241,6 +241,7 @@ class TestFlag:
         assert 30 < ours / theirs < 200
 
 
+@pytest.mark.slow
 def test_azimuths_are_refined_in_vain_nowhere(monkeypatch):
     # with hardly any loss the integrals over angles converge at the lower of these frequencies only
     module = sys.modules[DiffuseField.__module__]

@@ -16,6 +16,7 @@ def checked(tmp_path_factory):
     return run("blind-check", "--campaigns", 1, "--seed", SEED, "--out", out), out
 
 
+@pytest.mark.slow
 def test_it_draws_diagnoses_and_scores(checked):
     done, out = checked
     assert done.status == 0, done.err

@@ -31,9 +31,9 @@ def place(tmp_path, monkeypatch):
     ("mode", "there", "at_once"),
     [
         ("exchange", "nothing", True),
-        ("exchange", "a result alone", True),
-        ("exchange", "the user's beside", False),
-        ("one by one", "nothing", True),
+        pytest.param("exchange", "a result alone", True, marks=pytest.mark.slow),
+        pytest.param("exchange", "the user's beside", False, marks=pytest.mark.slow),
+        pytest.param("one by one", "nothing", True, marks=pytest.mark.slow),
         ("one by one", "the user's beside", False),
     ],
 )
@@ -45,7 +45,7 @@ def test_a_folder(place, mode, there, at_once):
     assert (tally.pending == 0) == at_once
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", [MODES[0], *(pytest.param(mode, marks=pytest.mark.slow) for mode in MODES[1:])])
 def test_a_folder_and_its_truth_beside(place, mode):
     truth, hidden = place.with_name("foam.truth.json"), place.with_name("foam.hidden.json")
     older = lambda: write_files(place, OLD, made_by="rig", beside={hidden: b"old"})  # noqa: E731
@@ -53,6 +53,7 @@ def test_a_folder_and_its_truth_beside(place, mode):
     assert_sound(try_all(place, newer, older, mode, FAULTS[::2]), 100)
 
 
+@pytest.mark.slow
 def test_a_new_folder(place):
     assert_sound(try_all(place, lambda: write_new(place, NEW), None, MODES[0], FAULTS), 60)
 
