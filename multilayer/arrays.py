@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from multilayer.errors import InputError
+
 RealArray: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -37,9 +39,38 @@ def distinct_rows(*columns: RealArray) -> tuple[IndexArray, IndexArray]:
     return kept, np.searchsorted(kept, alike)
 
 
+def frequencies(values: ArrayLike) -> RealArray:
+    """Return frequencies, Hz, as an array of the same shape.
+
+    Raises
+    ------
+    InputError
+        For none at all, and for one that is no number, not above 0 or not finite.
+    """
+    try:
+        f = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("a frequency is no number; frequencies are numbers in Hz, or an array of them") from None
+    if not f.size:
+        raise InputError("there is no frequency; give at least one, in Hz")
+    if not (np.all(f > 0) and np.all(np.isfinite(f))):
+        raise InputError("a frequency is zero, negative or not finite; frequencies must be above 0 Hz")
+    return f
+
+
 def half_turn(phase: RealArray) -> RealArray:
     """Return phases, rad, as the same angles from -pi to pi."""
     return np.asarray(np.mod(phase + np.pi, 2 * np.pi) - np.pi)
 
 
-__all__ = ["ArrayLike", "BoolArray", "ComplexArray", "IndexArray", "Numeric", "RealArray", "distinct_rows", "half_turn"]
+__all__ = [
+    "ArrayLike",
+    "BoolArray",
+    "ComplexArray",
+    "IndexArray",
+    "Numeric",
+    "RealArray",
+    "distinct_rows",
+    "frequencies",
+    "half_turn",
+]

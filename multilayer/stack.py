@@ -275,13 +275,15 @@ class Stack(Model, metaclass=InWords):
         Raises
         ------
         InputError
-            When a path leads nowhere, naming the nearest.
+            When a path leads nowhere, naming the nearest, and for a text in place of a number.
         """
-        for path in values:
+        for path, value in values.items():
             try:
-                locate(self, path)
+                found = locate(self, path)
             except InputError as error:
                 raise InputError(f"'{path}' {error}") from None
+            if isinstance(value, str) and isinstance(found.value, int | float):
+                raise InputError(f"'{path}' holds a number, and {show(value)} is a text; give a number in SI units")
         return with_values(self, values)
 
     def to_dict(self) -> dict[str, Any]:

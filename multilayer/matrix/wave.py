@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, frequencies
 from multilayer.errors import InputError
 from multilayer.media.gas import Gas
 
@@ -51,11 +51,11 @@ class Wave:
         Raises
         ------
         InputError
-            For a frequency that is not positive, an angle outside [0, 90) or an azimuth that is not finite.
+            For a frequency that is not positive, an angle outside [0, 90), an azimuth that is not finite, or none.
         """
-        f, theta, psi = (np.asarray(values, dtype=float) for values in (frequency, angle, azimuth))
-        if not (np.all(f > 0) and np.all(np.isfinite(f))):
-            raise InputError("a frequency is zero, negative or not finite; frequencies must be above 0 Hz")
+        f, theta, psi = frequencies(frequency), np.asarray(angle, dtype=float), np.asarray(azimuth, dtype=float)
+        if not (theta.size and psi.size):
+            raise InputError("there is no angle of incidence, or no azimuth; give at least one, in degrees")
         if not np.all((theta >= 0) & (theta < 90)):
             raise InputError("an angle of incidence lies outside the range from 0 to below 90 degrees")
         if not np.all(np.isfinite(psi)):

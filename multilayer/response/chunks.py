@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from multilayer.arrays import ArrayLike, RealArray
+from multilayer.arrays import ArrayLike, RealArray, frequencies
 from multilayer.errors import InputError
 from multilayer.stack import Stack
 
@@ -27,11 +27,11 @@ def frequency_axis(frequency: ArrayLike) -> RealArray:
     Raises
     ------
     InputError
-        For more axes than one, and for a frequency that is not above 0 Hz or not finite.
+        For more axes than one, and as `frequencies`.
     """
-    f = np.atleast_1d(np.asarray(frequency, dtype=float))
-    if f.ndim != 1 or not (np.all(f > 0) and np.all(np.isfinite(f))):
-        raise InputError("give frequencies above 0 Hz along one axis")
+    f = np.atleast_1d(frequencies(frequency))
+    if f.ndim != 1:
+        raise InputError("give frequencies along one axis")
     return f
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, frequencies
 from multilayer.errors import InputError, suggest
 from multilayer.frames import Array, Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace, Wall
@@ -136,7 +136,7 @@ def plane_wave_derivatives(
     -----
     From the adjoint system; see ``docs/theory/stacks.md``.
     """
-    paths, f = real_fields(stack, fields), np.asarray(frequency, dtype=float)
+    paths, f = real_fields(stack, fields), frequencies(frequency)
     variations = Variations(stack, paths)
 
     @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
@@ -279,7 +279,7 @@ def diffuse_field_derivatives(
     -----
     The derivatives are those of the quadrature: of the mean over the directions that the response itself takes.
     """
-    paths, f = real_fields(stack, fields), np.asarray(frequency, dtype=float)
+    paths, f = real_fields(stack, fields), frequencies(frequency)
     setting = DiffuseSetting(stack, max_angle, weighting, window, tolerance_db, tolerance, max_panels)
     variations = Variations(stack, paths)
     unknown: set[str] = set()
@@ -294,7 +294,7 @@ def diffuse_field_derivatives(
                 unknown.update(_add_slopes(directions, variations, some[first : first + _RAYS], slopes))
         return [*(mean / whole for mean in means), taken], slopes / whole
 
-    parts = in_chunks(compute, stack, f, setting.n_directions, workers)
+    parts = in_chunks(compute, stack, f.ravel(), setting.n_directions, workers)
     response = setting.result(f, [means for means, _ in parts])
     alpha, tau = np.concatenate([slopes for _, slopes in parts], axis=-1).reshape(2, len(paths), *f.shape)
     through = response.transmission_coefficient

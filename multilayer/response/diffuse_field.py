@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray
+from multilayer.arrays import ArrayLike, BoolArray, IndexArray, RealArray, frequencies
 from multilayer.errors import InputError, ValidityWarning, suggest
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
@@ -136,8 +136,8 @@ def diffuse_field(
     all the same, so that the result is the mean over all orientations of the window on the panel.
     """
     setting = DiffuseSetting(stack, max_angle, weighting, window, tolerance_db, tolerance, max_panels)
-    f = np.asarray(frequency, dtype=float)
-    means = in_chunks(setting.means, stack, f, setting.n_directions, workers)
+    f = frequencies(frequency)
+    means = in_chunks(setting.means, stack, f.ravel(), setting.n_directions, workers)
     return setting.result(f, means)
 
 

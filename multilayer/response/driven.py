@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray, frequencies
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace
@@ -185,9 +185,7 @@ def driven(
     """
     if has_arrays(stack):
         raise InputError("a prescribed excitation takes one stack at a time; its fields must hold numbers, no arrays")
-    f = np.asarray(frequency, dtype=float)
-    if not (np.all(f > 0) and np.all(np.isfinite(f))):
-        raise InputError("a frequency is zero, negative or not finite; frequencies must be above 0 Hz")
+    f = frequencies(frequency)
 
     def compute(piece: RealArray) -> tuple[RealArray, RealArray]:
         integrals = _Wavenumbers(stack, np.atleast_1d(piece), excitation, window, tolerance, max_panels)

@@ -233,8 +233,11 @@ def real_fields(stack: Stack, fields: Sequence[str] | None) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        For a path that leads nowhere, not into a layer, or to what is no real number.
+        For a text in place of a list, and for a path that leads nowhere, not into a layer, or to what is no real
+        number.
     """
+    if isinstance(fields, str):
+        raise InputError(f"'{fields}' is a text; give a list of paths, as ['layers.NAME.thickness']")
     if fields is None:
         return tuple(_every(stack.layers, ("layers",)))
     for path in fields:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, frequencies
 from multilayer.frames import Frame, Tabular, over
 from multilayer.matrix.solve import HalfSpace, Solution, System
 from multilayer.matrix.wave import Wave
@@ -90,7 +90,7 @@ def plane_wave(
     Conventions of time exp(+i w t): a rigid wall has reflection +1, and the transmission holds no propagation phase
     through the stack's own thickness.
     """
-    f = np.asarray(frequency, dtype=float)
+    f = frequencies(frequency)
     n_directions = np.size(angle) * np.size(azimuth)
     parts = in_chunks(lambda piece: _plane_wave(stack, piece, angle, azimuth), stack, f, n_directions, workers)
     return parts[0] if len(parts) == 1 else joined(parts)

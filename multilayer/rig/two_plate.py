@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ArrayLike, ComplexArray, RealArray
+from multilayer.arrays import ArrayLike, ComplexArray, RealArray, frequencies
 from multilayer.errors import InputError
 from multilayer.media.gas import Gas
 from multilayer.rig.assembly import (
@@ -289,11 +289,8 @@ class TwoPlateRig:
         return full_solution(assembly, coefficients(self, assembly.names, Parameters(frequency, modulus)))
 
     def _checked(self, frequency: ArrayLike, modulus: ModulusLike) -> tuple[RealArray, ComplexArray]:
-        f = np.asarray(frequency, dtype=float)
-        e = _modulus_at(modulus, f)
-        f, e = np.broadcast_arrays(f, e)
-        if not f.size or not np.all(np.isfinite(f)) or np.any(f <= 0):
-            raise InputError("frequencies must be above 0 Hz, and there must be at least one")
+        f = frequencies(frequency)
+        f, e = np.broadcast_arrays(f, _modulus_at(modulus, f))
         if not np.all(np.isfinite(e)) or np.any(e.real <= 0) or np.any(e.imag < 0):
             raise InputError("a modulus must have a real part above 0 and an imaginary part of at least 0")
         return f, e
