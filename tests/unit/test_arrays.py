@@ -74,9 +74,7 @@ def test_an_angle_that_is_none(angle):
 
 
 def test_texts_in_place_of_numbers_and_lists():
-    with pytest.raises(
-        InputError, match="and '50 mm' is a text; give a number in SI units"
-    ):
+    with pytest.raises(InputError, match="and '50 mm' is a text; give a number in SI units"):
         WOOL.replaced({"layers.wool.thickness": "50 mm"})
     with pytest.raises(InputError, match="is a text; give a list of paths"):
         plane_wave_derivatives(WOOL, "layers.wool.thickness", 100.0)
