@@ -10,6 +10,7 @@ from typing import Any, Literal, Self, TypeVar
 from multilayer.csv_table import rows_of
 from multilayer.number_text import significant
 
+_DIGITS = 8  # of what was given: conversions of units round the last ones
 _HASH, _HASH_SHOWN = re.compile(r"[0-9a-f]{40,}"), 16
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?")
 _LONGEST = 160
@@ -135,9 +136,9 @@ def _is_nothing(value: Any) -> bool:
 
 
 def _text(value: Any) -> str:
-    """Return a number in four digits, and of a long text its beginning: all of it is in the JSON file."""
+    """Return a number as it was given, to rounding, and of a long text its beginning: all of it is in the JSON file."""
     if isinstance(value, float):
-        return significant(value, 4)
+        return significant(value, _DIGITS)
     if isinstance(value, Mapping):
         parts = (f"{str(key).replace('_', ' ')} {_text(part)}" for key, part in value.items() if not _is_nothing(part))
         return ", ".join(parts)

@@ -134,6 +134,8 @@ def test_comparison_names_the_closest_case():
 def test_inputs_in_one_level():
     data = {"a": {"b": 1.0, "c": {"d": 2, "e": None}}, "l": [{"x": 1}, {"x": 2}], "none": None, "empty": []}
     assert flat_items(data) == [("a: b", "1"), ("a: c", "d 2"), ("l 1", "x 1"), ("l 2", "x 2")]
+    given = {"flow_resistivity": 12345.0, "young_modulus": 2.512e11, "thickness": 0.0123456, "length": 1.1 * 3e-5}
+    assert [text for _, text in flat_items(given)] == ["12345", "2.512×10¹¹", "0.0123456", "3.3×10⁻⁵"]
 
 
 def test_columns_without_anything_are_left_out():
