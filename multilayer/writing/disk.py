@@ -98,14 +98,3 @@ def remove(path: Path) -> None:
             os.unlink(path)  # noqa: PTH108
     except FileNotFoundError:
         return
-
-
-def link_tree(source: Path, target: Path) -> None:
-    """Give a file, or all files in a folder, a second name; links stay links."""
-    if source.is_dir() and not source.is_symlink():
-        if not target.is_dir():
-            os.mkdir(target, source.stat().st_mode & 0o777)  # noqa: PTH102
-        for entry in source.iterdir():
-            link_tree(entry, target / entry.name)
-    else:
-        os.link(source, target, follow_symlinks=False)

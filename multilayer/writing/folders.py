@@ -236,7 +236,7 @@ def _swap(space: Workspace, files: Iterable[str]) -> None:
 
 
 def _is_used(place: Path) -> bool:
-    """Tell whether a folder holds what no result has written so, or this process stands in it."""
+    """Tell whether a folder holds anything but files as results have written them, or this process stands in it."""
     try:
         here = Path.cwd()
     except FileNotFoundError:
@@ -258,11 +258,15 @@ def _is_folder(path: Path) -> bool:
 
 def _keeps_others(place: Path, new: Path) -> bool:
     """Give the files of other results in a folder a second name in the new one; tell whether it can."""
-    stale = _stale(place, new)
     try:
-        new.chmod(place.stat().st_mode & 0o7777)
-        for entry in place.iterdir():
-            _link_others(entry, place, new, stale)
+        new.chmod(_mode(place))
+        for name in listed(read_manifest(new)):
+            if os.path.lexists(new / name) or not os.path.lexists(place / name):
+                continue
+            for folder in reversed(PurePosixPath(name).parents[:-1]):
+                if not (new / folder).exists():
+                    os.mkdir(new / folder, _mode(place / folder))  # noqa: PTH102
+            os.link(place / name, new / name, follow_symlinks=False)
     except OSError as error:
         if disk.is_unsupported(error):
             return False
@@ -270,18 +274,8 @@ def _keeps_others(place: Path, new: Path) -> bool:
     return True
 
 
-def _link_others(path: Path, place: Path, new: Path, stale: set[str]) -> None:
-    name = path.relative_to(place)
-    target = new / name
-    if _is_folder(path):
-        if not (target.exists() or any(Path(one).is_relative_to(name) for one in stale)):
-            disk.link_tree(path, target)
-            return
-        for entry in path.iterdir():
-            _link_others(entry, place, new, stale)
-    elif name.as_posix() not in stale and not os.path.lexists(target):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.link(path, target, follow_symlinks=False)
+def _mode(folder: Path) -> int:
+    return folder.stat().st_mode & 0o7777
 
 
 def _stale(place: Path, new: Path) -> set[str]:
@@ -298,7 +292,7 @@ def _is_inside(path: Path, place: Path) -> bool:
 
 
 def _only(files: Iterable[str], new: Path) -> None:
-    """Remove second names of the user's files again."""
+    """Remove second names of files of other results again."""
     names = {MANIFEST, *files}
     for path in sorted(new.rglob("*"), reverse=True):
         if _is_folder(path):
