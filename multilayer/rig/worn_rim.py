@@ -10,7 +10,7 @@ it is moved within a tenth of what the depth changes, below half the first of th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.rig.mesh import Section, Slab
-from multilayer.rig.operators import basis_of
+from multilayer.rig.operators import Sparse, basis_of
 from multilayer.rig.partly_bonded import (
     EDGES,
     FORCES,
@@ -113,14 +113,28 @@ class _Disc:
     poisson_ratio: float
     radius: float
 
+    @cached_property
+    def basis(self) -> Any:
+        """Functions on the disc that is not worn."""
+        return basis_of(self.mesh)
+
+    @cached_property
+    def whole(self) -> tuple[Sparse, Sparse]:
+        """Its stiffness and inertia."""
+        return matrices(self.basis, self.poisson_ratio)
+
     def forces(self, rim: float, depth: float) -> Forces:
         """Return the forces with an open rim of the upper face, a share of the radius, worn to a depth."""
         edge = self.radius * (1 - rim) * (1 + _EDGE)
         across, up = self.mesh.p[:, self.mesh.t].mean(axis=1)
-        basis = basis_of(self.mesh, np.flatnonzero((across < edge) | (up < 1 - depth)))
-        stiffness, inertia = matrices(basis, self.poisson_ratio)
-        r, z = basis.doflocs
-        top, base, gone = np.isclose(z, 1) & (r < edge), np.isclose(z, 0), inertia.diagonal()[: len(r)] == 0
+        is_worn = (across > edge) & (up > 1 - depth)
+        stiffness, inertia = self.whole
+        if is_worn.any():  # taken off the whole, as few elements are gone
+            worn = matrices(basis_of(self.mesh, np.flatnonzero(is_worn)), self.poisson_ratio)
+            stiffness, inertia = stiffness - worn[0], inertia - worn[1]
+        r, z = self.basis.doflocs
+        top, base, gone = np.isclose(z, 1) & (r < edge), np.isclose(z, 0), np.ones(len(r), dtype=bool)
+        gone[self.basis.element_dofs[:, ~is_worn]] = False
         held = top | base | gone
         rigid = np.zeros((2 * len(r), 4))
         for column, face in enumerate((top, base, top)):
@@ -146,17 +160,16 @@ def _moments(solver: Any, inertia: Any, rigid: RealArray, free: NDArray[np.intp]
     Forces of the disc on these are right to twice as many powers of x: R. W. Freund, Acta Numerica 12 (2003) 267-319.
     """
     inner_mass = inertia[free][:, free]
-    block, found = (inertia @ rigid)[free], list[RealArray]()
-    for _ in range(_MOMENTS):
+    block, width = (inertia @ rigid)[free], rigid.shape[1]
+    found = np.zeros((len(free), _MOMENTS * width), order="F")
+    for first in range(0, found.shape[1], width):
         block = solver.solve(block)
         for _ in range(2):  # once more, for what rounding leaves
-            for other in found:
-                block = block - other @ (other.T @ block)
-        block, _ = np.linalg.qr(block)
-        found.append(block)
-        block = inner_mass @ block
-    motions = np.zeros((len(rigid), _MOMENTS * rigid.shape[1]))
-    motions[free] = np.concatenate(found, axis=1)
+            block = block - found[:, :first] @ (found[:, :first].T @ block)
+        found[:, first : first + width], _ = np.linalg.qr(block)
+        block = inner_mass @ found[:, first : first + width]
+    motions = np.zeros((len(rigid), found.shape[1]))
+    motions[free] = found
     return motions
 
 
