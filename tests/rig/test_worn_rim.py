@@ -13,7 +13,7 @@ from multilayer.rig.worn_rim import DEPTHS, worn_change
 SLOW = pytest.mark.slow
 X = (np.linspace(0.02, 10, 300) / (1 + 0.15j))[None]
 NONE = np.zeros((1, 1))
-SLOW = np.array([[1e-9 + 0j]])
+AT_REST = np.array([[1e-9 + 0j]])
 
 
 def disc_of(ratio, shape, radii, rows):
@@ -35,9 +35,10 @@ def moved(forces):
 def test_a_slim_rod_with_a_neck(rim):
     """Twice the length of a neck adds as much as a rod of its section is softer than the whole one."""
     disc = partly_bonded_disc(0.0, 0.05)
-    bonded = disc.stiffness(SLOW, NONE + rim, NONE)[0].real.item()
+    bonded = disc.stiffness(AT_REST, NONE + rim, NONE)[0].real.item()
     soft = [
-        1 / (bonded + worn_change(0.0, 0.05, SLOW, NONE + rim, NONE + d)[0].real.item()) for d in (DEPTHS[2], DEPTHS[3])
+        1 / (bonded + worn_change(0.0, 0.05, AT_REST, NONE + rim, NONE + d)[0].real.item())
+        for d in (DEPTHS[2], DEPTHS[3])
     ]
     assert soft[1] - soft[0] == pytest.approx((DEPTHS[3] - DEPTHS[2]) * (1 / (1 - rim) ** 2 - 1), rel=0.03)
 
