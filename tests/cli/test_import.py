@@ -79,7 +79,6 @@ def test_shares_of_full_scale(tmp_path, expected):
     np.testing.assert_allclose(moduli(tmp_path / "foam", tmp_path / "fit"), moduli_of_npz, rtol=1e-5)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "write"), [("tdms", write_tdms), ("uff", write_uff)])
 def test_the_example_through_a_recorder(tmp_path, suffix, write):
     """Records cut otherwise hold other noise: moduli agree within a tenth of their standard deviations."""

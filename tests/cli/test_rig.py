@@ -132,7 +132,6 @@ class TestWritten:
         assert {path.name for path in tmp_path.iterdir()} == {"rig.yaml", "foam", ".truth"}
 
 
-@pytest.mark.slow
 def test_finite_elements_in_two_processes_make_the_same_bytes(file, tmp_path):
     for jobs in (1, 2):
         done = run_elsewhere("rig", file, "--out", tmp_path / str(jobs), "--jobs", jobs, OMP_NUM_THREADS="1")

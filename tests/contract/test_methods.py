@@ -27,7 +27,6 @@ def test_a_method_says_what_it_is(name):
     assert set(kind.options()) <= options, "the command line has no such option"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", OF_CAMPAIGNS)
 def test_a_method_keeps_what_all_keep(name):
     check_method(METHODS[name])

@@ -44,7 +44,6 @@ def _recording(thickness: float) -> Recording:
     return Recording(noisy[0], noisy[1], FS)
 
 
-@pytest.mark.slow
 def test_bursts_far_below_the_resonance_are_a_quasi_static_test() -> None:
     campaign, recordings = stiff_campaign()
     told: list[str] = []

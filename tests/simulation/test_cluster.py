@@ -13,7 +13,6 @@ from tests.simulation.dask_cluster import dask_cluster
 from tests.simulation.files import FOAM
 
 distributed = pytest.importorskip("distributed", reason="the extra [cluster] is not installed")
-pytestmark = pytest.mark.slow
 
 SWEEP = """\
 sweep: {layers.foam.thickness: [10 mm, 20 mm, 30 mm, 40 mm]}
