@@ -154,7 +154,7 @@ def _campaign(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of a campaign, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign
+    from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, warn_of_settings
     from multilayer.diagnosis.saved_law import known_effects
     from multilayer.errors import InputError, suggest
     from multilayer.media.laws import LAWS
@@ -165,6 +165,7 @@ def _campaign(
         raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
     given = [effect for name in known for effect in known_effects(name)]
     job = source.campaign_job(source.settings())
+    warn_of_settings(job.settings, given)
     folder = folder_for(out, f"{job.name}-diagnosis")
     with progress_bar("diagnose", N_STEPS) as advance:
         result = diagnose_campaign(

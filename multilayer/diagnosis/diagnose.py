@@ -9,6 +9,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from warnings import warn
 
 import numpy as np
 from scipy.special import ndtri
@@ -19,6 +20,8 @@ from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.delamination import Delamination
 from multilayer.diagnosis.effects.finite_size import FiniteSize
+from multilayer.diagnosis.effects.saturating_air import SaturatingAir
+from multilayer.diagnosis.effects.sensor_mass import SensorMass
 from multilayer.diagnosis.fitting import (
     NEAR_LEAST,
     Fitted,
@@ -43,7 +46,7 @@ from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, LARGEST_END_ERROR, MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
-from multilayer.errors import InputError, suggest
+from multilayer.errors import InputError, PlausibilityWarning, suggest
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.burst import BurstData
@@ -130,6 +133,7 @@ def diagnose_campaign(
     tell = logged(progress)
     if not isinstance(campaign, Campaign):
         job = read_fit(Path(campaign))
+        warn_of_settings(job.settings, given)
         campaign, recordings = job.campaign, recordings or job.recordings
         calibration = calibration or job.calibration
     recordings = load_recordings(campaign) if recordings is None else recordings
@@ -187,6 +191,20 @@ def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
     text = f"{FILE_NAME}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
     remedy = "state what yours is, 0 where a value is exact"
     return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
+
+
+def warn_of_settings(settings: FitSettings, given: Sequence[Acting] = ()) -> None:
+    """Warn of what a fit file says of the rig and a diagnosis does not take from it, but for effects that are given."""
+    says = {
+        "sensor_mass": (settings.sensor_mass != 0, SensorMass.name),
+        "pores": (settings.pores is not None, SaturatingAir.name),
+        "model: finite": (settings.model == "finite", FiniteSize.name),
+    }
+    known = {effect.name for effect in given}
+    for field, (is_said, effect) in says.items():
+        if is_said and effect not in known:
+            text = f"{field} of the fit file is not taken by a diagnosis, which may name {effect} as the cause"
+            warn(f"{text}; --with {effect} makes it a part of the nominal model", PlausibilityWarning, stacklevel=3)
 
 
 def fit_nominal(

@@ -15,7 +15,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
-from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, with_usual_uncertainty
+from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, warn_of_settings, with_usual_uncertainty
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.free_rim import free_rim
@@ -73,6 +73,7 @@ def nominal_model(source: Source) -> NominalModel:
         fitted, every = fitted_nominal(file), file.chosen()
     else:
         job = source.campaign_job(source.settings())
+        warn_of_settings(job.settings)
         campaign, texts = with_usual_uncertainty(job.campaign)
         for text in texts:
             warn(text, PlausibilityWarning, stacklevel=2)

@@ -14,6 +14,7 @@ from multilayer.diagnosis.diagnose import (
     diagnose_campaign,
     fit_nominal,
     fits_one_by_one,
+    warn_of_settings,
     with_usual_uncertainty,
 )
 from multilayer.diagnosis.effects import EFFECTS
@@ -21,9 +22,10 @@ from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fit
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.starting_laws import starting_laws
-from multilayer.errors import InputError
+from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
+from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.measurements.description import USUAL_UNCERTAINTY, Uncertainty
 from multilayer.rig import TwoPlateRig
@@ -101,6 +103,22 @@ def test_without_an_effect_there_is_no_gap():
 def test_an_unknown_effect_is_refused():
     with pytest.raises(InputError, match="did you mean 'sensor_mass'"):
         chosen_effects(["sensor_mas"])
+
+
+SAYS = {
+    "sensor_mass": {"sensor_mass": 1e-3},
+    "saturating_air": {"pores": {"porosity": 0.95, "flow_resistivity": 2e4}},
+    "finite_size": {"model": "finite"},
+}
+
+
+@pytest.mark.parametrize("effect", SAYS)
+def test_what_a_fit_file_says_and_a_diagnosis_does_not_take_is_told(effect):
+    settings = FitSettings.model_validate(SAYS[effect])
+    with pytest.warns(PlausibilityWarning, match=f"may name {effect} as the cause; --with {effect} makes"):
+        warn_of_settings(settings)
+    warn_of_settings(settings, [EFFECTS[effect]()])
+    warn_of_settings(FitSettings())
 
 
 def test_the_nominal_hypothesis_is_the_plane_wave_rig():

@@ -85,6 +85,12 @@ class StackFitFile(Model):
         refuse(self, mistakes)
         return self
 
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of what is allowed, and hardly ever meant."""
+        for i, measurement in enumerate(self.measurements):
+            for field, text in measurement.implausible():
+                yield ("measurements", i, field), text
+
     def _wrong_stacks(self) -> Iterator[Mistake]:
         if (self.nominal is None) == (not self.stacks):
             yield (), "give the stack as 'nominal: FILE', or several as 'stacks: {NAME: FILE}'", None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeAlias
 
@@ -81,6 +81,10 @@ class Measurement(Model, populate_by_name=True):
         BeforeValidator(_parse_model_error),
         any_of({"type": ["number", "string", "null"], "minimum": 0, "pattern": QUANTITY_TEXT}, ModelError),
     ] = None
+
+    def implausible(self) -> Iterator[tuple[str, str]]:
+        """Give field and text of what is allowed, and hardly ever meant."""
+        yield from ()
 
     @model_validator(mode="after")
     def _usable(self, info: ValidationInfo) -> Self:
@@ -257,6 +261,12 @@ class TransmissionLoss(_Energy):
     in_db: ClassVar[bool] = True
     roles: ClassVar[Mapping[str, tuple[str, ...]]] = {"value": ("transmission_loss", "tl", "stl")}
     kind: Literal["transmission_loss"] = "transmission_loss"
+
+    def implausible(self) -> Iterator[tuple[str, str]]:
+        """Give field and text of what is allowed, and hardly ever meant."""
+        if self.bands is not None and "incidence" not in self.model_fields_set:
+            text = f"a transmission loss in {self.bands} is taken at normal incidence, since incidence is left out"
+            yield "bands", f"{text}; between rooms it is 'incidence: diffuse'"
 
 
 class Transmissibility(_FromFile):
