@@ -186,7 +186,7 @@ def assess(
         comparison = replace(comparison, places=with_simple_laws(nominal, comparison.places, executor))
         decision = decide(comparison, shrinkages)
     term = rival_term(comparison, decision, executor)
-    decision = beside_simple_term(decision, comparison, term) if term else decision
+    decision = beside_simple_term(decision, comparison, shrinkages, term) if term else decision
     drawn = _drawn(comparison, decision, shrinkages, executor, term)
     detectable = detectable_sizes(nominal, effects, columns)
     tell("verdict")
@@ -276,13 +276,15 @@ def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...
 def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:
     """Return the hypotheses to check on held-out data.
 
-    The best, the second where that is near, the single effects of the best, the best single one, and all single ones
-    that are tied with the best.
+    The best, the second where that is near, the single effects of the best, the best single one, all single ones that
+    are tied with two at once, and where held-out data decide all that are tied with the best: those not checked would
+    count as if they foretold them as well as any.
     """
     ranked = [names for names in comparison.ranked if names in comparison.fitted]
     if not ranked:
         return []
     parts = [(name,) for name in ranked[0] if (name,) in comparison.fitted]
     singles = [names for names in ranked if len(names) == 1]
-    tied = [names for names in comparison.tied_with(ranked[0]) if names in singles and len(ranked[0]) > 1]
+    decides = comparison.nominal.hypothesis.held_out_decides
+    tied = [n for n in comparison.tied_with(ranked[0]) if decides or (n in singles and len(ranked[0]) > 1)]
     return list(dict.fromkeys([*comparison.near[:2], *parts, *singles[:1], *tied]))

@@ -22,7 +22,7 @@ from multilayer.inference.low_rank import LowRank, WithModelErrors, prediction_r
 from multilayer.inference.problem import Minimum, Problem
 from multilayer.inference.pulls import stated_pulls
 
-_FEWEST = 4  # bursts that can be divided into blocks
+_FEWEST, _MANY = 4, 6  # bursts that can be divided into blocks, and into blocks of several
 _FINE = (60, 1e-6)  # evaluations, and relative change of the cost at convergence: a thousandth of a nat
 
 
@@ -80,7 +80,8 @@ def folds(hypothesis: Hypothesis) -> tuple[str, list[tuple[list[Data], list[Data
     if n < _FEWEST:
         return "nothing could be left out", []
     pairs = []
-    for block in np.array_split(np.arange(n), min(hypothesis.blocks, n // 2)):
+    # of few, one by one: beside two with their neighbours hardly any would be left
+    for block in np.array_split(np.arange(n), min(hypothesis.blocks, n // 2) if n >= _MANY else n):
         guard = np.arange(max(block[0] - 1, 0), min(block[-1] + 2, n))
         kept = np.setdiff1d(np.arange(n), guard)
         if len(kept) > 1:

@@ -167,7 +167,12 @@ def _doubt(
     return f"{in_words(best)} explains most, but {_free(comparison)} is more probable", 0.0
 
 
-def beside_simple_term(decision: Decision, comparison: ModelComparison, term: SimpleForm) -> Decision:
+def beside_simple_term(
+    decision: Decision,
+    comparison: ModelComparison,
+    shrinkages: Mapping[tuple[str, ...], Shrinkage],
+    term: SimpleForm,
+) -> Decision:
     """Return the verdict on a single effect beside a simple term at its place: unknown where that is the better law.
 
     Of a cause whose law has the right shape no simple term, which has no error, is ahead.
@@ -177,12 +182,14 @@ def beside_simple_term(decision: Decision, comparison: ModelComparison, term: Si
     decision : Decision
         That names the effect.
     comparison : ModelComparison
+    shrinkages : mapping
+        By names, of causes that were checked on held-out data.
     term : SimpleForm
     """
     if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
         return decision
     text = f"{in_words(decision.best)} explains most, but a simple law of its own {_where(term.place)} does so better"
-    return _unknown(comparison, {}, UNKNOWN, text, RIGHT_GUARDED)
+    return _unknown(comparison, shrinkages, UNKNOWN, text, RIGHT_GUARDED)
 
 
 def _free(comparison: ModelComparison) -> str:
@@ -223,7 +230,8 @@ def _held_out_objection(
     """Return what speaks against a cause on held-out data; empty where nothing does."""
     share = _visible_share(best, shrinkages)
     if share is None:
-        worse = best in shrinkages and shrinkages[best].after > SEEN_HELD_OUT
+        shrinkage = shrinkages.get(best)
+        worse = shrinkage is not None and shrinkage.after > SEEN_HELD_OUT * shrinkage.noise
         return "held-out data are foretold worse than without" if worse else ""
     least = _least_share(comparison, shrinkages[best])
     return f"the gap on held-out data shrinks by {100 * share:.0f} % only" if share < least else ""

@@ -296,7 +296,7 @@ def compare(
         fitted |= again
         evidence |= {names: tolerant_evidence(fit) for names, fit in again.items()}
     free = [fit.log_evidence for fit in (places or {}).values()]
-    evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES)[0], *free]
+    evidences = [discrepancy_evidence(nominal, UNKNOWN_SIZES), *free]
     evidence[UNKNOWN] = float(logsumexp(evidences) - np.log(len(evidences)))
     return ModelComparison(nominal, fitted, evidence, len(singles), places or {})
 

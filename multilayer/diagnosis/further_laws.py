@@ -27,7 +27,7 @@ from multilayer.diagnosis.fitting import (
     minimise_scaled,
 )
 from multilayer.diagnosis.free_rim import free_rim, with_rigs
-from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
+from multilayer.diagnosis.goodness_of_fit import explains_data
 from multilayer.diagnosis.place_fits import (
     COARSE,
     FINE,
@@ -88,8 +88,8 @@ def with_further_laws(
 
 
 def explain_data(places: Mapping[str, PlaceFit]) -> bool:
-    """Tell whether a law at some place leaves no misfit that is a wonder."""
-    return any(is_misfit_likely(place.explanation) for place in places.values())
+    """Tell whether a law at some place explains the data (`explains_data`)."""
+    return any(explains_data(place.explanation) for place in places.values())
 
 
 def has_open_rims(given: Sequence[Acting]) -> bool:

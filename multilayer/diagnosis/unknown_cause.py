@@ -16,7 +16,6 @@ from multilayer.diagnosis.thresholds import TOLERANCE
 from multilayer.inference.discrepancy import OrthogonalDiscrepancy
 
 _SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
-SIZES = (0.005, 0.01, 0.02, 0.04, 0.08)  # relative, of the discrepancy
 
 
 def smooth_discrepancy(fitted: Fitted) -> OrthogonalDiscrepancy:
@@ -24,16 +23,15 @@ def smooth_discrepancy(fitted: Fitted) -> OrthogonalDiscrepancy:
     return OrthogonalDiscrepancy.of(fitted.minimum, fitted.whitened(smooth_basis(fitted.hypothesis).T).T)
 
 
-def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float] = SIZES) -> tuple[float, float]:
-    """Return the log evidence of a model with a smooth discrepancy, averaged over sizes, and the best of the sizes.
+def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float]) -> float:
+    """Return the log evidence of a model with a smooth discrepancy, averaged over relative sizes.
 
     On the same scale as `Fitted.log_evidence`.
     """
     log_factors = smooth_discrepancy(fitted).log_bayes_factors(sizes)
-    best = float(sizes[int(np.argmax(log_factors))])
-    return fitted.log_evidence + float(logsumexp(log_factors)) - float(np.log(len(log_factors))), best
+    return fitted.log_evidence + float(logsumexp(log_factors)) - float(np.log(len(log_factors)))
 
 
 def tolerant_evidence(fitted: Fitted) -> float:
     """Return the log evidence of a hypothesis with a discrepancy as large as the differences of solvers."""
-    return discrepancy_evidence(fitted, _SMALL)[0]
+    return discrepancy_evidence(fitted, _SMALL)

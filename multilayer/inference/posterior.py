@@ -186,6 +186,8 @@ class GaussianMixture(Posterior):
     def curves(self, function: Curve, count: int, rng: np.random.Generator) -> RealArray:
         """Return about `count` equally probable curves, the curve taken as linear about each minimum."""
         counts, n = np.round(count * self.weights / self.weights.sum()).astype(int), self.means.shape[1]
+        if not counts.any():  # one curve of several minima
+            counts[np.argmax(self.weights)] = count
         drawn = []
         for share, mean, root in zip(counts, self.means, self.roots, strict=True):
             if share:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from multilayer.diagnosis import assessment
 from multilayer.diagnosis import decision as decision_module
 from multilayer.diagnosis.assessment import rival_term
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
@@ -144,13 +145,47 @@ def test_nothing_simple_at_its_place_is_ahead_of_the_cause(monkeypatch, lead, ve
     nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2]))
     comparison = ModelComparison(nominal, {names: None}, {(): -900.0, names: -10.0, UNKNOWN: -40.0}, 1, places=free)
     named = Decision("effect", names, [names], "channel gain explains the gap")
-    decision = beside_simple_term(named, comparison, SimpleNamespace(place=place, log_evidence=-10.0 + lead))
+    term = SimpleNamespace(place=place, log_evidence=-10.0 + lead)
+    decision = beside_simple_term(named, comparison, {}, term)
     assert decision.verdict == verdict
     if verdict == "unknown":
         assert decision.best == UNKNOWN
         assert f"a simple law of its own {place.title} does so better" in decision.reason
         assert decision.least_probability == RIGHT_GUARDED
         assert decision.group == [UNKNOWN, names]
+        # what held-out data speak against is nobody's rival
+        worse = {names: Shrinkage(1.0, 9.0, "each")}
+        assert beside_simple_term(named, comparison, worse, term).group == [UNKNOWN]
+
+
+@pytest.mark.parametrize(("after", "group"), [(0.6, [UNKNOWN, ("a",)]), (1.0, [UNKNOWN])])
+def test_a_gap_that_held_out_data_show_where_there_was_none(monkeypatch, after, group):
+    """In units of what noise leaves: here half of what is stated."""
+    monkeypatch.setattr(decision_module, "lack_of_fit", lambda *_, **__: "")
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True))
+    comparison = ModelComparison(nominal, {("a",): None}, {(): -900.0, ("a",): -10.0, UNKNOWN: -11.0}, 1)
+    shrinkages = {("a",): Shrinkage(0.6, after, "each", noise=0.5)}
+    term = SimpleNamespace(place=Reading(), log_evidence=0.0)
+    named = Decision("effect", ("a",), [("a",)], "")
+    assert beside_simple_term(named, comparison, shrinkages, term).group == group
+
+
+def test_all_causes_that_are_tied_are_checked_on_held_out_data(monkeypatch):
+    """Of more than are near: one that was not checked would count as if it foretold them as well as any."""
+    names = [(name,) for name in "abcdefgh"]
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True))
+    evidence = {(): -900.0, UNKNOWN: -500.0} | {one: -float(i) for i, one in enumerate(names)}
+    comparison = ModelComparison(nominal, {one: one for one in names}, evidence, len(names))
+    monkeypatch.setattr(ModelComparison, "noise", 1.0)
+
+    def foretold(nominal, fits, executor, before, noise):
+        return [Shrinkage(9.0, 1.0, "each", 0.0 if fit in names[:2] else -20.0) for fit in fits]
+
+    monkeypatch.setattr(assessment, "cross_validate", foretold)
+    checked, shrinkages = assessment._on_held_out_data(comparison, None)
+    assert comparison.near == names[:5]
+    assert [*shrinkages] == names[:6]  # the others are farther behind than a tie
+    assert checked.tied_with(checked.ranked[0]) == names[:2]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from multilayer.experiments.levels.effects import acts_through_stack
 from multilayer.experiments.levels.places import with_share
 from multilayer.experiments.levels.sound_field import Ridges, SoundField, mean_power
 from multilayer.experiments.places import DrawnLaw
+from multilayer.inference.problem import GaussianPrior
 from multilayer.layers.elastic_plate import ElasticPlate
 from multilayer.media.gas import dry_air
 from multilayer.response import diffuse_field
@@ -55,6 +56,18 @@ def test_absorption_of_a_finite_sample_is_that_of_adaptive_quadrature():
     np.testing.assert_allclose(
         mean_power("absorption", wool, sound, nodes(), Ridges.of(wool, 500.0))[0], expected, atol=0.025
     )
+
+
+def test_what_is_remembered_is_of_its_prior(tmp_path):
+    """Files with a reference and without share what was computed; their coordinates mean other values."""
+    problem = measured(tmp_path, {}).hypothesis
+    known = GaussianPrior(np.full(len(problem.nominal_parameters), 3.0), 0.1 * np.eye(len(problem.nominal_parameters)))
+    start = np.zeros(len(problem.parameters))
+    beside = replace(problem, earlier=known)
+    cases = ((problem, start), (problem, known.mean), (beside, start))
+    usual, there, found = (np.concatenate([*one.differences(z)], axis=-1) for one, z in cases)
+    np.testing.assert_allclose(found, there, rtol=1e-12)
+    assert np.abs(found - usual).max() > 0.5  # dB
 
 
 def test_samples_are_computed_together_as_one_by_one():

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
-from multilayer.diagnosis.tube.file import diagnosis_file, tube_names
+from multilayer.diagnosis.tube.file import diagnosis_file, load_diagnosis, tube_names
+from multilayer.errors import InputError
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.problem import GaussianPrior
 from multilayer.response import plane_wave
@@ -134,6 +136,20 @@ def test_what_a_reference_says_is_known(tmp_path):
     values = diagnose_tube(file.with_reference(reference)).record["unknowns"]
     corrected = values["layers.foam.flow_resistivity"]["corrected"]
     assert corrected == pytest.approx(1.2e4, rel=0.05)
+
+
+def test_a_reference_has_none_itself(tmp_path):
+    text = (
+        "kind: diagnose\nversion: 1\nnominal: foam.yaml\nmeasurements: [{kind: reflection, file: r.csv, noise: 0.02}]\n"
+        "unknowns: {layers.foam.flow_resistivity: {lognormal: [1.2e4, 0.5]}}\nreference: REFERENCE\n"
+    )
+    (tmp_path / "foam.yaml").write_text(dump_yaml(foam(0.03)))
+    (tmp_path / "r.csv").write_text(table(reflection(0.03, {})))
+    for name, reference in (("itself", "itself"), ("first", "second"), ("second", "first")):
+        (tmp_path / f"{name}.yaml").write_text(text.replace("REFERENCE", f"{reference}.yaml"))
+    for name in ("itself", "first"):
+        with pytest.raises(InputError, match="a file that is a reference cannot have one itself"):
+            load_diagnosis(tmp_path / f"{name}.yaml")
 
 
 @pytest.mark.reference

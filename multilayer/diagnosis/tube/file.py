@@ -37,6 +37,8 @@ from multilayer.models import refuse
 from multilayer.registry import RegistryError
 from multilayer.simulation.warned import collected_warnings
 
+_IS_REFERENCE = "is_reference"  # in the context of validation: of a file that another one names as its reference
+
 
 def _as_list(value: Any) -> Any:
     return (value,) if isinstance(value, str) and value != "all" else value
@@ -72,7 +74,11 @@ class DiagnosisFile(StackFitFile):
     def _known_effects(self, info: ValidationInfo) -> Self:
         refuse(self, self._wrong_kinds())
         refuse(self, self._wrong_effects())
-        refuse(self, self._wrong_reference(Path((info.context or {}).get("folder", Path()))))
+        context = info.context or {}
+        if self.reference is not None and context.get(_IS_REFERENCE, False):
+            text = "a file that is a reference cannot have one itself; take it out there, or put both into one file"
+            refuse(self, [(("reference",), text, str(self.reference))])
+        refuse(self, self._wrong_reference(Path(context.get("folder", Path()))))
         return self
 
     def _wrong_kinds(self) -> Iterator[Mistake]:
@@ -99,7 +105,7 @@ class DiagnosisFile(StackFitFile):
         if self.reference is None:
             return
         try:
-            other = load_diagnosis(folder / self.reference)
+            other = _load(read_yaml(fit_file(folder / self.reference), keep_problems=True), is_reference=True)
         except InputError as error:
             yield ("reference",), str(error), str(self.reference)
             return
@@ -217,7 +223,11 @@ def load_diagnosis(source: str | Path | Document) -> DiagnosisFile:
         With every mistake found, each with its line and column.
     """
     document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
-    context = {"folder": document.file.parent, NOISE_ESTIMATED: True}
+    return _load(document)
+
+
+def _load(document: Document, *, is_reference: bool = False) -> DiagnosisFile:
+    context = {"folder": document.file.parent, NOISE_ESTIMATED: True, _IS_REFERENCE: is_reference}
     return validate(document, DiagnosisFile, "diagnose", context=context)
 
 

@@ -84,7 +84,9 @@ class LevelExperiment(Experiment):
     def _remembered(self, points: Points, acting: Sequence[tuple[Any, Values]]) -> RealArray:
         """Return the share of the power of each sample, shape (m, n), of which each is computed once."""
         z, count = points.z[:, : len(self.fields.field_parameters)], len(self.fields.field_parameters)
-        names = tuple(effect.name for effect, _ in acting)
+        # coordinates mean other values beside an earlier measurement
+        earlier = None if self.earlier is None else (self.earlier.mean.tobytes(), self.earlier.root.tobytes())
+        key = (*(effect.name for effect, _ in acting), earlier)
         columns = [column for _, values in acting for column in values.values()]
 
         def compute(rows: RealArray) -> RealArray:
@@ -96,7 +98,7 @@ class LevelExperiment(Experiment):
                 first += len(values)
             return self._shares(rows[:, :count], changed)
 
-        return self.setting.response.remembered(names, np.concatenate([z, *columns], axis=1), compute)
+        return self.setting.response.remembered(key, np.concatenate([z, *columns], axis=1), compute)
 
     def _shares(self, z: RealArray, acting: Sequence[tuple[Any, Values]]) -> RealArray:
         """Return the share of the power of each sample, shape (m, n)."""
