@@ -28,7 +28,8 @@ def fit_report(result: FitResult, job: FitJob | StackJob, inputs: Mapping[str, A
     inputs : mapping
         What tells the fit apart from others, as its fingerprint.
     """
-    return replace(_report(result, job, inputs), warnings=tuple(result.warnings))
+    # that of a plugin may bring less than `FitResult` has
+    return replace(_report(result, job, inputs), warnings=tuple(getattr(result, "warnings", ())))
 
 
 def _report(result: FitResult, job: FitJob | StackJob, inputs: Mapping[str, Any]) -> Report:

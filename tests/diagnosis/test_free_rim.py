@@ -68,7 +68,7 @@ def test_a_sample_that_is_stiffer_along_its_radius(stated: float, shape: float):
 
 
 @pytest.mark.reference
-@pytest.mark.parametrize("name", ["paper-b", "paper-c"])
+@pytest.mark.parametrize("name", ["paper-b", pytest.param("paper-c", marks=pytest.mark.slow)])
 def test_elements_of_a_diagnosis_are_right_to_a_tenth_of_what_solvers_differ_by(shared: Path, name: str):
     """Of broad and of sharp resonances, on a mesh twice as fine and without a reduced basis."""
     job = read_fit(shared / "campaigns" / name)

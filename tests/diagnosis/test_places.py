@@ -276,7 +276,7 @@ def test_another_height_is_that_of_the_rod():
 @pytest.mark.parametrize("kind", PLACES["top_plate"].variants())
 @pytest.mark.parametrize(
     ("term", "values"),
-    [(Term("power", 0), [3e-3]), (Term("resonance"), [5e-3, 900.0, 0.05])],
+    [(Term("power", 0), [3e-3]), pytest.param(Term("resonance"), [5e-3, 900.0, 0.05], marks=pytest.mark.slow)],
     ids=["mass", "resonance"],
 )
 def test_what_bends_the_plate_is_told_from_what_does_not(kind, term, values):
@@ -328,6 +328,7 @@ def test_what_is_modelled_at_a_place_is_told_before_its_law(place, words):
     assert place.in_words("a law") == words
 
 
+@pytest.mark.slow
 def test_open_rims_that_no_compliance_is_are_drawn_as_such():
     nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
     places = fit_places(nominal, names=["faces", "sample_radius"])
@@ -356,6 +357,7 @@ def test_open_rims_cost_the_evidence_of_their_sizes():
     assert first.log_evidence - second.log_evidence == pytest.approx(4 * np.log(1000), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_open_rims_are_looked_for_where_no_effect_has_them():
     nominal = measured_with([WornRim()], (0.2, 0.1, 1e-6, 0.04))
     places = fit_places(nominal, names=["faces", "sample_radius"])

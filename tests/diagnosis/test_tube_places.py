@@ -149,6 +149,7 @@ RISING = {
 }
 
 
+@pytest.mark.slow
 def test_a_modulus_of_the_frame_that_varies_with_frequency_is_told_and_drawn(tmp_path):
     layer = tubes.with_modulus(RISING)
     record = diagnose_tube(

@@ -34,7 +34,7 @@ def compared(nominal, places, names):
     return ModelComparison(nominal, singles, {**evidence, UNKNOWN: best}, len(singles), places)
 
 
-@pytest.mark.parametrize("known", ["crosstalk", "high_pass"])
+@pytest.mark.parametrize("known", ["crosstalk", pytest.param("high_pass", marks=pytest.mark.slow)])
 def test_both_places_and_the_law_of_the_unknown_one(both, known):
     """Crosstalk is there, and a known effect; a high pass is not there: then both causes are laws of their own."""
     two = two_causes(compared(*both, [known]))

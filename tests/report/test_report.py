@@ -45,9 +45,16 @@ def test_files_in_their_order_and_figures_drawn_once():
     files = made(calls).files()
     assert list(files) == ["a.csv", "a.json", "b.yaml", "report.html", "shared.png", "alone.png"]
     assert sorted(calls) == ["alone", "shared"]
-    assert json.loads(files["a.json"]) == {"x": None}
+    assert json.loads(files["a.json"]) == {"x": None, "warnings": []}
     assert files["report.html"].count("<svg") == 1
     assert all(files[name].startswith(b"\x89PNG") for name in ("shared.png", "alone.png"))
+
+
+def test_what_to_mind_stands_in_the_record_and_first_on_the_page():
+    report = made(figures={}, warnings=("it is <odd>",))
+    assert json.loads(report.json) == {"x": None, "warnings": ["it is <odd>"]}
+    page = Page(str(report.files()["report.html"]))
+    assert page.text.index("What to mind") < page.text.index("it is <odd>") < page.text.index("Evidence")
 
 
 def test_nothing_is_drawn_where_no_figures_are_wanted():

@@ -30,6 +30,7 @@ def test_it_draws_diagnoses_and_scores(checked):
     assert "false alarms on gap-free data" in done.out
 
 
+@pytest.mark.slow
 def test_it_goes_on_where_it_stopped(checked):
     _, out = checked
     before = (out / "answers.jsonl").read_text()

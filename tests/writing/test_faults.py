@@ -45,7 +45,8 @@ def test_a_folder(place, mode, there, at_once):
     assert (tally.pending == 0) == at_once
 
 
-@pytest.mark.parametrize("mode", [MODES[0], *(pytest.param(mode, marks=pytest.mark.slow) for mode in MODES[1:])])
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", MODES)
 def test_a_folder_and_its_truth_beside(place, mode):
     truth, hidden = place.with_name("foam.truth.json"), place.with_name("foam.hidden.json")
     older = lambda: write_files(place, OLD, made_by="rig", beside={hidden: b"old"})  # noqa: E731
