@@ -361,8 +361,8 @@ missed, of several configurations, by the number of the campaign:
   of 18.
 - A diagnosis took 16.0 s of processor time in the median (several configurations) and 5.4 s (one), partly beside other
   work.""",
-    1017: """All 400 campaigns by one set of rules, those of commit 013ad15, drawn in one session; nobody looked at an answer
-before the last. Of several configurations 51 of 52 known effects are named, 31 of 31 effects of no library are
+    1017: """All 400 campaigns by one set of rules, those of commit 013ad15, drawn in one session; nobody looked at an
+answer before the last. Of several configurations 51 of 52 known effects are named, 31 of 31 effects of no library are
 unknown, 52 of 52 and 28 of 31 places are right, no false alarm on 49; 4 of 7 pairs are found (0.8 asked). Seed 1016,
 of the rules before: 42 of 42, 41 of 41, 42 of 42 and 39 of 41, 0 of 46, 4 of 5. Of one configuration 19 of 22 are
 named (24 of 26), three innocents of 25 are blamed (1 of 18), no false alarm on 42 (51). Stated probabilities are off
