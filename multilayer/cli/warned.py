@@ -26,6 +26,7 @@ def warnings_as_lines() -> Iterator[None]:
         show = warnings.showwarning
 
         def show_line(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
+            # whatever changes filters in between makes Python forget what it has shown: `tell` does not
             if issubclass(category, MultilayerWarning):
                 tell([str(message)])
             else:
