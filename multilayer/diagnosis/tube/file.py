@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -74,11 +74,7 @@ class DiagnosisFile(StackFitFile):
     def _known_effects(self, info: ValidationInfo) -> Self:
         refuse(self, self._wrong_kinds())
         refuse(self, self._wrong_effects())
-        context = info.context or {}
-        if self.reference is not None and context.get(_IS_REFERENCE, False):
-            text = "a file that is a reference cannot have one itself; take it out there, or put both into one file"
-            refuse(self, [(("reference",), text, str(self.reference))])
-        refuse(self, self._wrong_reference(Path(context.get("folder", Path()))))
+        refuse(self, self._wrong_reference(info.context or {}))
         return self
 
     def _wrong_kinds(self) -> Iterator[Mistake]:
@@ -101,11 +97,15 @@ class DiagnosisFile(StackFitFile):
         of_absorption = isinstance(self.measurements[0], Absorption)
         return [name for name, kind in EFFECTS.working() if _is_of_levels(kind, of_absorption=of_absorption)]
 
-    def _wrong_reference(self, folder: Path) -> Iterator[Mistake]:
+    def _wrong_reference(self, context: Mapping[str, Any]) -> Iterator[Mistake]:
         if self.reference is None:
             return
+        if context.get(_IS_REFERENCE, False):
+            text = "a file that is a reference cannot have one itself; take it out there, or put both into one file"
+            yield ("reference",), text, str(self.reference)
+            return
         try:
-            other = _load(read_yaml(fit_file(folder / self.reference), keep_problems=True), is_reference=True)
+            other = _load(Path(context.get("folder", Path())) / self.reference, is_reference=True)
         except InputError as error:
             yield ("reference",), str(error), str(self.reference)
             return
@@ -222,11 +222,11 @@ def load_diagnosis(source: str | Path | Document) -> DiagnosisFile:
     InputError
         With every mistake found, each with its line and column.
     """
+    return _load(source)
+
+
+def _load(source: str | Path | Document, *, is_reference: bool = False) -> DiagnosisFile:
     document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
-    return _load(document)
-
-
-def _load(document: Document, *, is_reference: bool = False) -> DiagnosisFile:
     context = {"folder": document.file.parent, NOISE_ESTIMATED: True, _IS_REFERENCE: is_reference}
     return validate(document, DiagnosisFile, "diagnose", context=context)
 
