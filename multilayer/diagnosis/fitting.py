@@ -148,8 +148,8 @@ class StartedFit:
         """Return a fit that begins at these starts."""
         z, errors = starts[0], None
         problem: Problem = hypothesis
-        if _has_law_errors(hypothesis):
-            errors = LowRank.of(law_basis(hypothesis, z))
+        if _has_law_errors(hypothesis) and np.all(np.isfinite(basis := law_basis(hypothesis, z))):
+            errors = LowRank.of(basis)
             problem = WithModelErrors(hypothesis, errors)
         return cls(hypothesis, starts, Fitted(hypothesis, problem.as_minimum(z), errors))
 
@@ -400,7 +400,8 @@ def worth_finishing(
     n = max((len(fit.provisional.minimum.residual) for fit in started.values()), default=0)
     finished = [behind * fit.minimum.cost for fit in rivals]
     least = max(min([*costs.values(), *finished], default=0.0), n)
-    return [(key, end) for key, fit in started.items() if not costs[key] > behind * least for end in fit.ends]
+    worth = [key for key, cost in costs.items() if np.isfinite(cost) and cost <= behind * least]
+    return [(key, end) for key in worth for end in started[key].ends]
 
 
 def best_ends(

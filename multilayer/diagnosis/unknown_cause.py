@@ -26,8 +26,10 @@ def smooth_discrepancy(fitted: Fitted) -> OrthogonalDiscrepancy:
 def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float]) -> float:
     """Return the log evidence of a model with a smooth discrepancy, averaged over relative sizes.
 
-    On the same scale as `Fitted.log_evidence`.
+    On the same scale as `Fitted.log_evidence`; minus infinity where there is no response.
     """
+    if not np.isfinite(fitted.minimum.cost):
+        return -np.inf
     log_factors = smooth_discrepancy(fitted).log_bayes_factors(sizes)
     return fitted.log_evidence + float(logsumexp(log_factors)) - float(np.log(len(log_factors)))
 

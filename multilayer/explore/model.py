@@ -160,10 +160,10 @@ class ModelExplorer(Questions):
         free = np.array([parameter.name not in held for parameter in hypothesis.parameters], dtype=bool)
         if np.any(free):
             problem = Held(hypothesis, z, free)
-            try:
-                z = problem.all_coordinates(minimise_scaled(problem, z[free], *_FIT).z)
-            except (ValueError, np.linalg.LinAlgError):  # of scipy: residuals or slopes that are not finite
-                raise InputError("the model has no response near here; turn back what is far out, then fit") from None
+            minimum = minimise_scaled(problem, z[free], *_FIT)
+            if not np.isfinite(minimum.cost):
+                raise InputError("the model has no response near here; turn back what is far out, then fit")
+            z = problem.all_coordinates(minimum.z)
         return self._shown(hypothesis, z, request)
 
     def _asked(self, request: Mapping[str, Any]) -> tuple[Hypothesis, RealArray]:

@@ -136,8 +136,11 @@ class _Descent:
                 self._linearised, start if self.other is None else self.other.all_of(start), **settings
             )
         except _LimitError:
-            assert self.lowest is not None
+            assert self.lowest is not None  # a descent begins with finite values
             return replace(self.lowest, converged=False)
+        if self.other is not None and self.lowest is None:  # its slopes do not tell z where it starts
+            self.other = None
+            return self.minimum(start, **settings)
         return replace(self._minimum(found), converged=found.converged and not self.is_limited)
 
     def _linearised(self, w: RealArray) -> tuple[RealArray, RealArray]:
@@ -152,7 +155,7 @@ class _Descent:
         if by_w is None:
             return self._refused(z.size)
         self.refused, self.since, self.evaluations = 0, self.since + 1, self.evaluations + 1
-        if self.lowest is None or minimum.cost < self.lowest.cost:
+        if np.all(np.isfinite(slopes)) and (self.lowest is None or minimum.cost < self.lowest.cost):
             self.lowest = minimum
         return values, by_w
 
@@ -199,6 +202,11 @@ def trust_region(
         Evaluations after which it stops where it is.
     before : sequence of (array, float)
         History that led to the start, to be continued.
+
+    Returns
+    -------
+    Minimum
+        The start, not converged, where that has no finite residual and derivative: nothing tells which way to go.
     """
     history = list(before)
     last: dict[bytes, tuple[RealArray, RealArray]] = {}
@@ -207,7 +215,10 @@ def trust_region(
         key = np.asarray(z, dtype=float).tobytes()
         if key not in last:  # scipy asks for the derivative after most residuals: both come from one batch
             last.clear()
-            last[key] = linearised(z)
+            values, slopes = linearised(z)
+            if not np.all(np.isfinite(slopes)):  # at the edge of where there is a response: no step ends here
+                values = np.full_like(values, np.nan)
+            last[key] = values, slopes
             history.append((np.array(z), float(np.linalg.norm(last[key][0]))))
         return last[key]
 
@@ -221,6 +232,8 @@ def trust_region(
     if bounds is not None:
         margin = _MARGIN * (high - low)
         start = np.clip(start, low + margin, high - margin)
+    if not np.all(np.isfinite(residual(start))):
+        return Minimum(start, *both(start), converged=False, history=tuple(history))
     result = least_squares(
         residual, start, jac=derivative, bounds=(low, high), x_scale=scale, method=method,
         max_nfev=most, ftol=ftol, xtol=xtol, gtol=gtol,

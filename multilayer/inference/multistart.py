@@ -64,6 +64,8 @@ def valleys(problem: Inflatable, bases: RealArray, extra: RealArray) -> RealArra
     for size, (count, steps) in zip(sizes, _STAGES, strict=False):
         residual = problem.inflated_residual(size)
         points = _distinct(residual, k, *descend(residual, points[:count], steps))
+        if not len(points):
+            return points
     misfits = costs_per_datum(problem.inflated_residual(_TYPICAL), points)
     return points[misfits <= _FAR * max(np.min(misfits, initial=np.inf), 1.0)]
 

@@ -169,8 +169,9 @@ class Minimum:
 
     @property
     def misfit(self) -> float:
-        """Sum of the squared residuals: chi-square of the data."""
-        return float(self.residual @ self.residual)
+        """Sum of the squared residuals: chi-square of the data; infinite where there is no response."""
+        squares = float(self.residual @ self.residual)
+        return np.inf if np.isnan(squares) else squares
 
     @property
     def norm(self) -> float:
@@ -202,7 +203,10 @@ class Minimum:
         """Logarithm of the evidence by Laplace's approximation, without the constant of the whitened data.
 
         ``ln p(y|z) + ln p(z) + (d/2) ln 2 pi - 1/2 ln |H|``; the prior's normalisation cancels the second constant.
+        Minus infinity where there is no response.
         """
+        if not (np.isfinite(self.cost) and np.all(np.isfinite(self.jacobian))):
+            return -np.inf
         return float(-0.5 * self.cost - 0.5 * np.linalg.slogdet(self.precision)[1])
 
 

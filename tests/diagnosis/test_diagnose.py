@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from multilayer import diagnosis
+from multilayer.arrays import ComplexArray
 from multilayer.diagnosis.diagnose import (
     N_STEPS,
     chosen_effects,
@@ -18,11 +19,13 @@ from multilayer.diagnosis.diagnose import (
     with_usual_uncertainty,
 )
 from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects.base import Setting, Values
+from multilayer.diagnosis.effects.channel_gain import ChannelGain
 from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.starting_laws import starting_laws
-from multilayer.errors import InputError, PlausibilityWarning
+from multilayer.errors import InputError, PlausibilityWarning, PluginWarning
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.settings import FitSettings
@@ -98,6 +101,26 @@ def test_without_an_effect_there_is_no_gap():
     record = diagnose_campaign(campaign, recordings, chosen_effects(FEW)).record
     assert record["verdict"] == "no_gap"
     assert record["causes"] == record["where"] == record["group"] == []
+
+
+class Silent(ChannelGain):
+    """An effect of a plugin that never gives a number."""
+
+    name = "silent"
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: Values) -> ComplexArray:
+        return np.nan * super().motion(setting, motion, values)
+
+
+def test_an_effect_that_never_responds_is_left_out_and_told():
+    campaign, recordings = campaign_and_signals(gain=1.05)
+    effects = {effect.name: effect for effect in (Silent(), ChannelGain())}
+    with pytest.warns(PluginWarning, match="effect silent: the model has no response"):
+        record = diagnose_campaign(campaign, recordings, effects).record
+    assert record["group"] == [["channel_gain"]]
+    assert all("silent" not in cause["effects"] for cause in record["causes"])
+    with pytest.raises(InputError, match="leave out what is given: silent"):
+        fit_nominal(campaign, recordings, given=[Silent()])
 
 
 def test_an_unknown_effect_is_refused():

@@ -6,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from multilayer.arrays import ComplexArray
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects import EFFECTS
+from multilayer.diagnosis.effects.sample_position import SamplePosition
+from multilayer.diagnosis.effects.tube import TubeSetting, Values
 from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, load_diagnosis, tube_names
-from multilayer.errors import InputError
+from multilayer.errors import InputError, PluginWarning
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.problem import GaussianPrior
 from multilayer.response import plane_wave
@@ -47,6 +50,23 @@ def test_without_an_effect_there_is_no_gap(tmp_path):
     assert (record["verdict"], record["causes"], record["where"]) == ("no_gap", [], [])
     assert record["detectable"]["rear_air_gap"]["smallest"] < 0.01
     assert found.curves[0].labels == ("Re R", "Im R")
+
+
+class Silent(SamplePosition):
+    """An effect of a plugin that never gives a number."""
+
+    name = "silent"
+
+    def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
+        return np.nan * super().reading(setting, reflection, values)
+
+
+def test_an_effect_that_never_responds_is_left_out_and_told(tmp_path):
+    file = measured(tmp_path, {"microphone_gain": {"gain": 0.03}}, effects=["microphone_gain"])
+    effects = {effect.name: effect for effect in (Silent(), EFFECTS["microphone_gain"]())}
+    with pytest.warns(PluginWarning, match="effect silent: the model has no response"):
+        record = diagnose_tube(file, effects=effects).record
+    assert record["group"] == [["microphone_gain"]]
 
 
 def test_of_one_measurement_blocks_of_frequencies_are_left_out(tmp_path):

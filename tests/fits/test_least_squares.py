@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from multilayer.inference.derivative import central, forward
+from multilayer.inference.derivative import USUAL, central, forward
 from multilayer.inference.least_squares import minimise
 from tests.fits.gaussian import Plain, standard
 
@@ -37,3 +37,13 @@ def test_a_bent_valley_is_followed_to_its_end(method: Literal["trf", "dogbox"], 
     x = float(next(root.real for root in np.roots([2, 0, 2, -1]) if abs(root.imag) < 1e-12))
     np.testing.assert_allclose(found.z, [x, x**2], atol=1e-3)
     assert found.converged
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_where_nothing_responds_a_descent_stays(scaled: bool):
+    """The minimum is on the edge of where there is a response: differences end a step of theirs before it."""
+    silent = Plain(lambda z: np.where(z[..., :1] < 0, np.nan, z), standard(1))
+    found = minimise(silent, np.array([-1.0]), scaled=scaled)
+    assert (found.z.tolist(), found.converged, found.cost, found.log_evidence) == ([-1.0], False, np.inf, -np.inf)
+    (end,) = minimise(silent, np.array([1.0]), scaled=scaled).z
+    assert 0 <= end <= 1.01 * USUAL

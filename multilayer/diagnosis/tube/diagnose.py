@@ -114,12 +114,9 @@ def least_minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
         When the stacks have no response for most values that the priors allow.
     """
     effort = file.search
-    try:
-        minima = search(
-            hypothesis, [hypothesis.start], n_best=effort.starts, n_candidates=effort.candidates, seed=effort.seed
-        )
-    except ValueError:  # of scipy: a start without a finite residual
-        minima = []
+    minima = search(
+        hypothesis, [hypothesis.start], n_best=effort.starts, n_candidates=effort.candidates, seed=effort.seed
+    )
     if not minima:
         raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
     return minima[0]

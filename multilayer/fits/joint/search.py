@@ -11,6 +11,7 @@ import numpy as np
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
 from multilayer.chi2 import exceeded
+from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperiment
@@ -79,11 +80,21 @@ def solve_joint(
         Called with a short text after each start.
     executor : Executor, optional
         Where the starts are followed; in this process when left out.
+
+    Raises
+    ------
+    InputError
+        Where no law gives the rig a response.
     """
     coarse = search_laws(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
     followed = [m.z for m in coarse[:n_followed] if is_competitive(m, coarse)]
     descents = run_all(partial(_descents, problem, tolerance), followed, executor)
-    return distinct([found for ends in descents for found in ends])
+    minima = distinct([found for ends in descents for found in ends])
+    if not minima:
+        given = ", ".join(effect.name for effect in problem.given)
+        text = "the rig has no response (NaN or infinite) with any modulus law"
+        raise InputError(f"{text}; leave out what is given: {given}" if given else f"{text}; check sizes and masses")
+    return minima
 
 
 def search_laws(

@@ -93,12 +93,9 @@ class Stacks(Method["StackJob"]):
 def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = None) -> list[Minimum]:
     """Return the distinct minima, the most probable first."""
     hard = file.search
-    try:
-        found = search(
-            problem, [problem.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed, tell=tell
-        )
-    except ValueError:  # of scipy: a start without a finite residual
-        found = []
+    found = search(
+        problem, [problem.start], n_best=hard.starts, n_candidates=hard.candidates, seed=hard.seed, tell=tell
+    )
     if not found:
         raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
     return found
