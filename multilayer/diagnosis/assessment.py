@@ -256,11 +256,11 @@ def _drawn(
         return None
     shrinkage = comparison.free if label == next(iter(comparison.places)) else None
     if shrinkage is None:
-        before = _nominal_gap(comparison, shrinkages)
-        (shrinkage,) = cross_validate(nominal, [at.explanation], executor, before, comparison.noise)
-    known = term if term is not None and term.place is at.place else at.term
+        known = _any_checked(comparison, shrinkages)
+        (shrinkage,) = cross_validate(nominal, [at.explanation], executor, known, comparison.noise)
+    same = term if term is not None and term.place is at.place else at.term
     told = as_told(nominal, at)
-    return DrawnPlace(told, simple_form(nominal, told, executor, known), shrinkage)
+    return DrawnPlace(told, simple_form(nominal, told, executor, same), shrinkage)
 
 
 def _on_held_out_data(
@@ -271,8 +271,8 @@ def _on_held_out_data(
     decides = comparison.nominal.hypothesis.held_out_decides
 
     def checked(names: Sequence[tuple[str, ...]]) -> ModelComparison:
-        fits, before = [comparison.fitted[cause] for cause in names], _nominal_gap(comparison, shrinkages)
-        found = cross_validate(comparison.nominal, fits, executor, before, comparison.noise)
+        fits, known = [comparison.fitted[cause] for cause in names], _any_checked(comparison, shrinkages)
+        found = cross_validate(comparison.nominal, fits, executor, known, comparison.noise)
         shrinkages.update(zip(names, found, strict=True))
         return comparison.with_held_out(shrinkages) if decides else comparison
 
@@ -288,10 +288,9 @@ def _on_held_out_data(
     return comparison, shrinkages
 
 
-def _nominal_gap(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
-    """Return the gap of the nominal model on held-out data; None where it is not known yet."""
-    checked = [*shrinkages.values(), *([comparison.free] if comparison.free else [])]
-    return checked[0].before if checked else None
+def _any_checked(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> Shrinkage | None:
+    """Return any shrinkage, which tells the gap of the nominal model on held-out data; None where none is known yet."""
+    return next(iter(shrinkages.values()), comparison.free)
 
 
 def _best_and_parts(comparison: ModelComparison) -> list[tuple[str, ...]]:

@@ -44,6 +44,8 @@ class Shrinkage:
         What noise alone leaves of G: 1 where it is as large as stated.
     n : float
         Number of the data held out, each part of a complex one by itself.
+    parts : tuple of (float, float)
+        `before` and `after` of each of the parts that were held out in turn.
     """
 
     before: float
@@ -52,6 +54,7 @@ class Shrinkage:
     log_score: float = 0.0
     noise: float = 1.0
     n: float = float("inf")
+    parts: tuple[tuple[float, float], ...] = ()
 
     @property
     def share(self) -> float:
@@ -93,7 +96,7 @@ def cross_validate(
     nominal: Fitted,
     fitted: Sequence[Fitted],
     executor: Executor | None = None,
-    before: float | None = None,
+    known: Shrinkage | None = None,
     noise: float = 1.0,
 ) -> list[Shrinkage]:
     """Return the shrinkage of the gap on held-out data for several hypotheses.
@@ -104,24 +107,29 @@ def cross_validate(
     fitted : sequence of Fitted
     executor : Executor, optional
         Where fits run; in this process when left out.
-    before : float, optional
-        `Shrinkage.before` of the nominal model where it is known already.
+    known : Shrinkage, optional
+        Of another hypothesis beside the same nominal model, of which it tells the gap.
     noise : float
         `Shrinkage.noise`.
     """
     held_out, pairs = folds(nominal.hypothesis)
     if not pairs:
         return [Shrinkage(float("nan"), float("nan"), held_out) for _ in fitted]
-    hypotheses = [*fitted] if before is not None else [nominal, *fitted]
+    hypotheses = [*fitted] if known else [nominal, *fitted]
     tasks = [(hypothesis, kept, left) for hypothesis in hypotheses for kept, left in pairs]
     predicted = run_all(_predict_held_out, tasks, executor)
     by_hypothesis = [predicted[i : i + len(pairs)] for i in range(0, len(predicted), len(pairs))]
-    gaps = [_gap(parts) for parts in by_hypothesis]
-    scores = [sum(part.log_score for part in parts) for parts in by_hypothesis]
-    if before is None:
-        before, gaps, scores = gaps[0], gaps[1:], scores[1:]
     n = sum(part.n for part in by_hypothesis[0])
-    return [Shrinkage(before, gap, held_out, score, noise, n) for gap, score in zip(gaps, scores, strict=True)]
+    without = [] if known else by_hypothesis.pop(0)
+    before = known.before if known else _gap(without)
+    each = [part for part, _ in known.parts] if known else [_gap([part]) for part in without]
+    return [
+        Shrinkage(
+            before, _gap(parts), held_out, sum(part.log_score for part in parts), noise, n,
+            tuple(zip(each, (_gap([part]) for part in parts), strict=True)),
+        )
+        for parts in by_hypothesis
+    ]  # fmt: skip
 
 
 class _Prediction(NamedTuple):

@@ -220,7 +220,7 @@ def _refutation(
     is_misfit_allowed = _explains_enough(comparison, names, _visible_share(names, shrinkages))
     if reason := lack_of_fit(comparison.fitted[names], is_misfit_allowed=is_misfit_allowed):
         return f"{in_words(names)} explains most, but {reason}"
-    reason = _held_out_objection(comparison, names, shrinkages)
+    reason = _held_out_objection(comparison, names, shrinkages) or _part_made_worse(comparison, names, shrinkages)
     return f"with {in_words(names)} {reason}" if reason else ""
 
 
@@ -235,6 +235,22 @@ def _held_out_objection(
         return "held-out data are foretold worse than without" if worse else ""
     least = _least_share(comparison, shrinkages[best])
     return f"the gap on held-out data shrinks by {100 * share:.0f} % only" if share < least else ""
+
+
+def _part_made_worse(
+    comparison: ModelComparison, names: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]
+) -> str:
+    """Return what speaks against a cause that fits and foretells a part of the held-out data worse than nothing does.
+
+    The gap on held-out data may be that of a single part, which hides the others. A cause that leaves a misfit of a
+    huge gap has a law that is not right to that anyway; and of tubes and levels parts are few data, whose gap scatters.
+    """
+    if names not in shrinkages or not comparison.nominal.hypothesis.held_out_decides:
+        return ""
+    seen = SEEN_HELD_OUT * shrinkages[names].noise
+    is_worse = any(after > max(before, seen) for before, after in shrinkages[names].parts)
+    fits = is_worse and not lack_of_fit(comparison.fitted[names])
+    return "a part of the held-out data is foretold worse than without" if fits else ""
 
 
 def _least_share(comparison: ModelComparison, shrinkage: Shrinkage) -> float:

@@ -80,9 +80,9 @@ def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     hypotheses = (joint, joint.with_effects(EFFECTS["channel_gain"]()))
     nominal, gain = (fit(hypothesis, np.zeros(len(joint.parameters))) for hypothesis in hypotheses)
     (made,) = cross_validate(nominal, [gain])
-    (given,) = cross_validate(nominal, [gain], before=made.before)
+    (given,) = cross_validate(nominal, [gain], known=made)
     assert given == made
-    (other,) = cross_validate(nominal, [gain], before=2.5)
+    (other,) = cross_validate(nominal, [gain], known=replace(made, before=2.5))
     assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
 
 
@@ -156,6 +156,28 @@ def test_nothing_simple_at_its_place_is_ahead_of_the_cause(monkeypatch, lead, ve
         # what held-out data speak against is nobody's rival
         worse = {names: Shrinkage(1.0, 9.0, "each")}
         assert beside_simple_term(named, comparison, worse, term).group == [UNKNOWN]
+
+
+@pytest.mark.parametrize(
+    ("second", "misfit", "verdict"),
+    [((40.0, 44.0), "", "unknown"), ((40.0, 44.0), "leaves a misfit", "effect"), ((40.0, 39.0), "", "effect"),
+     ((0.4, 0.6), "", "effect")],
+)  # fmt: skip
+def test_a_cause_that_fits_makes_no_part_of_the_held_out_data_worse(monkeypatch, second, misfit, verdict):
+    """However far it shrinks the gap of all: that of one part may be a hundred times as large as the others'."""
+
+    def lack_of_fit(_, *, is_misfit_allowed=False):
+        return "" if is_misfit_allowed else misfit
+
+    monkeypatch.setattr(decision_module, "lack_of_fit", lack_of_fit)
+    names = ("channel_gain",)
+    nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
+    fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
+    comparison = ModelComparison(nominal, fitted, {(): -9000.0, names: -10.0, UNKNOWN: -90.0}, 1)
+    parts = ((11488.0, 7.6), second)
+    found = decide(comparison, {names: Shrinkage(5764.0, 25.8, "each", noise=0.5, parts=parts)})
+    assert found.verdict == verdict, found.reason
+    assert ("foretold worse than without" in found.reason) == (verdict == "unknown")
 
 
 @pytest.mark.parametrize(("after", "group"), [(0.6, [UNKNOWN, ("a",)]), (1.0, [UNKNOWN])])
