@@ -59,8 +59,8 @@ class AmplitudeSoftening(Effect):
     moves_resonances = True
     is_slow = True
     acts_by_bin = True
-    # 18 right names of seeds 1008 to 1011: off by 5.6 % beyond noise, by the law before this one
-    size_errors: ClassVar[Mapping[str, float]] = {"softening": 0.05}
+    # 37 right names of seeds 1012 to 1017: off by 1.3 % in the median, rms 3.8 %, noise included
+    size_errors: ClassVar[Mapping[str, float]] = {"softening": 0.025}
     # powers of the strain: 1.2 of filled rubbers (G. Kraus, J. Appl. Polym. Sci. Appl. Polym. Symp. 39 (1984) 75-92)
     parameters = (
         positive("softening", 50.0, 1.5),

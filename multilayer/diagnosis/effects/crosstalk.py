@@ -23,8 +23,8 @@ class Crosstalk(Effect):
     separated_by = "swapped channels; the base shaken without a sample"
     source = "cables and grounds: -60 to -30 dB, a fault -20 dB"
     size_error = 0.3  # the path is unknown
-    # 22 right names of seeds 1008 to 1011: off by 10 %, noise included; another solver: 0.2 %
-    size_errors: ClassVar[Mapping[str, float]] = {"share": 0.1}
+    # 21 right names of seeds 1012 to 1017: off by 2.9 % in the median, noise included; another solver: 0.2 %
+    size_errors: ClassVar[Mapping[str, float]] = {"share": 0.05}
     is_shape_known = False
     parameters = (signed("share", 0.03), signed("capacitive", 0.01))
 

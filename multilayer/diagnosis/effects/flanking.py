@@ -17,8 +17,8 @@ class Flanking(Effect):
     separated_by = "another thickness; a force cell"
     source = "cables, guides and tape: 10 to 1e4 N/m"
     moves_resonances = True
-    # 10 right names of seeds 1008 to 1011: off by 2.3 % beyond noise; another solver: 0.5 %
-    size_errors: ClassVar[Mapping[str, float]] = {"stiffness": 0.05}
+    # 19 right names of seeds 1012 to 1017: off by 0.9 % in the median, rms 3.2 %, noise included; another solver: 0.5 %
+    size_errors: ClassVar[Mapping[str, float]] = {"stiffness": 0.03}
     parameters = (positive("stiffness", 500.0, 1.5, "N/m"), between("loss_factor", 0.0, 0.5))
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

@@ -20,8 +20,8 @@ class Rocking(Effect):
     separated_by = "a centred sensor, or two opposite ones"
     source = "off-centre sensors: some per cent of the base's motion"
     absent_in = CENTRED_SENSOR
-    # 32 right names of seeds 1008 to 1011: off by 2.4 % beyond noise
-    size_errors: ClassVar[Mapping[str, float]] = {"share": 0.03}
+    # 55 right names of seeds 1012 to 1017: off by 0.3 % in the median, rms 3.1 %, noise included
+    size_errors: ClassVar[Mapping[str, float]] = {"share": 0.02}
     parameters = (
         signed("share", 0.04), positive("frequency", 600.0, 0.6, "Hz"), positive("loss_factor", 0.15, 0.5),
     )  # fmt: skip
