@@ -34,7 +34,7 @@ class PlausibilityWarning(MultilayerWarning):
 
 
 class PluginWarning(MultilayerWarning):
-    """A plugin is broken and was left out; everything else goes on."""
+    """A plugin, an effect or a place that is broken was left out; everything else goes on."""
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
-from warnings import warn
-
-import numpy as np
 
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
 from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
@@ -26,7 +23,6 @@ from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.simple_forms import simple_form, simple_term, with_simple_laws
 from multilayer.diagnosis.thresholds import NEAR
-from multilayer.errors import PluginWarning
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -178,13 +174,7 @@ def assess(
         Where fits run; in this process when left out.
     places : mapping, optional
         Places with a free law, by label.
-
-    Warns
-    -----
-    PluginWarning
-        Of effects with which the model has no response wherever their fits began: they are left out.
     """
-    singles, effects = _with_response(singles, effects)
     comparison = compare(nominal, singles, effects, executor, places)
     tell("effects in pairs")
     comparison, shrinkages = _on_held_out_data(comparison, executor) if comparison.is_gap else (comparison, {})
@@ -201,17 +191,6 @@ def assess(
     detectable = detectable_sizes(nominal, effects, columns)
     tell("verdict")
     return Assessment(comparison, decision, shrinkages, alike, detectable, drawn)
-
-
-def _with_response(
-    singles: Mapping[tuple[str, ...], Fitted], effects: Mapping[str, BaseEffect]
-) -> tuple[dict[tuple[str, ...], Fitted], dict[str, BaseEffect]]:
-    """Return the fits that have a finite misfit, and their effects."""
-    kept = {names: fit for names, fit in singles.items() if np.isfinite(fit.minimum.cost)}
-    for names in singles.keys() - kept.keys():
-        text = "the model has no response (NaN or infinite) wherever its fit began, so it is left out of the diagnosis"
-        warn(f"effect {'+'.join(names)}: {text}; check_effect of multilayer.testing tells more", PluginWarning, 3)
-    return kept, {name: effect for name, effect in effects.items() if (name,) in kept}
 
 
 def rival_term(comparison: ModelComparison, decision: Decision, executor: Executor | None = None) -> SimpleForm | None:

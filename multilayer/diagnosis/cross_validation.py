@@ -26,6 +26,22 @@ _FEWEST, _MANY = 4, 6  # bursts that can be divided into blocks, and into blocks
 _FINE = (60, 1e-6)  # evaluations, and relative change of the cost at convergence: a thousandth of a nat
 
 
+class Part(NamedTuple):
+    """The misfit of one part of the data that was held out, ``r^T C^-1 r`` over their number, without pulls.
+
+    Attributes
+    ----------
+    before, after : float
+        Of the nominal model and of the hypothesis.
+    n : int
+        Number of the data.
+    """
+
+    before: float
+    after: float
+    n: int
+
+
 @dataclass(frozen=True)
 class Shrinkage:
     """The gap on held-out data.
@@ -44,8 +60,8 @@ class Shrinkage:
         What noise alone leaves of G: 1 where it is as large as stated.
     n : float
         Number of the data held out, each part of a complex one by itself.
-    parts : tuple of (float, float)
-        `before` and `after` of each of the parts that were held out in turn.
+    parts : tuple of Part
+        The parts that were held out in turn.
     """
 
     before: float
@@ -54,7 +70,7 @@ class Shrinkage:
     log_score: float = 0.0
     noise: float = 1.0
     n: float = float("inf")
-    parts: tuple[tuple[float, float], ...] = ()
+    parts: tuple[Part, ...] = ()
 
     @property
     def share(self) -> float:
@@ -122,11 +138,11 @@ def cross_validate(
     n = sum(part.n for part in by_hypothesis[0])
     without = [] if known else by_hypothesis.pop(0)
     before = known.before if known else _gap(without)
-    each = [part for part, _ in known.parts] if known else [_gap([part]) for part in without]
+    each = [part.before for part in known.parts] if known else [part.square / part.n for part in without]
     return [
         Shrinkage(
             before, _gap(parts), held_out, sum(part.log_score for part in parts), noise, n,
-            tuple(zip(each, (_gap([part]) for part in parts), strict=True)),
+            tuple(Part(one, part.square / part.n, part.n) for one, part in zip(each, parts, strict=True)),
         )
         for parts in by_hypothesis
     ]  # fmt: skip

@@ -242,13 +242,18 @@ def _part_made_worse(
 ) -> str:
     """Return what speaks against a cause that fits and foretells a part of the held-out data worse than nothing does.
 
-    The gap on held-out data may be that of a single part, which hides the others. A cause that leaves a misfit of a
-    huge gap has a law that is not right to that anyway; and of tubes and levels parts are few data, whose gap scatters.
+    The gap on held-out data may be that of a single part, which hides the others. Worse is what noise makes of a part
+    once in twenty at most. A cause that leaves a misfit of a huge gap has a law that is not right to that anyway; of
+    tubes and levels errors are common to all parts.
     """
     if names not in shrinkages or not comparison.nominal.hypothesis.held_out_decides:
         return ""
-    seen = SEEN_HELD_OUT * shrinkages[names].noise
-    is_worse = any(after > max(before, seen) for before, after in shrinkages[names].parts)
+    shrinkage = shrinkages[names]
+    is_worse = any(
+        part.after > SEEN_HELD_OUT * shrinkage.noise
+        and part.after - part.before > SHRINKAGE_REACH * shrinkage.noise * np.sqrt(2 / part.n)
+        for part in shrinkage.parts
+    )
     fits = is_worse and not lack_of_fit(comparison.fitted[names])
     return "a part of the held-out data is foretold worse than without" if fits else ""
 
@@ -270,7 +275,8 @@ def _objection_to_two(
     label, share = in_words(best), _visible_share(best, shrinkages)
     if not comparison.several:
         return f"only two effects at once, such as {label}, explain it, and one configuration cannot tell such apart"
-    alone = max((shrinkage.share, names) for names, shrinkage in shrinkages.items() if len(names) == 1)
+    singles = [names for names in shrinkages if len(names) == 1 and not _part_made_worse(comparison, names, shrinkages)]
+    alone = max(((shrinkages[names].share, names) for names in singles), default=(0.0, ()))
     if share is not None and alone[0] >= share:
         return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
     return ""
@@ -307,6 +313,7 @@ def _single_where_enough(
         return best
     shares = {names: _visible_share(names, shrinkages) for names in parts}
     parts = [names for names, share in shares.items() if share is None or share >= LEAST_SHRINKAGE]
+    parts = [names for names in parts if not _part_made_worse(comparison, names, shrinkages)]
     # by the fitted data alone: both foretell held-out data, where a little that a law misses costs as much again
     near = [names for names in parts if comparison.fitted_score(best) - comparison.fitted_score(names) < SECOND_TERM]
     # what a law misses of a huge gap must not be taken for a second effect

@@ -34,6 +34,7 @@ from multilayer.diagnosis.fitting import (
     fit_effects,
     polish_fits,
     rough_fit,
+    with_response,
     worth_finishing,
 )
 from multilayer.diagnosis.free_rim import COARSE, elements_of_samples, fit_samples, free_rim, with_rigs
@@ -151,6 +152,7 @@ def diagnose_campaign(
     places = fit_places(nominal, executor)
     tell("places with free laws")
     nominal, singles = fits_one_by_one(nominal, minima, usable, executor, places)
+    singles, usable = with_response(singles, usable)
     nothing_fits = all(lack_of_fit(fit) for fit in [nominal, *singles.values()]) and not explain_data(places)
     if nothing_fits:
         nominal, places = with_further_laws(nominal, minima, usable, places, executor)
@@ -235,6 +237,8 @@ def fit_nominal(
         rough = fit_samples(nominal, made, executor)
         rigs = rough.hypothesis_as(CampaignProblem).finite
         nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
+    if not nominal.minimum.is_finite:
+        raise InputError(f"the rig has no response with {', '.join(effect.name for effect in rims)}; leave it out")
     return nominal, [nominal.minimum]
 
 

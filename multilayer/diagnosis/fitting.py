@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from typing import TypeVar
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.law_errors import with_errors_at_places
 from multilayer.diagnosis.model_discrepancy import WithLawErrors, law_basis, smooth_basis
 from multilayer.diagnosis.thresholds import NEAR, ROUGH, UNEXPLAINED
+from multilayer.errors import PluginWarning
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.least_squares import minimise, minimise_bfgs
@@ -410,11 +412,29 @@ def best_ends(
     """Return the fits of `finish_all` from what its descents reach."""
     ends: dict[K, list[Fitted]] = {}
     for (key, _), end in zip(tasks, fits, strict=True):
-        ends.setdefault(key, []).append(end)
+        if end.minimum.is_finite:
+            ends.setdefault(key, []).append(end)
     return {
         key: replace(best_of(ends[key]), valleys=fit.starts) if key in ends else fit.provisional
         for key, fit in started.items()
     }
+
+
+def with_response(
+    fits: Mapping[tuple[str, ...], Fitted], effects: Mapping[str, BaseEffect]
+) -> tuple[dict[tuple[str, ...], Fitted], dict[str, BaseEffect]]:
+    """Return the fits of effects one by one that have a response, and their effects.
+
+    Warns
+    -----
+    PluginWarning
+        Of each effect that is left out.
+    """
+    kept = {names: fit for names, fit in fits.items() if fit.minimum.is_finite}
+    for names in (names for names in fits if names not in kept):
+        text = "the model has no response (NaN or infinite) wherever its fit began, so it is left out of the diagnosis"
+        warn(f"effect {'+'.join(names)}: {text}; check_effect of multilayer.testing tells more", PluginWarning, 3)
+    return kept, {name: effect for name, effect in effects.items() if (name,) in kept}
 
 
 def best_of(ends: Sequence[Fitted]) -> Fitted:

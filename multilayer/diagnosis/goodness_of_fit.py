@@ -37,7 +37,7 @@ def misfit_p_value(fitted: Fitted, tolerance: float) -> float:
     The cost of a linear model with normal priors is chi-square distributed with as many degrees of freedom as there are
     data: in closed form what a parametric bootstrap with refits gives.
     """
-    if not np.isfinite(fitted.minimum.cost):  # no response
+    if not fitted.minimum.is_finite:
         return 0.0
     excess = smooth_discrepancy(fitted).misfit_reduction(tolerance)
     return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from warnings import warn
 
 import numpy as np
 from scipy.special import logsumexp
@@ -25,6 +26,7 @@ from multilayer.diagnosis.thresholds import (
     UNEXPLAINED,
 )
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
+from multilayer.errors import PluginWarning
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.places import DrawnLaw, SimpleLaw
@@ -203,6 +205,11 @@ def fit_places(
         Where fits run; in this process when left out.
     names : sequence of str, optional
         Names of the places; all that are registered when left out.
+
+    Warns
+    -----
+    PluginWarning
+        Of a place at which no law has a response: it is left out.
     """
     problem = nominal.hypothesis
     places: list[tuple[BasePlace, Fitted]] = []
@@ -210,7 +217,11 @@ def fit_places(
         if names is not None and name not in names:
             continue
         steps = [(place, _first_step(nominal, place)) for place in kind.instances(problem.settings)]
-        places += [max(steps, key=lambda step: step[1].log_evidence)] if steps else []
+        answering = [(place, step) for place, step in steps if step.minimum.is_finite]
+        places += [max(answering, key=lambda step: step[1].log_evidence)] if answering else []
+        if steps and not answering:
+            text = f"place {name}: the model has no response (NaN or infinite) with a law there, so it is left out"
+            warn(f"{text}; check_place of multilayer.testing tells more", PluginWarning, 2)
     # what gains nothing to first order is at its minimum after that step
     idle = [unfinished(step) for _, step in places if not _gains(nominal, step)]
     tasks = [partial(begun_at, nominal, place) for place, step in places if _gains(nominal, step)]

@@ -28,7 +28,7 @@ def discrepancy_evidence(fitted: Fitted, sizes: Sequence[float]) -> float:
 
     On the same scale as `Fitted.log_evidence`; minus infinity where there is no response.
     """
-    if not np.isfinite(fitted.minimum.cost):
+    if not fitted.minimum.is_finite:
         return -np.inf
     log_factors = smooth_discrepancy(fitted).log_bayes_factors(sizes)
     return fitted.log_evidence + float(logsumexp(log_factors)) - float(np.log(len(log_factors)))

@@ -170,8 +170,12 @@ class Minimum:
     @property
     def misfit(self) -> float:
         """Sum of the squared residuals: chi-square of the data; infinite where there is no response."""
-        squares = float(self.residual @ self.residual)
-        return np.inf if np.isnan(squares) else squares
+        return _or_infinite(float(self.residual @ self.residual))
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the model has a response and a derivative there."""
+        return bool(np.isfinite(self.cost) and np.all(np.isfinite(self.jacobian)))
 
     @property
     def norm(self) -> float:
@@ -181,7 +185,7 @@ class Minimum:
     @property
     def cost(self) -> float:
         """Misfit plus the prior's z^2: minus twice the logarithm of the posterior density."""
-        return float(self.misfit + self.z @ self.z)
+        return _or_infinite(float(self.misfit + self.z @ self.z))
 
     @property
     def cost_per_datum(self) -> float:
@@ -203,11 +207,15 @@ class Minimum:
         """Logarithm of the evidence by Laplace's approximation, without the constant of the whitened data.
 
         ``ln p(y|z) + ln p(z) + (d/2) ln 2 pi - 1/2 ln |H|``; the prior's normalisation cancels the second constant.
-        Minus infinity where there is no response.
+        Minus infinity where there is no response, or no derivative.
         """
-        if not (np.isfinite(self.cost) and np.all(np.isfinite(self.jacobian))):
+        if not self.is_finite:
             return -np.inf
         return float(-0.5 * self.cost - 0.5 * np.linalg.slogdet(self.precision)[1])
+
+
+def _or_infinite(value: float) -> float:
+    return np.inf if np.isnan(value) else value
 
 
 @dataclass(frozen=True)

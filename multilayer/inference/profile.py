@@ -162,8 +162,10 @@ def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tup
         moved = _least(held, others.z + side * step * slope)
         slope = (moved.z - others.z) / (there - at)
         at, others = there, moved
-        points.append((at, others))
         cost = others.cost + at**2
+        if not others.is_finite:  # the model ends here, and the profile with it
+            break
+        points.append((at, others))
         lowest = min(lowest, cost)
         if cost - lowest >= _HIGHEST:
             break

@@ -210,7 +210,7 @@ class _Search:
             except _REFUSALS:
                 return None
 
-    def _found(self) -> _Found:
+    def _found(self) -> _Found | None:
         axis = _Axis(locate(self.task.stack, self.path))
         start = self._best_tried(axis) if self.start is None else axis.coordinate(self.start)
 
@@ -228,6 +228,8 @@ class _Search:
             residual, np.array([start]), bounds=(np.array([low]), np.array([high])), scale="jac", most=self.most,
             ftol=self.ftol, xtol=self.ftol,
         )  # fmt: skip
+        if not minimum.is_finite:
+            return None
         x = float(minimum.z[0])
         at_limit = min(x - low, high - x) < _AT_LIMIT * (high - low)
         rms = math.sqrt(minimum.misfit / self.measured.size)  # of the absolute value where it is complex

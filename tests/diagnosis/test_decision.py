@@ -9,7 +9,7 @@ import pytest
 from multilayer.diagnosis import assessment
 from multilayer.diagnosis import decision as decision_module
 from multilayer.diagnosis.assessment import rival_term
-from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
+from multilayer.diagnosis.cross_validation import Part, Shrinkage, cross_validate
 from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
@@ -82,6 +82,12 @@ def test_a_known_gap_of_the_nominal_model_is_not_made_again():
     (made,) = cross_validate(nominal, [gain])
     (given,) = cross_validate(nominal, [gain], known=made)
     assert given == made
+    # the gap of all is that of the parts, but for what is stated of the laboratory
+    n = sum(part.n for part in made.parts)
+    for gap, of_all in ((0, made.before), (1, made.after)):
+        of_parts = sum(part[gap] * part.n for part in made.parts) / n
+        assert n == made.n
+        assert of_parts <= of_all < of_parts + 0.2
     (other,) = cross_validate(nominal, [gain], known=replace(made, before=2.5))
     assert (other.before, other.after, other.log_score) == (2.5, made.after, made.log_score)
 
@@ -160,8 +166,8 @@ def test_nothing_simple_at_its_place_is_ahead_of_the_cause(monkeypatch, lead, ve
 
 @pytest.mark.parametrize(
     ("second", "misfit", "verdict"),
-    [((40.0, 44.0), "", "unknown"), ((40.0, 44.0), "leaves a misfit", "effect"), ((40.0, 39.0), "", "effect"),
-     ((0.4, 0.6), "", "effect")],
+    [((40.0, 44.0, 60), "", "unknown"), ((40.0, 44.0, 60), "leaves a misfit", "effect"),
+     ((40.0, 39.0, 60), "", "effect"), ((0.4, 0.6, 60), "", "effect"), ((0.6, 0.7, 60), "", "effect")],
 )  # fmt: skip
 def test_a_cause_that_fits_makes_no_part_of_the_held_out_data_worse(monkeypatch, second, misfit, verdict):
     """However far it shrinks the gap of all: that of one part may be a hundred times as large as the others'."""
@@ -174,7 +180,7 @@ def test_a_cause_that_fits_makes_no_part_of_the_held_out_data_worse(monkeypatch,
     nominal, _ = fit_nominal(*campaign_and_signals(gain=1.05))
     fitted = fit_effects(nominal, {names[0]: EFFECTS[names[0]]()})
     comparison = ModelComparison(nominal, fitted, {(): -9000.0, names: -10.0, UNKNOWN: -90.0}, 1)
-    parts = ((11488.0, 7.6), second)
+    parts = (Part(11488.0, 7.6, 60), Part(*second))
     found = decide(comparison, {names: Shrinkage(5764.0, 25.8, "each", noise=0.5, parts=parts)})
     assert found.verdict == verdict, found.reason
     assert ("foretold worse than without" in found.reason) == (verdict == "unknown")

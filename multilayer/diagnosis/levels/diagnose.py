@@ -11,7 +11,7 @@ from typing import Any
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import fit_effects, polish_fits, rough_fit
+from multilayer.diagnosis.fitting import fit_effects, polish_fits, rough_fit, with_response
 from multilayer.diagnosis.levels.designs import rank_level_designs
 from multilayer.diagnosis.place_fits import fit_places, may_explain
 from multilayer.diagnosis.residual_curves import residual_curves
@@ -66,8 +66,9 @@ def diagnose_levels(
     wanted = {key: effect for key, effect in usable.items() if may_explain(nominal, places, effect)}
     fits = polish_fits(fit_effects(nominal, wanted, executor=executor), executor)
     fits |= {(key,): rough_fit(nominal, effect) for key, effect in usable.items() if key not in wanted}
+    singles, usable = with_response({(key,): fits[key,] for key in usable}, usable)
     tell("effects one by one")
-    assessment = assess(nominal, {(key,): fits[key,] for key in usable}, usable, tell, executor, places)
+    assessment = assess(nominal, singles, usable, tell, executor, places)
     record = assessment.entries(partial(rank_level_designs, executor=executor), seed) | {
         "unknowns": unknown_entries(nominal, assessment.corrected),
         "warnings": hypothesis.warnings(nominal.minimum.z),

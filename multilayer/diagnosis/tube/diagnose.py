@@ -14,7 +14,7 @@ import numpy as np
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits
+from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits, with_response
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
@@ -67,7 +67,7 @@ def diagnose_tube(
     tell("nominal model")
     every = file.chosen() if effects is None else effects
     usable = {key: effect for key, effect in every.items() if nominal.hypothesis.admits(effect)}
-    singles = single_fits(nominal, usable, executor)
+    singles, usable = with_response(single_fits(nominal, usable, executor), usable)
     tell("effects one by one")
     places = fit_places(nominal, executor)
     tell("places with free laws")

@@ -28,6 +28,7 @@ from multilayer.fits.joint.search import (
     N_FOLLOWED,
     first_guess,
     law_space,
+    refuse_none,
     settle,
     solve_joint,
     with_record_ends,
@@ -209,8 +210,9 @@ def _with_rims(
         problem, nearest = fit_samples(problem, begun.z, made, _solved, lambda solved: solved[1].z)
         sizes = nearest.z[-n:]
         tell("sample")
-    found = [minimise(problem, np.concatenate([start, sizes])) for start in starts]
-    return problem, distinct(found)
+    found = distinct([minimise(problem, np.concatenate([start, sizes])) for start in starts])
+    refuse_none(problem, found)
+    return problem, found
 
 
 def _solved(problem: CampaignProblem, start: RealArray) -> tuple[CampaignProblem, Minimum]:

@@ -84,17 +84,28 @@ def solve_joint(
     Raises
     ------
     InputError
-        Where no law gives the rig a response.
+        Where the rig has no response.
     """
     coarse = search_laws(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
     followed = [m.z for m in coarse[:n_followed] if is_competitive(m, coarse)]
     descents = run_all(partial(_descents, problem, tolerance), followed, executor)
     minima = distinct([found for ends in descents for found in ends])
-    if not minima:
-        given = ", ".join(effect.name for effect in problem.given)
-        text = "the rig has no response (NaN or infinite) with any modulus law"
-        raise InputError(f"{text}; leave out what is given: {given}" if given else f"{text}; check sizes and masses")
+    refuse_none(problem, minima)
     return minima
+
+
+def refuse_none(problem: CampaignProblem, minima: Sequence[Minimum]) -> None:
+    """Refuse a problem that has no minima, as its rig has no response wherever it was asked for.
+
+    Raises
+    ------
+    InputError
+    """
+    if minima:
+        return
+    given = ", ".join(effect.name for effect in problem.given)
+    text = "the rig has no response (NaN or infinite) with any modulus that was tried"
+    raise InputError(f"{text}; leave out what is given ({given}), or check it" if given else f"{text}; check its sizes")
 
 
 def search_laws(
@@ -111,7 +122,7 @@ def search_laws(
 
     Effects that are given move with the law.
 
-    Parameters as of `solve_joint`; coordinates are those of the problem.
+    Parameters, and what it raises, as of `solve_joint`; coordinates are those of the problem.
     """
     law_only = replace(problem, known=Uncertainty(), model_error=_coarse(problem))
     n, given = len(problem.modulus_parameters), np.zeros(len(problem.given_parameters))
@@ -119,6 +130,7 @@ def search_laws(
     found = search(
         law_only, begin, n_best=n_best, seed=seed, few=_FEW, tolerance=tolerance, tell=tell, executor=executor
     )
+    refuse_none(problem, found)
     rest = np.zeros(len(problem.nuisances.parameters))
     return [replace(minimum, z=np.concatenate([minimum.z[:n], rest, minimum.z[n:]])) for minimum in found]
 
