@@ -288,7 +288,7 @@ class Stack(Model, metaclass=InWords):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that a stack file can hold; `Stack.model_validate` reads it back."""
-        return self.model_dump(mode="json", exclude_none=True)
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
 def _found(key: str | int, indices: Mapping[str, int]) -> int:

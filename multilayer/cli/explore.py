@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +16,15 @@ Measured = Annotated[
     list[Path] | None,
     typer.Option("--measured", metavar="FILE", help="Measured spectra to show beside, as compare reads them; repeat."),
 ]
+
+_REDIRECTION = """\
+<!DOCTYPE html>
+<meta charset="utf-8">
+<meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={url}">
+<title>multilayer explore</title>
+<a href="{url}">multilayer explore</a>
+"""
 
 
 def explore(
@@ -52,12 +63,11 @@ def explore(
         typer.echo(server.url)
         if LOUDNESS.warnings:
             typer.echo("Ctrl-C ends it; what is not saved is lost.", err=True)
-        if browser:
-            _open(server.url)
-        try:
-            server.serve_forever(poll_interval=0.2)
-        except KeyboardInterrupt:
-            typer.echo("ended", err=True)
+        with _opened(server.url) if browser else nullcontext():
+            try:
+                server.serve_forever(poll_interval=0.2)
+            except KeyboardInterrupt:
+                typer.echo("ended", err=True)
 
 
 def _explorer(file: Path, measured: list[Path]) -> Questions:
@@ -85,11 +95,26 @@ def _explorer(file: Path, measured: list[Path]) -> Questions:
         return ModelExplorer(source, diagnosis.effects if diagnosis else None)
 
 
-def _open(url: str) -> None:
-    """Open a page where there is a screen: without one, a browser of the terminal would take the terminal."""
+@contextmanager
+def _opened(url: str) -> Iterator[None]:
+    """Open a page where there is a screen: without one, a browser of the terminal would take the terminal.
+
+    The browser is told a file that leads there, which nobody else can read, until the block ends: what it is told
+    itself stands in the list of processes, and the address holds the token.
+    """
     import os
     import sys
     import webbrowser
+    from tempfile import mkstemp
 
-    if sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        webbrowser.open(url)
+    if not (sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        yield
+        return
+    descriptor, name = mkstemp(prefix="multilayer-", suffix=".html")  # of mode 0600
+    with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+        stream.write(_REDIRECTION.format(url=url))
+    try:
+        webbrowser.open(Path(name).as_uri())
+        yield
+    finally:
+        Path(name).unlink(missing_ok=True)

@@ -16,7 +16,7 @@ from multilayer.errors import InputError, MultilayerError, show
 from multilayer.explore.curves import computed, curves
 from multilayer.explore.edits import edited
 from multilayer.explore.fields import described_ambient, described_layers, described_termination
-from multilayer.explore.file import ASIDE, Save, open_file, save
+from multilayer.explore.file import ASIDE, Save, is_same, open_file, save
 from multilayer.explore.questions import Answer, Questions, problems_of
 from multilayer.layers.base import LAYERS
 from multilayer.materials import load_library
@@ -55,16 +55,25 @@ class Explorer(Questions):
         }
 
     def start(self, request: Mapping[str, Any]) -> Answer:
-        """Return the file as it is on the disk, and what may be added to it."""
+        """Return the file as it is on the disk, and what may be added to it.
+
+        Of a file that cannot be read its ``problems`` stand in place of ``data`` and ``digest``: a window that is
+        loaded again has a design of its own to go on with.
+        """
         del request
-        opened = open_file(self.file)
-        library = opened.data.get("library")
-        own = load_library(self.file.parent / str(library)) if library else {}
+        own: dict[str, Any] = {}
+        on_disk: Answer
+        try:
+            opened = open_file(self.file)
+            if library := opened.data.get("library"):
+                own = load_library(self.file.parent / str(library))
+            on_disk = {"data": opened.data, "digest": opened.digest}
+        except InputError as error:
+            on_disk = {"problems": problems_of(error, placed=True)}
         known = {**own, **{name: fields for name, fields in load_library().items() if name not in own}}
         return {
+            **on_disk,
             "file": for_log(self.file.name),
-            "data": opened.data,
-            "digest": opened.digest,
             "version": version("multilayer"),
             "types": [{"name": name, "summary": kind.summary} for name, kind in LAYERS.working()],
             "materials": [
@@ -104,8 +113,8 @@ class Explorer(Questions):
             data = {key: value for key, value in data.items() if key not in ASIDE}
         words = {key: str(request.get(key, "")) for key in ("name", "kind", "known")}
         saved = save(data, self.file, Save(**words, replace=request.get("replace") is True))
-        same = (self.file.parent / words["name"]).samefile(self.file)
-        return {"name": words["name"], "digest": saved.digest if same else words["known"], "problems": []}
+        is_opened = is_same(self.file.parent / words["name"], self.file)
+        return {"name": words["name"], "digest": saved.digest if is_opened else words["known"], "problems": []}
 
     def watch(self, request: Mapping[str, Any]) -> Answer:
         """Return the digest of the file as it is on the disk now; empty when it is gone."""

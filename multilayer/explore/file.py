@@ -17,6 +17,7 @@ from multilayer.simulation.file import SimulationFile, load_simulation
 from multilayer.stack import Stack
 from multilayer.writing.folders import write_file
 from multilayer.writing.manifest import digest_of
+from multilayer.writing.workspace import resolved
 
 _NAME = re.compile(r"[^\W_][\w .+=,()-]*\.ya?ml")  # no folder, nothing hidden, no control characters
 _LONGEST_NAME = 120
@@ -112,8 +113,8 @@ def save(data: Mapping[str, Any], opened: Path, wanted: Save) -> Opened:
     NameTakenError
         When there is such a file, and `wanted` does not say that it may be replaced.
     InputError
-        When the name is none, the data have mistakes, the file cannot be written, or the opened file, which is to be
-        replaced, has changed since the window read it.
+        When the name is none or that of a link out of the folder, the data have mistakes, the file cannot be written,
+        or the opened file, which is to be replaced, has changed since the window read it.
     """
     if wanted.kind not in ("stack", "simulation"):
         raise InputError(f"a page saves a stack or a simulation, not '{wanted.kind}'")
@@ -123,8 +124,9 @@ def save(data: Mapping[str, Any], opened: Path, wanted: Save) -> Opened:
     kept = {key: value for key, value in data.items() if wanted.kind == "simulation" or key not in OF_A_SIMULATION}
     validated(kept, opened, wanted.kind)
     target = opened.parent / wanted.name
+    _refuse_link_out(target)
     if target.exists():
-        is_opened = target.samefile(opened)
+        is_opened = is_same(target, opened)
         if is_opened and digest_of(opened) != wanted.known:
             text = "has changed on the disk since this window read it; read it again, or save under another name"
             raise InputError(f"{wanted.name}: {text}")
@@ -134,6 +136,23 @@ def save(data: Mapping[str, Any], opened: Path, wanted: Save) -> Opened:
     text = f"# Made by `multilayer explore` from {for_log(opened.name)}\n{_text(kept, wanted.kind)}"
     write_file(target, text)
     return Opened(kept, digest_of(target) or "")
+
+
+def is_same(one: Path, other: Path) -> bool:
+    """Tell whether two paths lead to one file; False where either leads to none."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return False
+
+
+def _refuse_link_out(target: Path) -> None:
+    """Refuse a link that leads out of its folder, or to no file: writing would follow it."""
+    is_inside = target.exists() and resolved(target.parent) in resolved(target).parents
+    if target.is_symlink() and not is_inside:
+        raise InputError(
+            f"{target.name}: is a link that leads out of the folder, or to no file; save under another name"
+        )
 
 
 def _text(data: Mapping[str, Any], kind: str) -> str:

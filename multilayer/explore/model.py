@@ -39,6 +39,7 @@ from multilayer.units import parse_quantity
 _FARTHEST = 1e4  # standard deviations: a gap drags what is stated off by hundreds
 _FIT = (80, 1e-6)  # evaluations, and relative change of the cost at which a fit has converged
 _NEAR = 1e-3  # relative, by which a value that was typed may be missed
+_NO_RESPONSE = "the model has no response near here; turn back what is far out, then fit"
 
 
 @dataclass(frozen=True)
@@ -160,9 +161,12 @@ class ModelExplorer(Questions):
         free = np.array([parameter.name not in held for parameter in hypothesis.parameters], dtype=bool)
         if np.any(free):
             problem = Held(hypothesis, z, free)
-            minimum = minimise_scaled(problem, z[free], *_FIT)
+            try:
+                minimum = minimise_scaled(problem, z[free], *_FIT)
+            except ValueError as error:  # NumPy's LinAlgError among them, where something overflows on the way
+                raise InputError(_NO_RESPONSE) from error
             if not np.isfinite(minimum.cost):
-                raise InputError("the model has no response near here; turn back what is far out, then fit")
+                raise InputError(_NO_RESPONSE)
             z = problem.all_coordinates(minimum.z)
         return self._shown(hypothesis, z, request)
 

@@ -13,8 +13,9 @@ from multilayer.explore.curves import MOST_POINTS, computed
 from multilayer.explore.explorer import Explorer
 from multilayer.explore.starting import completed
 from multilayer.layers.base import LAYERS
-from multilayer.simulation.file import load_simulation
+from multilayer.simulation.file import SimulationFile, load_simulation
 from multilayer.simulation.measured import read_measured
+from multilayer.simulation.settings import FrequencyRange
 from multilayer.units import field_unit, parse_quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -276,6 +277,37 @@ class TestSave:
         assert "\x1b" not in answer["problems"][0]["text"]
         assert sorted(explorer.file.parent.parent.rglob("*")) == before
 
+    @pytest.mark.parametrize("where", ["../elsewhere.yaml", "nowhere.yaml", "../nowhere.yaml"])
+    def test_no_link_is_followed_out_of_the_folder(self, where, tmp_path):
+        folder = tmp_path / "project"
+        folder.mkdir()
+        explorer = Explorer(Path(shutil.copy(EXAMPLES / "foam_absorption.yaml", folder / "foam.yaml")))
+        elsewhere = tmp_path / "elsewhere.yaml"
+        elsewhere.write_text("mine")
+        (folder / "new.yaml").symlink_to(where)
+        before = sorted(tmp_path.rglob("*"))
+        answer = self.save(explorer, start(explorer)["data"], replace=True)
+        assert "is a link that leads out of the folder, or to no file" in answer["problems"][0]["text"]
+        assert sorted(tmp_path.rglob("*")) == before
+        assert elsewhere.read_text() == "mine"
+
+    def test_a_link_inside_the_folder_is_followed(self, explorer):
+        other = explorer.file.with_name("other.yaml")
+        other.write_text("mine")
+        explorer.file.with_name("new.yaml").symlink_to(other.name)
+        assert self.save(explorer, start(explorer)["data"])["taken"]
+        assert self.save(explorer, start(explorer)["data"], replace=True)["problems"] == []
+        assert "kind: simulation" in other.read_text()
+
+    def test_where_the_opened_file_is_gone(self, explorer):
+        began = start(explorer)
+        explorer.file.rename(explorer.file.with_name("renamed.yaml"))
+        assert self.save(explorer, began["data"], known=began["digest"])["digest"] == began["digest"]
+        assert self.save(explorer, began["data"], known=began["digest"])["taken"]
+        assert self.save(explorer, began["data"], known=began["digest"], replace=True)["problems"] == []
+        again = self.save(explorer, began["data"], name="foam.yaml", known=began["digest"])
+        assert again["digest"] == explorer.answer("watch", {})["digest"] != ""
+
     def test_what_is_wrong_is_not_saved(self, explorer):
         answer = self.save(explorer, with_thickness(start(explorer)["data"], "-1 mm"))
         assert answer["problems"]
@@ -302,12 +334,22 @@ class TestFileOnDisk:
     def test_that_is_gone(self, explorer):
         explorer.file.unlink()
         assert explorer.answer("watch", {})["digest"] == ""
-        assert "there is no such file" in start(explorer)["problems"][0]["text"]
+        answer = start(explorer)
+        assert "there is no such file" in answer["problems"][0]["text"]
+        assert "data" not in answer
+        assert answer["types"]  # for a window that goes on with what it has
+        assert answer["materials"]
 
     def test_with_mistakes_is_told_with_its_lines_when_read_again(self, explorer):
         explorer.file.write_text("version: 1\nlayers: []\n")
         (problem,) = start(explorer)["problems"]
         assert f"{explorer.file}:2:9: layers: must not be empty" in problem["text"]
+
+
+def test_frequencies_go_into_a_file_by_the_names_that_are_documented(file):
+    written = load_simulation(file).model_copy(update={"frequency": FrequencyRange(start=200, stop=2000)}).to_dict()
+    assert written["frequency"] == {"from": 200, "to": 2000, "points": 200, "spacing": "log"}
+    assert SimulationFile.model_validate(written).frequency.stop == 2000
 
 
 def test_measured_curves(file, tmp_path):

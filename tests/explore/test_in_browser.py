@@ -1,6 +1,8 @@
 """The page in headless Chromium as a person uses it: pointer, keyboard, two widths, two windows, another editor."""
 
+import _thread
 import signal
+import threading
 from contextlib import contextmanager
 
 import pytest
@@ -9,6 +11,7 @@ from multilayer.config.yaml12 import dump_yaml, parse_yaml
 from multilayer.explore.explorer import Explorer
 from multilayer.simulation.file import load_simulation
 from multilayer.simulation.measured import read_measured
+from tests.cli.command import run
 from tests.explore.command import exploring, serving
 from tests.explore.webdriver import beyond
 
@@ -25,6 +28,30 @@ TABLE = "frequency_hz,transmission_loss_db\n125,20\n500,30\n2000,40\n"
 HOSTILE = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>\u202e&amp;"
 CURVE = "return document.querySelector('.chart .curve.now').getAttribute('d')"
 SETTLED = "return !document.body.classList.contains('stale') && document.querySelector('.chart .curve.now') !== null"
+
+
+class Held:
+    """Answers to one question, which may be held back for a while."""
+
+    def __init__(self, explorer, question):
+        self.free, self.asked = threading.Event(), threading.Event()
+        self.free.set()
+        answer = explorer.answers[question]
+
+        def answered(request):
+            self.asked.set()
+            assert self.free.wait(20)
+            return answer(request)
+
+        explorer.answers[question] = answered
+
+    def __enter__(self):
+        self.asked.clear()
+        self.free.clear()
+        return self
+
+    def __exit__(self, *_):
+        self.free.set()
 
 
 @contextmanager
@@ -50,6 +77,17 @@ def page(browser, file, tmp_path):
         browser.open(url)
         yield browser
         browser.size(1280, 900)
+        assert [text for text in browser.complaints() if "beforeunload" not in text] == []
+
+
+@pytest.fixture
+def late(browser, file):
+    """Give the browser at a page whose answers may be held back, and what holds edits and curves."""
+    explorer = Explorer(file)
+    edits, curves = Held(explorer, "edit"), Held(explorer, "evaluate")
+    with serving(explorer) as server:
+        browser.open(server.url)
+        yield browser, edits, curves
         assert [text for text in browser.complaints() if "beforeunload" not in text] == []
 
 
@@ -206,6 +244,128 @@ def test_a_curve_is_frozen_and_gone_back_to(page):
     page.wait("return document.querySelector('.chart .curve.now').getAttribute('d') === arguments[0]", before)
 
 
+def test_cards_of_a_design_that_is_no_more_change_nothing(late):
+    page, _, curves = late
+    page.choose("#new", "type fluid")
+    page.choose("#where", "0")
+    page.click("#add button")
+    page.wait("return document.querySelectorAll('#layers > li').length === 3")
+    page.wait(SETTLED)
+    page.run("document.querySelector('#layer-2').open = true")
+    with curves:
+        page.click("#undo")
+        assert curves.asked.wait(10)
+        page.drag("#at-layers-2-thickness-slider", 0.9)  # of the wool, which is layer 1 again
+        page.run("document.querySelector('#layer-1-remove').click()")
+    page.wait("return document.querySelectorAll('#layers > li').length === 2")
+    page.wait("return !document.querySelector('#controls').inert")
+    assert page.run("return state.data.layers.map(one => [one.name, one.thickness])") == [
+        ["board", "12.5 mm"],
+        ["wool", "50 mm"],
+    ]
+    page.drag("#at-layers-1-thickness-slider", 0.9)
+    page.wait("return state.data.layers[1].thickness !== '50 mm'")
+
+
+def test_what_is_moved_during_an_edit_stays(late):
+    page, edits, _ = late
+    with edits:
+        page.click("#layer-0-copy")
+        assert edits.asked.wait(10)
+        page.click("[name=incidence][value=oblique]")
+    page.wait("return document.querySelectorAll('#layers > li').length === 3")
+    assert page.run("return state.data.incidence") == 45
+    page.click("#undo")
+    page.wait("return document.querySelectorAll('#layers > li').length === 2")
+    assert page.run("return state.data.incidence") == 45
+
+
+def test_an_edit_of_a_design_that_is_no_more_is_not_done(late):
+    page, edits, _ = late
+    page.type("#at-layers-0-thickness", "9")
+    page.wait("return document.querySelector('#layer-0 .thick').textContent === '9 mm'")
+    with edits:
+        page.click("#layer-0-copy")
+        assert edits.asked.wait(10)
+        page.click("#undo")
+    page.wait("return document.querySelector('#status').textContent.includes('this was not done')")
+    page.wait("return document.querySelector('#at-layers-0-thickness').value === '12.5'")
+    page.wait("return !document.querySelector('#controls').inert")
+    assert page.run("return state.data.layers.length") == 2
+
+
+def test_the_keyboard_stays_where_it_was_while_controls_wait(page):
+    page.type("#at-layers-0-name", "panel")
+    page.wait("return document.querySelector('#layer-0 .title').textContent === 'panel'")
+    page.wait("return document.activeElement.id === 'at-layers-0-material'")
+    page.run("document.querySelector('#layer-0 summary').focus()")
+    page.press("z", hold=["Control"])
+    page.wait("return document.querySelector('#layer-0 .title').textContent === 'board'")
+    page.wait("return !document.querySelector('#controls').inert")
+
+
+def test_what_is_frozen_is_of_one_design(late):
+    page, _, curves = late
+    with curves:
+        page.type("#at-layers-0-thickness", "30")
+        assert curves.asked.wait(10)
+        page.click("#freeze")
+    page.wait("return state.frozen.length === 1")
+    page.wait("return document.querySelector('#layer-0 .thick').textContent === '30 mm'")
+    same = "return JSON.stringify(state.frozen[0].curves) === JSON.stringify(result.curves)"
+    assert page.run(same)
+    assert page.run("return state.frozen[0].data.layers[0].thickness") == "30 mm"
+
+
+def test_each_drag_of_the_angle_is_one_step(page):
+    page.click("[name=incidence][value=diffuse]")
+    page.wait("return document.querySelector('#angle-slider') !== null")
+    page.drag("#angle-slider", 0.2)
+    first = page.run("return state.data.incidence.diffuse.max_angle")
+    page.drag("#angle-slider", 0.6)
+    assert page.run("return state.data.incidence.diffuse.max_angle") > first
+    page.click("#undo")
+    assert page.run("return state.data.incidence.diffuse.max_angle") == first
+
+
+@pytest.mark.parametrize(
+    ("written", "shown"), [("{diffuse: {max_angle: 70 deg}}", "diffuse to 70°"), ("0.5 rad", "28.65°")]
+)
+def test_angles_may_be_written_with_their_unit(written, shown, browser, file):
+    file.write_text(f"{STACK}incidence: {written}\n")
+    with served(file) as url:
+        browser.open(url)
+        assert shown in browser.text("#ratings")
+
+
+@pytest.mark.parametrize("names", [("from", "to"), ("start", "stop")])
+def test_frequencies_of_files_old_and_new_stay(names, browser, file):
+    low, high = names
+    file.write_text(STACK.replace("from: 100 Hz, to: 5 kHz", f"{low}: 200.0, {high}: 2000.0"))
+    with served(file) as url:
+        browser.open(url)
+        browser.run("document.querySelector('#around').open = true")
+        assert browser.run("return document.querySelector('#at-frequency-from').value") == "200 Hz"
+        browser.type("#at-frequency-points", "50")
+        browser.wait("return result.frequency.length === 50")
+        assert browser.run("return [result.frequency[0], result.frequency[49]]") == [200, 2000]
+
+
+@pytest.mark.parametrize("spoilt", [None, "version: 1\nlayers: []\n"])
+def test_a_reload_reaches_the_design_whatever_became_of_the_file(spoilt, page, file):
+    page.type("#at-layers-0-thickness", "9")
+    page.wait("return document.querySelector('#layer-0 .thick').textContent === '9 mm'")
+    file.unlink() if spoilt is None else file.write_text(spoilt)
+    page.run("document.body.dataset.ready = ''")
+    page.devtools("Page.reload", {})
+    page.wait("return document.body.dataset.ready === 'yes'")
+    assert page.run("return document.querySelector('#at-layers-0-thickness').value") == "9"
+    assert "no such file" in page.text("#banners") or "must not be empty" in page.text("#banners")
+    assert "goes on with the design that it has kept" in page.text("#banners")
+    page.click("#undo")
+    page.wait("return document.querySelector('#at-layers-0-thickness').value === '12.5'")
+
+
 def test_a_reload_goes_on_where_it_was(page):
     page.type("#at-layers-0-thickness", "9")
     page.wait("return document.querySelector('#layer-0 .thick').textContent === '9 mm'")
@@ -275,7 +435,28 @@ def test_when_the_command_has_ended_nothing_is_lost(browser, file):
         process.communicate(timeout=10)
     assert process.returncode == 0
     browser.wait("return document.querySelector('#banners').textContent.includes('has ended')")
+    browser.type("#at-layers-0-thickness", "8")
+    browser.wait("return document.querySelector('#banners textarea').value.includes('8 mm')")
+    leaves = "const event = new Event('beforeunload', {cancelable: true}); return window.dispatchEvent(event)"
+    assert browser.run(leaves) is False  # it asks before the window is closed
     kept = file.with_name("kept.yaml")
     kept.write_text(browser.run("return document.querySelector('#banners textarea').value"))
-    assert load_simulation(kept).layers[0].thickness == pytest.approx(9e-3)
+    assert load_simulation(kept).layers[0].thickness == pytest.approx(8e-3)
     browser.complaints()  # of questions that nobody answers
+
+
+def test_the_browser_is_led_to_the_page(browser, file, monkeypatch):
+    seen = []
+
+    def look(address):
+        try:
+            browser.open(address)
+            seen.append(browser.run("return location.href"))
+        finally:
+            _thread.interrupt_main()
+
+    monkeypatch.setattr("webbrowser.open", lambda address: threading.Thread(target=look, args=(address,)).start())
+    done = run("explore", file, DISPLAY=":0")
+    assert done.status == 0
+    assert seen == [done.out.strip()]
+    browser.complaints()

@@ -197,6 +197,22 @@ def test_a_question_that_cannot_be_answered_says_why(request_, told, tube):
     assert "\x1b" not in problem["text"]
 
 
+@pytest.mark.parametrize("error", [ValueError("array must not contain infs or NaNs"), np.linalg.LinAlgError("SVD")])
+def test_a_descent_that_overflows_is_told(error, tube, monkeypatch):
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr("multilayer.explore.model.minimise_scaled", fail)
+    (problem,) = tube.answer("fit", {"z": tube.answer("start", {})["z"]})["problems"]
+    assert "no response near here" in problem["text"]
+
+
+def test_a_fit_from_where_the_air_is_colder_than_can_be_is_told(tube):
+    asked = {"z": tube.answer("start", {})["z"], "effects": {"temperature": [-4000.0]}}
+    (problem,) = tube.answer("fit", asked)["problems"]
+    assert "no response near here" in problem["text"]
+
+
 def test_measurements_have_no_others_beside_them(tmp_path):
     done = run("explore", str(EXAMPLES / "foam_tube"), "--measured", "other.csv", "--no-browser")
     assert done.status == 2

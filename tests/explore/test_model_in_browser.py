@@ -82,6 +82,16 @@ def test_an_effect_is_added_turned_held_and_fitted(page):
     assert page.run("return document.querySelector('#effect-facing').checked") is False
 
 
+def test_what_is_held_comes_back_with_its_effect(page):
+    page.click("#effect-facing")
+    page.wait("return document.querySelector('#at-facing-surface_density') !== null")
+    page.click("#at-facing-surface_density-held")
+    page.click("#effect-facing")
+    page.wait("return document.querySelector('#at-facing-surface_density') === null")
+    page.click("#undo")
+    page.wait("return document.querySelector('#at-facing-surface_density-held')?.checked")
+
+
 def test_a_model_is_kept_to_compare_with(page):
     nominal = page.run("return document.querySelector('.chart .curve.c0').getAttribute('d')")
     page.type(RESISTIVITY, "20")

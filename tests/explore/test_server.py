@@ -7,9 +7,12 @@ import re
 import shutil
 import signal
 import socket
+import stat
 import threading
 from importlib import resources
 from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import pytest
 
@@ -257,6 +260,25 @@ class TestCommand:
         assert err.splitlines()[-1] == "ended"
         assert "Traceback" not in err
         assert [path.name for path in tmp_path.iterdir()] == [file.name]
+
+
+def test_no_process_is_told_the_token(monkeypatch):
+    """For every user may read what a process was called with."""
+    told = []
+
+    def look(address):
+        file = Path(url2pathname(urlsplit(address).path))
+        told.append((address, file, file.read_text(), stat.S_IMODE(file.stat().st_mode)))
+
+    monkeypatch.setattr("webbrowser.open", look)
+    monkeypatch.setattr("multilayer.explore.server.Server.serve_forever", lambda *_, **__: None)
+    done = run("explore", FOAM, DISPLAY=":0")
+    ((address, file, text, mode),) = told
+    url = done.out.strip()
+    assert url.rstrip("/").rsplit("/", 1)[-1] not in address
+    assert f"url={url}" in text
+    assert os.name == "nt" or mode == 0o600
+    assert not file.exists()
 
 
 def test_a_port_may_be_chosen():

@@ -46,10 +46,9 @@ function step(from, to, what) {
   if (!from.length) return;
   to.push(JSON.stringify(state.data));
   state.data = JSON.parse(from.pop());
-  state.edit = "";
   said = [];
   showHistory();
-  refresh(true);
+  renew();
   say(what);
 }
 const undo = () => step(state.past, state.future, "undone");
@@ -67,14 +66,51 @@ function keep() { // so that a reload of the window loses nothing; of this windo
   } catch { /* a full or forbidden storage: a reload then begins again with the file */ }
 }
 
+// Controls stand for the layers of the design that they were made for: they wait until those of another one are there, and
+// while an edit is asked for.
+let renewed = 0, made = 0, editing = false, keyboardAt = null;
+const isWaiting = () => editing || made !== renewed;
+function showWaiting() {
+  const controls = $("controls"), here = document.activeElement, waits = isWaiting();
+  if (waits === controls.inert) return;
+  controls.inert = waits;
+  if (waits) keyboardAt = controls.contains(here) ? here : null;
+  else if (keyboardAt && here === document.body) (keyboardAt.isConnected ? keyboardAt : document.getElementById(keyboardAt.id))?.focus({preventScroll: true});
+}
+function renew() { // after the design has become another one
+  renewed += 1;
+  showWaiting();
+  return refresh(true);
+}
+async function edited(what) { // the answer to an edit of the design as it is; null without one
+  const before = renewed;
+  let sent = null, answer = null;
+  do { // again where something was moved meanwhile
+    sent = state.data;
+    answer = await ask("edit", {data: sent, edit: what});
+  } while (answer && sent !== state.data && before === renewed);
+  if (before === renewed) return answer;
+  say("the design has become another one meanwhile, so this was not done");
+  return null;
+}
 async function edit(what, message) {
-  const answer = await ask("edit", {data: state.data, edit: what});
-  if (!answer) return;
-  if (answer.problems.length) { said = answer.problems.map(one => one.text); showBanners(); return; }
+  if (isWaiting()) return;
+  editing = true;
+  setTimeout(showWaiting); // a box that is left is followed by where the keyboard goes
+  const answer = await edited(what);
+  editing = false;
+  showWaiting();
+  if (!answer || answer.problems.length) {
+    if (answer) said = answer.problems.map(one => one.text);
+    showBanners();
+    drawnOutline = ""; // lists show again what there is
+    refresh();
+    return;
+  }
   state.open = answer.layer;
   change(answer.data);
   said = answer.notices;
-  await refresh(true);
+  await renew();
   say(message);
   const summary = document.querySelector(`#layers > li:nth-child(${answer.layer + 1}) summary`);
   if (summary && !document.activeElement.closest("#layers > li")) summary.focus({preventScroll: true});
@@ -82,7 +118,7 @@ async function edit(what, message) {
 
 // -- asking for curves: one question at a time, the latest state next -----------------------------------------------
 
-let asking = false, again = null, settling = 0, begun = 0;
+let asking = false, again = null, settling = 0, begun = 0, rested = null; // the design last computed at rest
 function follow() { // while something moves
   begun = begun || performance.now();
   const points = Math.max(LEAST_POINTS, Math.min(MOST_POINTS, Math.floor(WISHED / cost)));
@@ -106,13 +142,21 @@ async function answerAll() {
     again = null;
     const from = begun;
     begun = 0;
-    const answer = await ask("evaluate", {data: state.data, ...options});
-    if (answer) shown(answer, from);
+    const data = state.data, asked = renewed;
+    const answer = await ask("evaluate", {data, ...options});
+    if (!answer) continue;
+    if (options.describe) rested = data;
+    if (answer.layers && asked === renewed) { // else these are layers of a design that is no more
+      described = answer;
+      made = asked;
+      showControls();
+      showWaiting();
+    }
+    shown({...answer, data}, from);
   }
 }
 function shown(answer, from) {
   problems = answer.problems;
-  if (answer.layers) { described = answer; showControls(); }
   if (!problems.length) {
     // while a slider moves fewer frequencies may be drawn, too few for ratings; what is told of validity comes at rest
     const pending = !answer.layers && result && answer.left_out > result.all_left_out;
@@ -153,8 +197,7 @@ function banner(text, ...more) { return make("div", {class: more.length || probl
 function showBanners() {
   const shown = [];
   if (ended) {
-    const text = make("textarea", {readonly: true, "aria-label": "what is on this page", rows: 6});
-    text.value = JSON.stringify(state.data, null, 1);
+    const text = make("textarea", {readonly: true, "aria-label": "what is on this page", rows: 6}, JSON.stringify(state.data, null, 1));
     shown.push(banner(["multilayer explore has ended, so nothing is computed or saved here. What stands on this page, to be kept as a stack file (JSON is YAML, too):"], text));
   }
   if (changedTo) {
@@ -248,8 +291,7 @@ function quantity(field, wholes) {
       follow();
     }
   });
-  slider.addEventListener("blur", () => { if (state.edit === id) state.edit = ""; });
-  slider.addEventListener("pointerup", () => { state.edit = ""; });
+  oneStepEach(slider, id);
   box.addEventListener("change", () => { if (set(written(now, box.value))) refresh(); });
   box.addEventListener("keydown", event => { if (event.key === "Enter") box.blur(), box.focus(); });
   clear.addEventListener("click", () => { if (set(undefined)) refresh(true); });
@@ -487,12 +529,16 @@ function ruler(x, y, scale, room) {
 
 // -- the sound field, frequencies, size -----------------------------------------------------------------------------
 
-function incidence() { // as drawn and chosen; what a file may write is more
-  const given = state.data.incidence ?? "normal";
+function degrees(given) { // a bare number, or one with its unit
+  const number = parseFloat(given) || 0;
+  return /[\d. ]rad/.test(given) ? Number((number * 180 / Math.PI).toPrecision(4)) : number;
+}
+function incidence(data = state.data) { // as drawn and chosen; what a file may write is more
+  const given = data.incidence ?? "normal";
   if (given === "normal" || given === 0) return {kind: "normal", angle: 0};
   if (given === "diffuse") return {kind: "diffuse", angle: 78};
-  if (typeof given === "object") return {kind: "diffuse", angle: Number(given.diffuse?.max_angle ?? 78)};
-  return {kind: "oblique", angle: parseFloat(given) || 0};
+  if (typeof given === "object") return {kind: "diffuse", angle: degrees(given.diffuse?.max_angle ?? 78)};
+  return {kind: "oblique", angle: degrees(given)};
 }
 function setIncidence(kind, angle, edit = "") {
   const data = copied(state.data), before = data.incidence;
@@ -521,6 +567,7 @@ function angleControl(kind) {
   const tell = () => { output.textContent = `${slider.value}°`; slider.setAttribute("aria-valuetext", `${slider.value} degrees`); };
   slider.addEventListener("shown", tell);
   slider.addEventListener("input", () => { tell(); if (setIncidence(kind, Number(slider.value), "angle")) { showDrawing(); follow(); } });
+  oneStepEach(slider, "angle");
   return make("label", {}, `${label} `, output, slider);
 }
 function showFrequencies() {
@@ -530,7 +577,7 @@ function showFrequencies() {
     box.replaceChildren(make("p", {class: "note"}, `${given.length} frequencies, as listed in the file`));
     return;
   }
-  const ends = bands ? given[bands] : [given.from ?? 100, given.to ?? 5000];
+  const ends = bands ? given[bands] : [given.from ?? given.start ?? 100, given.to ?? given.stop ?? 5000];
   const kind = make("select", {id: "frequency-kind"}, make("option", {value: ""}, "single frequencies"), make("option", {value: "third_octaves"}, "third octaves"), make("option", {value: "octaves"}, "octaves"));
   kind.value = bands;
   const box_ = (id, value) => { const one = make("input", {type: "text", id, spellcheck: "false", autocomplete: "off"}); one.value = typeof value === "number" ? `${value} Hz` : value; return one; };
@@ -583,7 +630,7 @@ function showResult() {
 }
 function showRatings() {
   const last = state.frozen[state.frozen.length - 1];
-  const field = incidenceText(incidence());
+  const field = incidenceText(incidence(result.data));
   const entries = Object.entries(result.ratings).map(([name, value]) => make("div", {},
     make("dt", {}, `${name}, ${field}`), make("dd", {}, value, last && last.ratings[name] ? make("span", {class: "before"}, ` before ${last.ratings[name]}`) : null)));
   if (!entries.length) entries.push(make("div", {}, make("dt", {}, "ratings"), make("dd", {class: "before"}, "need frequencies from 100 Hz to 5 kHz")));
@@ -591,11 +638,12 @@ function showRatings() {
   if ($("ratings").dataset.text !== text) { $("ratings").replaceChildren(...entries); $("ratings").dataset.text = text; }
 }
 const incidenceText = ({kind, angle}) => (kind === "normal" ? "normal" : kind === "oblique" ? `${angle}°` : `diffuse to ${angle}°`);
-function freeze() {
+async function freeze() {
+  while (!ended && rested !== state.data) await refresh(); // curves and ratings of one design
   if (!result || problems.length) { say("there is no curve to freeze"); return; }
   if (state.frozen.length === MOST_FROZEN) state.frozen.shift();
   const used = state.frozen.map(one => one.colour), colour = [0, 1, 2, 3].find(one => !used.includes(one));
-  state.frozen.push({colour, label: `frozen ${"ABCD"[colour]}`, field: incidenceText(incidence()), data: copied(state.data),
+  state.frozen.push({colour, label: `frozen ${"ABCD"[colour]}`, field: incidenceText(incidence(result.data)), data: copied(result.data),
     frequency: result.frequency, curves: result.curves, ratings: result.ratings});
   keep();
   showResult();
@@ -606,7 +654,7 @@ function showLegend() {
   state.frozen.forEach((one, i) => items.push(make("li", {},
     make("span", {class: `swatch c${one.colour}`}), `${one.label}, ${one.field}`,
     make("button", {type: "button", class: "small", id: `back-${one.colour}`, title: "make this the design again; can be undone",
-      onclick: () => { if (change(copied(one.data))) refresh(true); say(`${one.label} is the design again`); }}, "Go back to it"),
+      onclick: () => { if (change(copied(one.data))) renew(); say(`${one.label} is the design again`); }}, "Go back to it"),
     make("button", {type: "button", class: "small", "aria-label": `take ${one.label} away`,
       onclick: () => { state.frozen.splice(i, 1); keep(); showResult(); $("freeze").focus(); }}, "×"))));
   for (const one of start.measured) items.push(make("li", {}, make("span", {class: "swatch dots m"}), `${one.name}, measured`));
@@ -742,7 +790,7 @@ async function readAgain() {
   state.saved = JSON.stringify(answer.data);
   said = [];
   showHistory();
-  refresh(true);
+  renew();
   say("read again; undo brings back what was here");
 }
 async function watch() {
@@ -752,6 +800,7 @@ async function watch() {
       const now = answer.digest === state.digest ? "" : answer.digest || "gone";
       const told = now === state.ignored ? "" : now;
       if (told !== changedTo) { changedTo = told; showBanners(); }
+      if (made !== renewed && !asking) refresh(); // what to show was not to be had
     }
   }
   setTimeout(watch, WATCHED);
@@ -807,20 +856,21 @@ function listen() {
       $(`${details.id}-${key === "arrowup" ? "up" : "down"}`).click();
     }
   });
-  window.addEventListener("beforeunload", event => { if (isUnsaved() && !ended) event.preventDefault(); });
+  window.addEventListener("beforeunload", event => { if (isUnsaved()) event.preventDefault(); });
   onResize(showResult);
 }
 async function begin() {
   start = await ask("start");
   if (!start) return;
-  if (!start.data) { said = start.problems.map(one => one.text); showBanners(); return; }
-  said = start.warnings;
-  $("file").textContent = start.file;
-  const isStack = Object.keys(start.data).every(key => ["version", "ambient", "library", "layers", "contacts", "termination"].includes(key));
-  document.querySelector(`[name=kind][value=${isStack ? "stack" : "simulation"}]`).checked = true;
-  document.title = `${start.file}: multilayer explore`;
   let kept = null;
   try { kept = JSON.parse(sessionStorage.getItem(KEPT)); } catch { /* nothing was kept */ }
+  const wrong = (start.problems ?? []).map(one => one.text);
+  if (!start.types || !(start.data ?? kept?.data)) { said = wrong; showBanners(); return; }
+  said = start.data ? start.warnings : [...wrong, "This window goes on with the design that it has kept."];
+  $("file").textContent = start.file;
+  const isStack = Object.keys(start.data ?? kept.data).every(key => ["version", "ambient", "library", "layers", "contacts", "termination"].includes(key));
+  document.querySelector(`[name=kind][value=${isStack ? "stack" : "simulation"}]`).checked = true;
+  document.title = `${start.file}: multilayer explore`;
   if (kept?.data) Object.assign(state, kept);
   else Object.assign(state, {data: start.data, digest: start.digest, saved: JSON.stringify(start.data), file: start.file});
   addChoices();

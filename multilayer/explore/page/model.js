@@ -148,8 +148,7 @@ function row(one) {
     begun = begun || performance.now();
     evaluate();
   });
-  slider.addEventListener("blur", () => { if (state.edit === id) state.edit = ""; });
-  slider.addEventListener("pointerup", () => { state.edit = ""; });
+  oneStepEach(slider, id);
   box.addEventListener("input", () => { dirty = true; });
   box.addEventListener("change", () => { dirty = false; state.edit = ""; typed.push({name: one.name, text: box.value.trim()}); evaluate(); });
   box.addEventListener("keydown", event => { if (event.key === "Enter") { event.stopPropagation(); box.blur(); box.focus(); } });
@@ -173,7 +172,6 @@ function showEffects() {
       if (busy) { box.checked = !box.checked; return; }
       const next = copied(design());
       if (box.checked) next.effects[effect.name] = copied(effect.z); else delete next.effects[effect.name];
-      state.held = state.held.filter(name => !effect.unknowns.some(one => one.name === name));
       change(next);
       showEffects();
       if (box.checked && effect.slow) waiting("making finite elements, once");

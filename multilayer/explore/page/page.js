@@ -40,6 +40,10 @@ function remember(state, before, edit) { // one step of the history for each edi
   state.edit = edit;
   state.future = [];
 }
+function oneStepEach(slider, edit) { // each drag by itself; keys as long as they stay on the slider
+  slider.addEventListener("blur", () => { if (state.edit === edit) state.edit = ""; });
+  slider.addEventListener("pointerup", () => { state.edit = ""; });
+}
 function onResize(redraw) {
   let width = 0;
   new ResizeObserver(() => { if (innerWidth !== width) { width = innerWidth; redraw(); } }).observe(document.body);
