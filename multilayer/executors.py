@@ -174,6 +174,13 @@ def _processor_time(executor: Executor) -> float | None:
     return total / os.sysconf("SC_CLK_TCK")
 
 
+def abandon(executor: Executor | None) -> None:
+    """End the processes of a pool at once, which takes no more tasks then; other executors go on."""
+    if isinstance(executor, ProcessPoolExecutor):
+        _end(executor)
+        executor.shutdown(wait=False, cancel_futures=True)
+
+
 def _end(executor: Executor) -> None:
     """End the processes of a pool at once; there is no public way."""
     if isinstance(executor, ProcessPoolExecutor):
@@ -299,8 +306,7 @@ def _ended_by_ctrl_c(pool: ProcessPoolExecutor) -> Iterator[ProcessPoolExecutor]
     try:
         yield pool
     except KeyboardInterrupt:
-        _end(pool)
-        pool.shutdown(wait=False, cancel_futures=True)
+        abandon(pool)
         raise
     except BaseException:
         pool.shutdown(cancel_futures=True)

@@ -49,9 +49,12 @@ def optimise(
 def _searched(file: OptimisationFile, name: str, jobs: int, address: str | None) -> OptimisationResult:
     """Search where the options say, with a progress bar."""
     from multilayer.cli.progress import progress_bar
-    from multilayer.executors import executor_for
+    from multilayer.executors import abandon, executor_for
     from multilayer.optimisation.run import optimise as search
     from multilayer.optimisation.run import steps
 
     with executor_for(jobs, address) as executor, progress_bar("optimise", steps(file)) as advance:
-        return search(file, executor, advance, name=name)
+        result = search(file, executor, advance, name=name)
+        if not result.is_whole:
+            abandon(executor)  # searches that still run there are not waited for
+        return result

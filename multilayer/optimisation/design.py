@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -106,6 +107,15 @@ class Variant:
         return self.simulation.stack
 
     @property
+    def identity(self) -> str:
+        """What tells it from variants of other choices: those alike in this are the same designs.
+
+        The simulation holds the fields of materials, not their names, by which a catalogue has prices.
+        """
+        between = sorted((item.path, item.low, item.high) for item in self.ranges)
+        return repr((self.simulation.to_dict(), self.materials, between))
+
+    @property
     def label(self) -> str:
         """The choices as text."""
         return ", ".join(f"{name} = {text}" for name, text in self.shown.items())
@@ -164,17 +174,28 @@ class Space:
         """Combinations of choices; some may be the same design."""
         return prod(self.axes)
 
+    @property
+    def keys(self) -> list[Key]:
+        """All combinations of choices."""
+        return [*product(*map(range, self.axes))]
+
     @cached_property
-    def _made(self) -> dict[Key, Variant]:
+    def _made(self) -> dict[Key, Variant | InputError]:
         return {}
 
-    def variants(self) -> list[Variant]:
-        """Return all variants that differ."""
+    def variants(self, keys: Iterable[Key] | None = None) -> list[Variant]:
+        """Return the variants of some keys, all when left out, that are allowed and differ."""
         different: dict[str, Variant] = {}
-        for key in product(*map(range, self.axes)):
-            variant = self.variant(key)
-            different.setdefault(repr(variant.simulation.to_dict()), variant)
+        for key in self.keys if keys is None else keys:
+            if (variant := self.allowed(key)) is not None:
+                different.setdefault(variant.identity, variant)
         return list(different.values())
+
+    def allowed(self, key: Key) -> Variant | None:
+        """Return the variant of some choices, None when these are not allowed together."""
+        with suppress(InputError):
+            return self.variant(key)
+        return None
 
     def variant(self, key: Key) -> Variant:
         """Return the variant of some choices.
@@ -185,8 +206,14 @@ class Space:
             When these are not allowed together, even if each is.
         """
         if key not in self._made:
-            self._made[key] = self._variant(key)
-        return self._made[key]
+            try:
+                self._made[key] = self._variant(key)
+            except InputError as error:
+                self._made[key] = error
+        made = self._made[key]
+        if isinstance(made, InputError):
+            raise InputError(made.problems)
+        return made
 
     def _variant(self, key: Key) -> Variant:
         n, m = len(self.choices), len(self.optional)

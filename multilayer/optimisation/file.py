@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from itertools import islice, product
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -22,11 +23,12 @@ from multilayer.errors import InputError
 from multilayer.json_schema import QUANTITY_TEXT, Written, model_schema
 from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.optimisation.aims import SIZES, Aim, Catalogue, Goal, Limit, Mistake, Setting, goal_of, limit_of
-from multilayer.optimisation.design import Space, space_of
+from multilayer.optimisation.design import AMONG, Space, Variant, space_of
 from multilayer.optimisation.predict import size_of
 from multilayer.simulation.bands import grid_of
 from multilayer.simulation.file import SimulatedStack, SimulationFile
 
+_TRIED = 64  # combinations of choices, for one that is allowed
 _END = {"type": ["number", "string"], "pattern": QUANTITY_TEXT}
 _NAMES = {"type": "array", "items": {"type": ["string", "integer"]}}
 _DESIGN = Written({
@@ -110,32 +112,51 @@ class OptimisationFile(SimulatedStack):
             plain["reference"] = self.reference
         validated = partial(SimulationFile.model_validate, context={"folder": folder})
         self._space, mistakes = space_of(data["design"], plain, validated(plain), validated)
-        setting = Setting(
-            grid_of(self.frequency), self.termination not in ("rigid", "free"), self.reference is not None, folder
-        )
-        self._goals = tuple(aim for i, goal in enumerate(self.goal) for aim in goal_of(goal, i, setting, mistakes))
-        self._bounds = tuple(
-            aim for i, limit in enumerate(self.limits) for aim in limit_of(limit, i, setting, mistakes)
-        )
+        chosen = None if mistakes else self._space.choices.get("termination")
+        mistakes += self._read_aims(folder, chosen or (self.termination,))
         return mistakes or [*self._unknown_sizes()]
+
+    def _read_aims(self, folder: Path, terminations: Sequence[Any]) -> list[Mistake]:
+        """Read goals and limits against each termination that a design may have; return what is wrong with them.
+
+        What is wrong with some terminations alone is told where these are chosen.
+        """
+        of_each: list[list[Mistake]] = []
+        for termination in terminations:
+            mistakes: list[Mistake] = []
+            through = termination not in ("rigid", "free")
+            setting = Setting(grid_of(self.frequency), through, self.reference is not None, folder)
+            self._goals = tuple(aim for i, goal in enumerate(self.goal) for aim in goal_of(goal, i, setting, mistakes))
+            self._bounds = tuple(
+                aim for i, limit in enumerate(self.limits) for aim in limit_of(limit, i, setting, mistakes)
+            )
+            of_each.append(mistakes)
+        common = [one for one in of_each[0] if all(one in mistakes for mistakes in of_each)]
+        found = [*common]
+        for i, (termination, mistakes) in enumerate(zip(terminations, of_each, strict=True)):
+            texts = dict.fromkeys(one[1] for one in mistakes if one not in common)
+            found += [(("design", "termination", AMONG, i), text, termination) for text in texts]
+        return found
 
     def _unknown_sizes(self) -> Iterator[Mistake]:
         """Give goals and limits of sizes that some material does not tell."""
         sized = [aim for aim in (*self._goals, *self._bounds) if aim.name in SIZES]
-        axes = self._space.axes
-        keys = [
-            tuple(j if i == axis else 0 for i in range(len(axes)))
-            for axis in range(len(axes))
-            for j in range(axes[axis])
-        ]
-        for key in dict.fromkeys([(0,) * len(axes), *keys]) if sized else ():
-            variant = self._space.variant(key)
+        for variant in self._with_each_choice() if sized else ():
             for aim in sized:
                 try:
                     size_of(aim.name, variant.stack, variant, self.catalogue)
                 except InputError as error:
                     yield aim.place, str(error), None
                     return
+
+    def _with_each_choice(self) -> Iterator[Variant]:
+        """Give a variant of each choice, where one is allowed."""
+        axes = self._space.axes
+        for axis, n in enumerate(axes or (1,)):
+            for j in range(n):
+                keys = product(*((j,) if i == axis else range(m) for i, m in enumerate(axes)))
+                variants = map(self._space.allowed, islice(keys, _TRIED))
+                yield from islice((variant for variant in variants if variant is not None), 1)
 
     @property
     def space(self) -> Space:

@@ -35,6 +35,7 @@ _EVERY = 4  # of the frequencies of a band: 5 in a third octave
 _ANGLES, _AZIMUTHS = 16, 8
 _SIZE_STEP = 1e-3  # of central differences, in coordinates from 0 to 1: sizes are linear in each field
 TINY = 1e-20  # of complex steps
+_ROUNDING = 5e-4  # of the energy that comes in: half of what a simulation forgives, whose figures are finer
 _AT_ONCE = 30_000  # frequencies times directions times designs of a few layers: some 10 MB for each layer
 
 
@@ -102,7 +103,7 @@ class Predictor:
         Returns
         -------
         Figures
-            NaN for designs that are not allowed, or have no finite response.
+            NaN for designs that are not allowed, or have no response that a simulation accepts.
         """
         values = variant.values(x)
         good = np.ones(len(x), dtype=bool)
@@ -181,6 +182,10 @@ class Predictor:
             for part, values in self._parts(variant, stack, x, some):
                 for name in names:
                     spectra[name][part] = values[name]
+        if self.window is None:  # edges add to what a sample takes in
+            refused = ~_keeps_energy(spectra)
+            for spectrum in spectra.values():
+                spectrum[refused] = np.nan
         return spectra
 
     def _parts(self, variant: Variant, stack: Stack, x: RealArray, rows: Any) -> Any:
@@ -237,6 +242,14 @@ class Predictor:
             k0 = 2 * np.pi * self.points.ravel()[:, None] / self.gas.sound_speed
             self._radiations[key] = radiation_impedance(window, k0, k0 * np.sin(np.deg2rad(around.angle)))[..., None]
         return self._radiations[key]
+
+
+def _keeps_energy(spectra: Mapping[str, RealArray]) -> NDArray[Any]:
+    """Tell which designs give back no more energy than came in, as `refuse_unsound` asks it of a simulation."""
+    absorption = spectra["absorption"]
+    through = 10 ** (-spectra["transmission_loss"] / 10) if "transmission_loss" in spectra else 0.0
+    sound = (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
+    return np.asarray(np.all(sound, axis=1))
 
 
 def _names(simulation: Any) -> list[str]:

@@ -34,8 +34,9 @@ class Design:
     followed : tuple of float
         The goals as the search follows them: ratings as real numbers.
     is_kept : bool
-        Whether all limits are kept.
-    case : CaseResult
+        Whether all limits are kept, as far as their values are known.
+    case : CaseResult or None
+        None of the file as written, where a simulation refuses it.
     simulation : SimulationFile
     """
 
@@ -46,7 +47,7 @@ class Design:
     followed: tuple[float, ...]
     limits: tuple[float, ...]
     is_kept: bool
-    case: CaseResult
+    case: CaseResult | None
     simulation: SimulationFile
 
     @property
@@ -98,6 +99,8 @@ class OptimisationResult:
         Parts of the search that were done.
     is_whole : bool
         False where it was stopped.
+    left_out : tuple of str
+        Choices that are not allowed together, and designs that the search found and a simulation refuses, with reasons.
     simulated : SimulationResult
         What was written and the best designs.
     settings : mapping
@@ -114,6 +117,7 @@ class OptimisationResult:
     variants: int
     searches: int
     is_whole: bool
+    left_out: tuple[str, ...]
     simulated: SimulationResult
     settings: Mapping[str, Any]
 
@@ -139,8 +143,7 @@ class OptimisationResult:
                 design.name,
                 *(design.choices.get(name, "") for name in choices),
                 *(design.values.get(item.name) for item in self.ranges),
-                *design.goals,
-                *design.limits,
+                *(None if math.isnan(value) else value for value in (*design.goals, *design.limits)),
             ]
             for design in (self.written, *self.designs)
         )
@@ -157,6 +160,7 @@ class OptimisationResult:
             "whole": self.is_whole,
             "variants": self.variants,
             "searches": self.searches,
+            "left_out": list(self.left_out),
             "ends": [
                 {"goal": _plain(end.goal), "choices": end.choices, "kept": end.is_kept, "repeat": end.is_repeat}
                 for end in self.ends
@@ -180,7 +184,7 @@ def _design_dict(design: Design) -> dict[str, Any]:
         "goals_followed": [*map(_plain, design.followed)],
         "limits": [*map(_plain, design.limits)],
         "kept": design.is_kept,
-        "ratings": dict(design.case.ratings),
+        "ratings": {} if design.case is None else dict(design.case.ratings),
     }
 
 

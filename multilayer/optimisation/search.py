@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -63,7 +63,7 @@ class Scalar:
     def merit(self, goals: RealArray) -> RealArray:
         """Return what is to be minimised, shape (...)."""
         far = self.distances(goals)
-        largest = np.max((self.weights * far)[..., self.active], axis=-1)
+        largest = np.max(self.weights[self.active] * far[..., self.active], axis=-1)  # 0 times infinity is no number
         return np.asarray(largest + self.rest(far))
 
     def rest(self, far: RealArray) -> RealArray:
@@ -184,6 +184,14 @@ def ranked(scalar: Scalar, goals: RealArray, short: RealArray) -> RealArray:
     return np.asarray(np.where(short > KEPT, 2 * _FAR + short + 1e-6 * merit, merit))
 
 
+class StoppedError(KeyboardInterrupt):
+    """Ctrl-C in a search, with what it has found so far."""
+
+    def __init__(self, found: Sequence[Candidate]) -> None:
+        super().__init__()
+        self.found = [*found]
+
+
 @dataclass(frozen=True)
 class Screen:
     """Designs of a variant spread evenly over its fields, of those that keep the limits of sizes if there are any."""
@@ -220,8 +228,13 @@ class Descent:
     def __call__(self) -> list[Candidate]:
         """Return the best design on the way."""
         walk = _Walk(self.problem, self.variant, self.scalar)
-        best = walk.best_from(self.start)
-        return [Candidate(self.variant.key, best.x, best.goals, float(missed(best.slack)), self.origin)]
+        try:
+            return [self._end(walk.best_from(self.start))]
+        except KeyboardInterrupt:
+            raise StoppedError([self._end(walk.best())] if walk.visited else []) from None
+
+    def _end(self, best: Point) -> Candidate:
+        return Candidate(self.variant.key, best.x, best.goals, float(missed(best.slack)), self.origin)
 
 
 class _StuckError(Exception):
@@ -336,7 +349,20 @@ class GlobalSearch:
     best: dict[Key, Candidate] = field(default_factory=dict, compare=False)
 
     def __call__(self) -> list[Candidate]:
-        """Return the best design of each of the best variants."""
+        """Return the best design of each of the best variants, and choices not allowed together, without goals."""
+        try:
+            self._evolve()
+        except KeyboardInterrupt:
+            raise StoppedError(self._found) from None
+        return self._found
+
+    @property
+    def _found(self) -> list[Candidate]:
+        refused = [one for one in self.best.values() if self.space.allowed(one.key) is None]
+        allowed = [one for one in self.best.values() if self.space.allowed(one.key) is not None]
+        return [*sorted(allowed, key=self._rank)[:_FOUND], *refused]
+
+    def _evolve(self) -> None:
         from scipy.optimize import differential_evolution
 
         axes, ranges = self.space.axes, self.space.ranges
@@ -354,8 +380,6 @@ class GlobalSearch:
             updating="deferred", polish=False, maxiter=_GENERATIONS, popsize=max(2, _POPULATION // len(free)),
             rng=np.random.default_rng(self.seed), tol=1e-3, init="sobol",
         )  # fmt: skip
-        found = sorted(self.best.values(), key=self._rank)
-        return found[:_FOUND]
 
     def _rank(self, one: Candidate) -> float:
         return float(ranked(self.scalar, one.goals[None], np.array([one.missed]))[0])
@@ -368,7 +392,11 @@ class GlobalSearch:
         columns = {item.name: n + i for i, item in enumerate(self.space.ranges)}
         for key in dict.fromkeys(keys):
             which = [i for i, other in enumerate(keys) if other == key]
-            variant = self.space.variant(key)
+            variant = self.space.allowed(key)
+            if variant is None:
+                self.best[key] = Candidate(key, np.zeros(0), np.full(len(self.problem.goals), np.inf), np.inf)
+                merits[which] = _NO_RESPONSE
+                continue
             if not variant.ranges and key in self.best:
                 merits[which] = self._rank(self.best[key])
                 continue
@@ -391,15 +419,13 @@ def in_order(candidates: Sequence[Candidate], scalar: Scalar) -> list[Candidate]
     return [candidates[int(i)] for i in np.argsort(ranked(scalar, goals, short), kind="stable")]
 
 
-def apart(candidates: Sequence[Candidate], scalar: Scalar, most: int, distance: float = 0.1) -> list[Candidate]:
-    """Return the best designs that are not near each other: of other variants, or other coordinates."""
+def apart(candidates: Sequence[Candidate], scalar: Scalar, distance: float = 0.1) -> Iterator[Candidate]:
+    """Give designs that are not near each other, the best first: of other variants, or other coordinates."""
     chosen: list[Candidate] = []
     for one in in_order(candidates, scalar):
         if all(one.key != other.key or np.max(np.abs(one.x - other.x), initial=0.0) > distance for other in chosen):
             chosen.append(one)
-        if len(chosen) == most:
-            break
-    return chosen
+            yield one
 
 
 def lattice(n_goals: int, most: int) -> list[Any]:

@@ -80,9 +80,8 @@ def _sentence(result: OptimisationResult) -> str:
         )
         return f"{len(result.designs)} designs of which none is better in all goals: {'; '.join(ranges)}."
     (aim,), best, written = result.goals, result.best, result.written
-    was = "" if not np.isfinite(written.goals[0]) else f", {shown(written.goals[0], aim)} as written"
-    if not written.is_kept:
-        was += " (which misses a limit)"
+    misses = "" if written.is_kept else " (which misses a limit)"
+    was = f", {shown(written.goals[0], aim)} as written{misses}" if np.isfinite(written.goals[0]) else ""
     return f"{aim.title}: {shown(best.goals[0], aim)}{was}."
 
 

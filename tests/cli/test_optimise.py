@@ -102,7 +102,9 @@ def test_ctrl_c_keeps_the_best_so_far(file, tmp_path, after):
     stopped = STOPPED.format(task="Descent", after=after)
     done = python("-c", stopped, "optimise", file, "--out", tmp_path / "out", "--no-figures")
     assert done.status == 130
-    assert f"stopped by Ctrl-C after {after + 1} parts of the search: this is the best so far" in done.err
+    told = done.err.splitlines()
+    assert told[0] == "warning: stopped by Ctrl-C: the best so far is computed exactly"
+    assert told[-1] == f"stopped by Ctrl-C after {after + 1} parts of the search: this is the best so far"
     record = json.loads((tmp_path / "out" / "optimisation.json").read_text())
     assert record["whole"] is False
     assert record["designs"][0]["goals"][0] > 0.9
@@ -113,6 +115,63 @@ def test_ctrl_c_before_anything_is_known(file, tmp_path):
     assert done.status == 130
     assert "nothing was written" in done.err
     assert not (tmp_path / "out").exists()
+
+
+STOPPED_WHILE_SIMULATED = """
+import sys
+from multilayer.cli import main
+from multilayer.optimisation import run
+
+calls, simulate = iter(range(1000)), run.simulate
+
+def stopping(simulation):
+    if next(calls) == {after}:
+        raise KeyboardInterrupt
+    return simulate(simulation)
+
+run.simulate = stopping
+sys.argv[0] = "multilayer"
+main()
+"""
+
+
+@pytest.mark.parametrize(("after", "designs"), [(0, 1), (1, 1)])
+def test_ctrl_c_when_the_search_is_done(file, tmp_path, after, designs):
+    """In the exact figures of the only design, which are begun again, and in those of the file as written."""
+    stopped = STOPPED_WHILE_SIMULATED.format(after=after)
+    done = python("-c", stopped, "optimise", file, "--out", tmp_path / "out", "--no-figures")
+    assert done.status == 130
+    assert "this is the best so far" in done.err
+    record = json.loads((tmp_path / "out" / "optimisation.json").read_text())
+    assert (record["whole"], len(record["designs"])) == (False, designs)
+    assert (record["written"]["goals"][0] is None) == (after == 1)
+
+
+WOOL = """\
+kind: optimisation
+version: 1
+layers:
+  - {name: wool, type: equivalent_fluid, model: delany_bazley, flow_resistivity: 20 kN s/m^4, thickness: 20 mm}
+termination: rigid
+frequency: {third_octaves: [100, 5000]}
+design: {layers.wool.thickness: [20 mm, 60 mm]}
+goal: {lowest: thickness}
+limits: [{of: alpha_w, at_least: 0.3}]
+search: {starts: 2}
+"""
+
+
+def test_designs_without_a_response_cost_nothing_else(tmp_path):
+    """Thin wool creates energy in this model, as it does in the file: both are told, and the best is written."""
+    (tmp_path / "wool.yaml").write_text(WOOL)
+    done = run("optimise", tmp_path / "wool.yaml", "--out", tmp_path / "out")
+    assert done.status == 0
+    assert "warning: as the file has it, the stack has no figures: the response gives back more energy" in done.err
+    assert {"best.yaml", "absorption.png", "report.html"} <= result_names(tmp_path / "out")
+    rows = list(csv.DictReader((tmp_path / "out" / "designs.csv").read_text().splitlines()))
+    assert [row["alpha_w at least 0.3 [1]"] for row in rows][:2] == ["", "0.4"]
+    (limit,) = [line for line in done.out.splitlines() if line.startswith("alpha_w at least 0.3")]
+    assert limit.split() == ["alpha_w", "at", "least", "0.3", "-", "0.40", "kept"]
 
 
 class TestMistakes:
@@ -181,6 +240,29 @@ class TestMistakes:
         (line,) = refused(file, tmp_path / "out")
         assert f"{file}:11:" in line
         assert text in line
+
+    @pytest.mark.parametrize(
+        ("goal", "limit", "expected"),
+        [
+            ("Rw", "", [(2, "Rw goes with a half-space behind: write 'termination: ambient'")]),
+            ("alpha_w", "", [(1, "alpha_w is of an absorber on a wall: write 'termination: rigid'")]),
+            ("absorption", "limits: [{of: Rw, at_least: 10}]\n", [(2, "Rw goes with a half-space behind")]),
+            ("alpha_w", "limits: [{of: Rw, at_least: 10}]\n", [(1, "alpha_w is of"), (2, "Rw goes with")]),
+        ],
+    )
+    def test_of_a_goal_with_one_of_the_terminations(self, file, tmp_path, goal, limit, expected):
+        changed(
+            file,
+            ("[250 Hz, 500 Hz, 1 kHz]", "{third_octaves: [100 Hz, 5 kHz]}"),
+            ("design:\n", "design:\n  termination:\n    among:\n    - ambient\n    - rigid\n"),
+            ("{highest: absorption, from: 500 Hz, to: 500 Hz}", f"{{highest: {goal}}}"),
+        )
+        file.write_text(file.read_text() + limit)
+        lines = refused(file, tmp_path / "out")
+        assert len(lines) == len(expected)
+        for line, (i, text) in zip(lines, expected, strict=True):
+            assert f"{file}:{10 + i}:" in line
+            assert text in line
 
     def test_a_limit_that_excludes_all_is_named(self, file, tmp_path):
         file.write_text(
