@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -98,18 +100,22 @@ def diagnose(
         from multilayer.errors import InputError
         from multilayer.fits.sources import open_source
         from multilayer.report.diagnosis import diagnosis_report
+        from multilayer.writing.folders import claim_file
 
         opened = open_source(source)
         if opened.of_stacks and (known or save_law):
             raise InputError(f"--with and --save-law are of campaigns; {source} is of stacks: leave them out")
         _check_without(without or [])
+        if save_law is not None:
+            with _told_of_law():
+                claim_file(save_law)
         ask = _stacks if opened.of_stacks else partial(_campaign, known or [])
         with placed_in(source):
             result, folder = ask(opened, out, without or [], law, seed, executor)
-        if save_law is not None:
-            _save(result, save_law)
         report = diagnosis_report(result, source, folder)
         finish(report, folder, as_json=as_json, figures=figures, executor=executor)
+        if save_law is not None:
+            _save(result, save_law)
     if exit_code and result.verdict != "no_gap":
         raise typer.Exit(1)
 
@@ -127,11 +133,20 @@ def _save(result: Diagnosis, file: Path) -> None:
         typer.echo(f"warning: {error}", err=True)
         return
     data = {"kind": "rig-law", **found.model_dump(mode="json", exclude_defaults=True), "version": 1}
-    try:
+    with _told_of_law():
         write_file(file, dump_yaml(data))
+    typer.echo(f"law written to {file}", err=True)
+
+
+@contextmanager
+def _told_of_law() -> Iterator[None]:
+    """Tell of a file that cannot be written which option names it."""
+    from multilayer.errors import InputError
+
+    try:
+        yield
     except InputError as error:
         raise InputError(f"--save-law: {error}".replace("another folder with --out", "another file")) from None
-    typer.echo(f"law written to {file}", err=True)
 
 
 def _check_without(names: list[str]) -> None:

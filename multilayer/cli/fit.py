@@ -79,9 +79,9 @@ def fit(
     Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data.
 
     Writes moduli.csv, fit.json (joint.json), report.html and figures; of several campaigns each into a folder of its
-    own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution (everything
-    is written all the same), 2 the input cannot be used (nothing is written), 130 stopped by Ctrl-C (what is done
-    stays).
+    own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution or cannot
+    be fitted (everything else is written all the same), 2 the input cannot be used (nothing is written), 130 stopped by
+    Ctrl-C (what is done stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 

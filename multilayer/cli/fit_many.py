@@ -58,7 +58,8 @@ def fit_many(
                 partial(_fit_elsewhere, figures=figures), [fit.task for fit in left], executor
             ):
                 name = left[index].name
-                write_files(out / name, files, inputs=inputs[name], made_by="fit")
+                if files:
+                    write_files(out / name, files, inputs=inputs[name], made_by="fit")
                 rows[name] = row
                 advance(name)
     except KeyboardInterrupt:
@@ -73,10 +74,17 @@ def fit_many(
 
 
 def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[dict[str, bytes | str], dict[str, Any]]:
-    """Read and fit a task, and return its files and its row of the summary: what a worker does."""
-    from multilayer.fits.run import summary_row
+    """Read and fit a task, and return its files and its row of the summary: what a worker does.
+
+    There are no files of a campaign that cannot be fitted, and the row says why: the others go on.
+    """
+    from multilayer.errors import MultilayerError
+    from multilayer.fits.run import row_without_fit, summary_row
     from multilayer.report.fits import fit_report
 
     fit = task.read()
-    report = fit_report(fit.run(), fit.job, fit.inputs)
+    try:
+        report = fit_report(fit.run(), fit.job, fit.inputs)
+    except MultilayerError as error:
+        return {}, row_without_fit(fit.name, fit.method.name, str(error))
     return report.files(figures=figures), summary_row(report.record)

@@ -249,6 +249,12 @@ def summary_row(record: dict[str, Any]) -> dict[str, Any]:
     return dict(zip(SUMMARY_COLUMNS, (record["campaign"], kind, e1, e2, accepted, len(rows), remark), strict=True))
 
 
+def row_without_fit(campaign: str, method: str, reason: str) -> dict[str, Any]:
+    """Return the values of `SUMMARY_COLUMNS` of a campaign that could not be fitted."""
+    values = (campaign, method, float("nan"), float("nan"), 0, 0, f"not fitted: {' '.join(reason.split())}")
+    return dict(zip(SUMMARY_COLUMNS, values, strict=True))
+
+
 def is_accepted(row: Mapping[str, Any]) -> bool:
     """Tell from the row of a result whether all of it is accepted."""
     return bool(row["accepted"] == row["of"] and not row["remark"])

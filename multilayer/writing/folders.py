@@ -52,6 +52,19 @@ def claim_folder(folder: Path) -> None:
     claim(folder, _recover)
 
 
+def claim_file(file: Path) -> None:
+    """Claim a single file for this run, before what takes long to be written into it is computed.
+
+    Raises
+    ------
+    InputError
+        When it is a folder, another run writes it, or nobody can.
+    """
+    if file.is_dir():
+        raise InputError(f"{file}: is a folder; name a file")
+    claim(file)
+
+
 def write_files(
     folder: Path,
     files: Mapping[str, bytes | str],
@@ -157,13 +170,17 @@ def write_file(file: Path, content: bytes | str) -> None:
     InputError
         When it cannot be written, or another run writes it.
     """
-    if file.is_dir():
-        raise InputError(f"{file}: is a folder; name a file")
+    _refuse_folder(file)
     with workspace(file) as space:
         new = space.folder / _NEW
         disk.write(new, content.encode() if isinstance(content, str) else content)
         os.replace(new, space.place)  # noqa: PTH105
         disk.sync(space.place.parent)
+
+
+def _refuse_folder(file: Path) -> None:
+    if file.is_dir():
+        raise InputError(f"{file}: is a folder; name a file")
 
 
 def is_unfinished(folder: Path) -> bool:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from multilayer.errors import MultilayerError
+from multilayer.fits import run as fit_run
 from tests.cli.campaigns import write_campaign
 from tests.cli.command import run
 from tests.explore.command import SCRIPT
@@ -101,3 +103,23 @@ def test_what_is_done_stays_after_ctrl_c(three, tmp_path):
     assert not (out / "summary.csv").exists()
     assert run("fit", *three, "--out", out, "--no-figures", "--resume").status == 0
     assert len(summary(out)) == 3
+
+
+def test_one_that_cannot_be_fitted_is_a_row_and_the_others_go_on(three, tmp_path, monkeypatch):
+    whole = fit_run.FitRun.run
+
+    def run_or_fail(fit, *given):
+        if fit.name == "b":
+            raise MultilayerError("no finite elements\nof such a sample")
+        return whole(fit, *given)
+
+    monkeypatch.setattr(fit_run.FitRun, "run", run_or_fail)
+    out = tmp_path / "out"
+    done = run("fit", *three, "--out", out, "--no-figures")
+    assert done.status == 1, done.err
+    assert "not fitted: no finite elements of such a sample" in done.out
+    assert {path.name for path in out.iterdir()} == {"a", "c", "summary.csv"}
+    assert [row["accepted"] for row in summary(out)] == ["3", "0", "3"]
+    monkeypatch.undo()
+    again = run("fit", *three, "--out", out, "--no-figures", "--resume")
+    assert (again.status, [row["accepted"] for row in summary(out)]) == (0, ["3", "3", "3"])

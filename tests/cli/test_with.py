@@ -118,6 +118,16 @@ def test_a_diagnosis_saves_what_it_found(loaded, tmp_path):
     assert next(p.prior for p in wide.parameters if p.name == "mass").lognormal[1] > 5 * found.lognormal[1]
 
 
+def test_where_no_law_can_be_written_nothing_is_computed(tmp_path):
+    folder = write_campaign(tmp_path / "foam")
+    (tmp_path / "rigs").mkdir()
+    done = run("diagnose", folder, "--save-law", tmp_path / "rigs", "--out", tmp_path / "out")
+    assert (done.status, done.out) == (2, "")
+    assert "--save-law" in done.err
+    assert "is a folder; name a file" in done.err
+    assert not (tmp_path / "out").exists()
+
+
 def test_without_a_gap_nothing_is_saved(tmp_path):
     folder = write_campaign(tmp_path / "foam")
     done = run("diagnose", folder, "--save-law", tmp_path / "rig.yaml", "--no-figures", "--out", tmp_path / "out")
