@@ -19,6 +19,7 @@ from multilayer.testing.benches import bench
 _TINY, _USUAL = -6.0, 0.0  # standard normal coordinates of an effect's parameters
 _INVISIBLE = 0.02  # of ln(ratio), of R, or of 25 dB: what an effect of next to no size may do
 _SAME = 1e-10
+_FAR = 1e4  # standard normal coordinates: a gap drags unknowns off by hundreds
 
 
 def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
@@ -26,8 +27,9 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
 
     The laws: it states its name, its law, what separates it and a source for its prior; parameters have priors and
     distinct names; it vanishes as its parameters become small; it changes something at their usual size; responses stay
-    finite; a batch of parameters gives the same as single ones, over frequencies and configurations; its arguments are
-    not changed in place; a finer law of it keeps all these, and has the same parameters and more.
+    finite there, and far out of the priors become NaN at worst, without an exception; a batch of parameters gives the
+    same as single ones, over frequencies and configurations; its arguments are not changed in place; a finer law of it
+    keeps all these, and has the same parameters and more.
 
     Parameters
     ----------
@@ -88,6 +90,17 @@ def _acts(effect: BaseEffect) -> Iterator[str]:
         yield "at its usual size it changes nothing"
 
 
+def _ends_in_nan(effect: BaseEffect) -> Iterator[str]:
+    if not _is_tried(effect):
+        return
+    for far in (-_FAR, _FAR):
+        for which in (*np.eye(len(effect.parameters)), np.ones(len(effect.parameters))):
+            try:
+                _logs(effect, far * which)
+            except Exception as error:
+                yield f"at coordinates {far * which} of its priors: {type(error).__name__}: {error}"
+
+
 def _batches(effect: BaseEffect) -> Iterator[str]:
     if not _is_tried(effect):
         return
@@ -139,6 +152,7 @@ _LAWS: tuple[Callable[[BaseEffect], Iterator[str]], ...] = (
     _says_what_it_is,
     _vanishes,
     _acts,
+    _ends_in_nan,
     _batches,
     _leaves_its_input_alone,
     _refines,

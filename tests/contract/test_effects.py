@@ -1,5 +1,6 @@
 """Every registered effect, those of plugins included, keeps the laws of `multilayer.testing`."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -48,6 +49,11 @@ class Jump(Silent):
         return motion * 2
 
 
+class Ends(Silent):
+    def motion(self, setting, motion, values):
+        return motion * (1 + 1e-3 * np.array([[math.sqrt(1e6 - s.item())] for s in np.atleast_1d(values["size"])]))
+
+
 class Inplace(Silent):
     def motion(self, setting, motion, values):
         motion *= 1 + values["size"]
@@ -91,6 +97,7 @@ class JumpTube(SilentTube):
     [
         (Silent, "changes nothing"),
         (Jump, "still changes"),
+        (Ends, "ValueError"),
         (Inplace, "changed in place"),
         (Mixed, "other responses than one by one"),
         (Nameless, "needs a 'law'"),

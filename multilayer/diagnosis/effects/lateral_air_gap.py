@@ -37,6 +37,8 @@ class LateralAirGap(TubeEffect):
         width = values["width"]
         # layers of a batch hold arrays, which have no truth value
         lengths = [getattr(layer, "thickness") for layer in stack.layers if thickness_of(layer) > 0]  # noqa: B009
+        if not lengths:  # another effect has taken all of it away
+            return np.full_like(reflection, np.nan)
         slit = ViscothermalFluid(thickness=1.0, slit_width=1e-3)
         slit = slit.model_copy(update={"thickness": sum(lengths[1:], lengths[0]), "slit_width": width})
         beside = setting.reflection(with_layers(stack, (slit,)))

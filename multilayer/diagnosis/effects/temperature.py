@@ -27,12 +27,14 @@ class Temperature(TubeEffect):
         return all(value is None for value in (ambient.density, ambient.sound_speed, ambient.viscosity))
 
     def stack(self, setting: TubeSetting, stack: Stack, values: Values) -> Stack:
-        """Return the stack with the gas at the other temperature."""
+        """Return the stack with the gas at the other temperature; NaN where that is below 0 K."""
         warmer = stack.ambient.temperature + values["difference"].item()
+        warmer = warmer if warmer > 0 else np.nan
         return stack.model_copy(update={"ambient": stack.ambient.model_copy(update={"temperature": warmer})})
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: Values) -> ComplexArray:
         """Return the reflection from a transfer function in the actual gas, evaluated with the stated temperature."""
         stated = setting.stack.ambient.temperature
-        actual = setting.wavenumber * np.sqrt(stated / (stated + values["difference"]))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            actual = setting.wavenumber * np.sqrt(stated / (stated + values["difference"]))
         return setting.evaluated(setting.transfer_function(reflection, actual))
