@@ -11,6 +11,8 @@ from multilayer.cli.completion import quantities
 from multilayer.cli.options import AsJson, Cluster, Figures, Jobs, Out, finish, folder_for
 from multilayer.cli.simulate import run_plan
 
+_STOPPED = "stopped by Ctrl-C: the comparison is written without the values that would bring the prediction closest"
+
 
 def compare(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A simulation file, or a stack file.")],
@@ -40,17 +42,20 @@ def compare(
     """Lay measured spectra over what a simulation file predicts at the same frequencies.
 
     Prints the rms and the largest misfit of every case, and which value of a single field of a layer would bring the
-    prediction closest; writes comparison.csv, comparison.json, comparison.html and figures. Exit status: 0 done,
-    whatever the misfit, 2 the input cannot be used (nothing is written).
+    prediction closest; writes comparison.csv, comparison.json, comparison.html and figures. Ctrl-C while such values
+    are sought leaves them out, and all else is written. Exit status: 0 done, whatever the misfit, 2 the input cannot be
+    used (nothing is written), 130 stopped.
 
     Example: multilayer compare examples/foam_absorption.yaml tube.csv
     """
+    from multilayer.cli.plugin_commands import STOPPED
     from multilayer.cli.progress import progress_bar
+    from multilayer.cli.warned import tell
     from multilayer.executors import executor_for
     from multilayer.report.simulation import comparison_report
     from multilayer.simulation.closest_values import TOLD, fields_sought
     from multilayer.simulation.compare import compare as compared
-    from multilayer.simulation.compare import searches, with_closest_values
+    from multilayer.simulation.compare import refuse_not_predicted, searches, with_closest_values
     from multilayer.simulation.file import load_simulation
     from multilayer.simulation.measured import known_quantity, read_measured
     from multilayer.simulation.run import plan
@@ -58,11 +63,19 @@ def compare(
     simulation = load_simulation(file)
     spectra = read_measured(measured, known_quantity(quantity))
     planned = plan(simulation, file.stem, spectra.grid(simulation.frequency))
+    refuse_not_predicted(spectra, planned)
     folder = folder_for(out, file.stem)
     comparison = compared(spectra, run_plan(planned, jobs, cluster))
     tasks = searches(comparison, planned) if closest else {}
     steps = sum(len(fields_sought(task)) + TOLD for task in tasks.values())
+    stopped = False
     if steps:
-        with executor_for(jobs, cluster) as executor, progress_bar("closest values", steps) as advance:
-            comparison = with_closest_values(comparison, tasks, executor, advance)
+        try:
+            with executor_for(jobs, cluster) as executor, progress_bar("closest values", steps) as advance:
+                comparison = with_closest_values(comparison, tasks, executor, advance)
+        except KeyboardInterrupt:
+            stopped = True
+            tell([_STOPPED])
     finish(comparison_report(comparison), folder, as_json=as_json, figures=figures)
+    if stopped:
+        raise typer.Exit(STOPPED)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
@@ -14,6 +14,15 @@ from multilayer.cli.options import finish
 
 if TYPE_CHECKING:
     from multilayer.fits.run import FitTask
+
+
+class _Fitted(NamedTuple):
+    """What comes back of a campaign: files and the row of the summary, or the reason why there are none."""
+
+    files: dict[str, bytes | str]
+    row: dict[str, Any]
+    reason: str
+    warnings: tuple[str, ...]
 
 
 def fit_many(
@@ -29,11 +38,12 @@ def fit_many(
 ) -> bool:
     """Fit several campaigns, write each as soon as it is done, then a summary; tell whether all are accepted."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.cli.warned import tell
     from multilayer.config.kinds import fit_file
     from multilayer.csv_table import csv_table
     from multilayer.errors import InputError
     from multilayer.executors import as_done, executor_for
-    from multilayer.fits.run import SUMMARY_COLUMNS, is_accepted
+    from multilayer.fits.run import SUMMARY_COLUMNS, is_accepted, row_without_fit
     from multilayer.report.fits import fits_report
     from multilayer.writing.folders import claim_folder, write_file, write_files
     from multilayer.writing.manifest import inputs_noted
@@ -50,18 +60,22 @@ def fit_many(
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise InputError(f"{', '.join(twice)}: there twice; results would overwrite each other, so rename one folder")
     claim_folder(out)
-    rows = {fit.name: fit.summary_in(out / fit.name) for fit in fits if resume and fit.done_in(out / fit.name)}
+    done = [fit for fit in fits if resume and fit.done_in(out / fit.folder_name)]
+    rows = {fit.name: fit.summary_in(out / fit.folder_name) for fit in done}
     left = [fit for fit in fits if fit.name not in rows]
     try:
         with executor_for(jobs, cluster) as executor, progress_bar("fit", len(left)) as advance:
-            for index, (files, row) in as_done(
-                partial(_fit_elsewhere, figures=figures), [fit.task for fit in left], executor
-            ):
-                name = left[index].name
-                if files:
-                    write_files(out / name, files, inputs=inputs[name], made_by="fit")
-                rows[name] = row
-                advance(name)
+            tasks = [replace(fit.task, source=fit.task.source.resolve()) if cluster else fit.task for fit in left]
+            for index, fitted in as_done(partial(_fit_elsewhere, figures=figures), tasks, executor):
+                fit = left[index]
+                tell(fitted.warnings)
+                if fitted.reason:
+                    rows[fit.name] = row_without_fit(fit.name, fit.method.name, fitted.reason)
+                else:
+                    folder = out / fit.folder_name
+                    write_files(folder, fitted.files, inputs=inputs[fit.name], made_by="fit")
+                    rows[fit.name] = fitted.row
+                advance(fit.name)
     except KeyboardInterrupt:
         typer.echo(f"stopped: {len(rows)} of {len(names)} are in {out}; --resume goes on from there", err=True)
         raise typer.Exit(130) from None
@@ -73,18 +87,21 @@ def fit_many(
     return all(map(is_accepted, in_order))
 
 
-def _fit_elsewhere(task: FitTask, *, figures: bool) -> tuple[dict[str, bytes | str], dict[str, Any]]:
-    """Read and fit a task, and return its files and its row of the summary: what a worker does.
-
-    There are no files of a campaign that cannot be fitted, and the row says why: the others go on.
-    """
+def _fit_elsewhere(task: FitTask, *, figures: bool) -> _Fitted:
+    """Read and fit a task: what a worker does."""
+    from multilayer.cli.warned import collected
     from multilayer.errors import MultilayerError
-    from multilayer.fits.run import row_without_fit, summary_row
+    from multilayer.fits.run import summary_row
     from multilayer.report.fits import fit_report
 
-    fit = task.read()
-    try:
-        report = fit_report(fit.run(), fit.job, fit.inputs)
-    except MultilayerError as error:
-        return {}, row_without_fit(fit.name, fit.method.name, str(error))
-    return report.files(figures=figures), summary_row(report.record)
+    with collected() as texts:
+        try:
+            fit = task.read()
+            report = fit_report(fit.run(), fit.job, fit.inputs)
+            report = replace(report, warnings=tuple(dict.fromkeys(texts)))
+            return _Fitted(report.files(figures=figures), summary_row(report.record), "", report.warnings)
+        except MultilayerError as error:
+            reason = str(error)
+        except Exception as error:  # of one campaign: it is told, and does not end the others
+            reason = f"{type(error).__name__}: {error}"
+    return _Fitted({}, {}, reason, tuple(dict.fromkeys(texts)))

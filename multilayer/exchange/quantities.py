@@ -158,8 +158,8 @@ def export(simulation: SimulationFile, wanted: Wanted, name: str = "stack") -> E
     Raises
     ------
     InputError
-        For an unknown kind, a sweep, a kind that does not exist in the field or for the stack asked for, or a stack
-        without a finite response; with what to do.
+        For an unknown kind, a sweep, a kind that does not exist in the field or for the stack or wall asked for, or a
+        stack without a finite response; with what to do.
 
     Warns
     -----
@@ -184,6 +184,9 @@ def export(simulation: SimulationFile, wanted: Wanted, name: str = "stack") -> E
 
 def _at_faces(file: SimulationFile, grid: Grid, kind: Kind, wanted: Wanted, name: str) -> Exported:
     assert kind.at_faces is not None
+    if not file.is_plain:
+        text = f"a wall with openings or links has no one {wanted.kind}; leave out 'beside' and 'links'"
+        raise InputError(f"{text}, and it is that of the layers")
     if grid.bands is not None:
         text = f"{wanted.kind} is complex, and has no mean over {grid.bands}; give single frequencies, as"
         raise InputError(f"{text} 'frequency: {{from: 100 Hz, to: 5 kHz}}' or a list of them")

@@ -24,7 +24,7 @@ class CorrugatedPlate(ElasticLayer):
     Fields: `thickness` (m, of the sheet), `density` (kg/m3, of its material), `young_modulus` (Pa), `poisson_ratio`,
     `loss_factor`, `period`, `height` (m, of the sheet's middle line), `crest_width`, `trough_width` (m, flats of
     trapezoids; a sine where `crest_width` is left out, flats of one width where `trough_width` is), `azimuth` (degrees,
-    as of `orthotropic_plate`). State (p, v3): a solid or poroelastic neighbour slips on it.
+    as of `orthotropic_plate`). State (p, v3): neighbours as of `elastic_plate`.
 
     Holds for a period below half the trace wavelength and, of trapezoids, below the first resonance of the widest flat
     (`ValidityWarning` beyond): the resonances of flats let more sound through (C. H. Hansen, Noise Control Eng. J. 40
@@ -40,7 +40,7 @@ class CorrugatedPlate(ElasticLayer):
     trough_width: Length | None = None
     azimuth: Azimuth = 0.0
 
-    summary: ClassVar[str] = "corrugated or profiled sheet as an orthotropic plate, neighbours slip on it"
+    summary: ClassVar[str] = "corrugated or profiled sheet as an orthotropic plate, solids slip on it"
     composes: ClassVar[bool] = False
     isotropic_in_plane: ClassVar[bool] = False
 

@@ -15,15 +15,16 @@ class ElasticPlate(ElasticLayer):
     """A thin (Kirchhoff) plate: a mass with bending stiffness and no thickness of its own in the kinematics.
 
     Fields: `thickness` (m), `density` (kg/m3), `young_modulus` (Pa), `poisson_ratio`, `loss_factor`. State (p, v3): a
-    solid or poroelastic neighbour slips on it. Holds while bending waves are longer than about six thicknesses; use
-    `elastic_solid` beyond.
+    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, its frame is not pressed on:
+    use `elastic_solid` where it lies on that or is glued to it. Holds while bending waves are longer than about six
+    thicknesses; use `elastic_solid` beyond.
     """
 
     type: Literal["elastic_plate"] = "elastic_plate"
     thickness: Length
     density: Density
 
-    summary: ClassVar[str] = "thin plate in bending (Kirchhoff), neighbours slip on it"
+    summary: ClassVar[str] = "thin plate in bending (Kirchhoff), solids slip on it"
     composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
 
     def faces(self, wave: Wave) -> Faces:

@@ -17,7 +17,9 @@ class Membrane(Layer):
     """An impervious sheet without bending stiffness; without tension, a septum or heavy layer.
 
     Fields: `surface_density` (kg/m2), `tension` (N/m, isotropic), `loss_factor` (of the tension). State (p, v3): a
-    solid or poroelastic neighbour slips on it. Bending stiffness is left out: use `elastic_plate` where it counts.
+    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, its frame is not pressed on:
+    use `elastic_solid` where it lies on that or is glued to it. Bending stiffness is left out: use `elastic_plate`
+    where it counts.
     """
 
     type: Literal["membrane"] = "membrane"

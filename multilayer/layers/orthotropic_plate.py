@@ -26,7 +26,8 @@ class OrthotropicPlate(Layer):
     complex numbers or laws), `poisson_ratio_xy` (of contraction along y under tension along x), `loss_factor` (of all
     moduli), `azimuth` (degrees, from the axis x of the plate to the plane of incidence of a single wave; in a diffuse
     field, which is averaged over all planes of incidence, the plate's orientation beside other layers'). State (p, v3):
-    a solid or poroelastic neighbour slips on it. Holds while bending waves are longer than about six thicknesses.
+    a solid neighbour slips on it; a poroelastic one meets it across a thin film of air, as `elastic_plate`. Holds while
+    bending waves are longer than about six thicknesses.
     """
 
     type: Literal["orthotropic_plate"] = "orthotropic_plate"
@@ -39,7 +40,7 @@ class OrthotropicPlate(Layer):
     loss_factor: Ratio = 0.0
     azimuth: Azimuth = 0.0
 
-    summary: ClassVar[str] = "thin orthotropic plate in bending (Kirchhoff), neighbours slip on it"
+    summary: ClassVar[str] = "thin orthotropic plate in bending (Kirchhoff), solids slip on it"
     composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
     isotropic_in_plane: ClassVar[bool] = False
 

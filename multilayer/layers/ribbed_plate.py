@@ -23,7 +23,7 @@ class RibbedPlate(ElasticLayer):
 
     Fields: `thickness` (m, of the plate), `density` (kg/m3), `young_modulus` (Pa), `poisson_ratio`, `loss_factor`,
     `rib_height` (m, beyond the plate's face), `rib_width`, `rib_spacing` (m, between their middles), `azimuth`
-    (degrees, as of `orthotropic_plate`). State (p, v3): a solid or poroelastic neighbour slips on it.
+    (degrees, as of `orthotropic_plate`). State (p, v3): neighbours as of `elastic_plate`.
 
     Holds for a spacing below half the trace wavelength, and below the first resonance of the plate between two ribs
     (`ValidityWarning` beyond), from where on plate and ribs no longer move as one.
@@ -37,7 +37,7 @@ class RibbedPlate(ElasticLayer):
     rib_spacing: Length
     azimuth: Azimuth = 0.0
 
-    summary: ClassVar[str] = "plate with ribs on one face as an orthotropic plate, neighbours slip on it"
+    summary: ClassVar[str] = "plate with ribs on one face as an orthotropic plate, solids slip on it"
     composes: ClassVar[bool] = False
     vanishes: ClassVar[bool] = False  # the ribs stay, however thin the plate
     isotropic_in_plane: ClassVar[bool] = False

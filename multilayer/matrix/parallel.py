@@ -1,6 +1,6 @@
 """Stacks side by side, much smaller than a wavelength, as one sheet: they share the pressures at both faces.
 
-O. Verdiere, R. Panneton, S. Elkoun, T. Dupont & P. Leclaire, J. Acoust. Soc. Am. 134 (2013) 4648-4658: the admittances
+K. Verdiere, R. Panneton, S. Elkoun, T. Dupont & P. Leclaire, J. Acoust. Soc. Am. 134 (2013) 4648-4658: the admittances
 of the parts add up by area. Each part is solved by itself for waves from either side.
 """
 

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from multilayer.fits.methods import BURST_BY_BURST, NELDER_MEAD
 from multilayer.fits.result import MODULUS_COLUMNS, FitResult
 from multilayer.fits.settings import FitSettings
-from multilayer.measurements.description import Campaign
+from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.number_text import percent, pressure_unit, with_spread
 from multilayer.report.files import file_names
 from multilayer.report.fit_figures import (
@@ -45,7 +46,7 @@ def burst_report(result: FitResult, campaign: Campaign, settings: FitSettings, i
         What tells the fit apart from others, as its fingerprint.
     """
     figures = _figures(result, campaign, settings)
-    means = "means over all solutions that meet eq. (10)" if "transmissibility.png" in figures else "best estimates"
+    means = _means(result, campaign)
 
     def picture(name: str, caption: str) -> tuple[Picture, ...]:
         return (Picture(partial(figures[name], upright=True), caption),) if name in figures else ()
@@ -147,6 +148,15 @@ def _facts(result: FitResult) -> Pairs:
     )
 
 
+def _means(result: FitResult, campaign: Campaign) -> str:
+    """Return over what the values are means: as `fits.burst.fit` has the accepted region."""
+    if result.method not in BURST_BY_BURST:
+        return "best estimates"
+    if result.method == NELDER_MEAD or campaign.uncertainty == Uncertainty():
+        return "means over all solutions that meet eq. (10)"
+    return "means over what noise and the stated uncertainties leave open"
+
+
 def _held_at_its_rim(result: FitResult, campaign: Campaign) -> str:
     """Return what plane waves leave out of a sample that widens: its free rim; empty where they leave out nothing.
 
@@ -154,7 +164,8 @@ def _held_at_its_rim(result: FitResult, campaign: Campaign) -> str:
     rim, (1 - nu)/((1 + nu)(1 - 2 nu)) times: E1 comes out low by the ratio of both, in slow compression.
     """
     nu = campaign.specimen.poisson_ratio
-    if nu <= 0 or result.settings.get("model") != "plane_wave":
+    is_layer = result.method in BURST_BY_BURST and result.settings.get("model") == "plane_wave"
+    if nu <= 0 or not is_layer:
         return ""
     held = (1 - nu) / ((1 + nu) * (1 - 2 * nu))
     chosen = [one for one in campaign.configurations if one.name in result.configurations]

@@ -8,7 +8,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.fits.result import BurstFit, FitResult
-from multilayer.fits.settings import FitSettings, RigModel
+from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Campaign
 from multilayer.media.elastic import p_wave_modulus
 from multilayer.media.rod import rod_transmissibility
@@ -139,14 +139,15 @@ def draw_transmissibility(
         fitted = np.array([complex(b.optimum.storage_modulus, b.optimum.loss_modulus) for b in bursts])
         tint = colour(i)
         _curve(axes, f, measured, marker="o", linestyle="", color=tint, label=f"{plain(configuration)}, measured")
-        rod = _rod(campaign, configuration, f, fitted, settings.model)
-        _curve(axes, f, rod, marker=".", color=tint, label="eq. (11), fitted")
+        if settings.pores is None:  # eq. (11) has no air in pores
+            rod = _rod(campaign, configuration, f, fitted, settings)
+            _curve(axes, f, rod, marker=".", color=tint, label="eq. (11), fitted")
         if settings.model == "finite":
             finite = np.array([b.modelled_transmissibility for b in bursts])
             _curve(axes, f, finite, linestyle=":", color=tint, label="finite elements, fitted")
         if (given := settings.quasi_static) is not None:
             static = np.full(len(f), complex(given.storage_modulus, given.loss_modulus))
-            curve = _rod(campaign, configuration, f, static, settings.model)
+            curve = _rod(campaign, configuration, f, static, settings)
             _curve(axes, f, curve, linestyle="--", color="0.4", label="eq. (11), quasi-static")
     axes[0].set(ylabel="amplitude", yscale="log")
     axes[1].set(ylabel="phase / degrees", xlabel="frequency / Hz")
@@ -159,11 +160,14 @@ def _curve(axes: Any, f: RealArray, ratio: ComplexArray, **options: Any) -> None
     axes[1].plot(f, np.rad2deg(np.unwrap(np.angle(ratio))), **options)
 
 
-def _rod(campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray, model: RigModel) -> ComplexArray:
+def _rod(
+    campaign: Campaign, configuration: str, f: RealArray, modulus: ComplexArray, settings: FitSettings
+) -> ComplexArray:
     """Return eq. (11); the plane-wave model knows the modulus of laterally held compression only."""
     geometry = campaign.configuration(configuration)
-    held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio) if model == "plane_wave" else modulus
+    held = p_wave_modulus(modulus, campaign.specimen.poisson_ratio) if settings.model == "plane_wave" else modulus
     mass = campaign.top_plate.density * geometry.top_plate_thickness
+    mass += settings.sensor_mass / (np.pi * geometry.specimen_radius**2)
     return rod_transmissibility(f, held, campaign.specimen.density, geometry.specimen_thickness, mass)
 
 

@@ -208,7 +208,7 @@ def draw_residuals(result: JointFit, *, upright: bool = False) -> Figure:
     for i, (name, (f, delay, level)) in enumerate(result.discrepancies().items()):
         options: dict[str, Any] = {"color": colour(i), "marker": ".", "linestyle": "", "markersize": 4}
         axes[0, 0].plot(f, level, label=plain(name), **options)
-        axes[1, 0].plot(f, 360 * f * delay, **options)
+        axes[1, 0].plot(f, -360 * f * delay, **options)  # what arrives later has less phase
     for axis, label in zip(axes[:, 0], ("level / dB", "phase / degrees"), strict=True):
         axis.axhline(0, color="0.4", linewidth=0.8)
         axis.set_ylabel(label)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -18,7 +18,7 @@ from multilayer.simulation.measured import Measured
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.result import CaseResult, SimulationResult, plain_list
 from multilayer.simulation.run import Plan
-from multilayer.simulation.tasks import Task
+from multilayer.simulation.tasks import Task, run_task
 
 OF_SOUND = ("absorption", "transmission_loss", "insertion_loss", "reflection", "transmission", "normalised_impedance")
 
@@ -173,11 +173,29 @@ def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
     """
     comparison = Comparison(measured, predicted)
     if not comparison.quantities:
-        raise InputError(
-            f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
-            f"{', '.join(predicted.cases[0].quantities)}; change its termination, incidence, frequency or reference"
-        )
+        raise _nothing(measured, predicted.cases[0].quantities)
     return comparison
+
+
+def refuse_not_predicted(measured: Measured, plan: Plan) -> None:
+    """Refuse what `compare` would refuse, before everything is computed: the first case is at one frequency or band.
+
+    Raises
+    ------
+    InputError
+        When it predicts nothing of what was measured, or cannot be computed.
+    """
+    first = plan.tasks[0]
+    predicted = run_task(replace(first, frequency=first.frequency[:1], deviations={})).quantities
+    if not set(measured.quantities) & set(predicted):
+        raise _nothing(measured, predicted)
+
+
+def _nothing(measured: Measured, predicted: Iterable[str]) -> InputError:
+    return InputError(
+        f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
+        f"{', '.join(predicted)}; change its termination, incidence, frequency or reference"
+    )
 
 
 def searches(comparison: Comparison, plan: Plan) -> dict[str, Task]:

@@ -240,7 +240,8 @@ def _of_layers(
 
 
 _POWER_OF_0_DB = 1e-12  # W
-_ROOM_OF_0_DB = 4 / 10  # of the reference absorption of 10 m2: power over mean squared pressure / (rho c)
+_PRESSURE_OF_0_DB = 20e-6  # Pa
+_ABSORPTION = 10.0  # m2, of the reference room
 _THIRD_OCTAVE = np.log(10) / 10  # width of a third octave over the frequency
 
 
@@ -254,10 +255,11 @@ def _of_excitation(
         "input_mobility": response.input_mobility,
     }
     if response.radiated_power is not None:
-        level = 10 * np.log10(response.radiated_power * _THIRD_OCTAVE * frequency / _POWER_OF_0_DB)
-        quantities["sound_power_level"] = level
+        power = response.radiated_power * _THIRD_OCTAVE * frequency
+        quantities["sound_power_level"] = 10 * np.log10(power / _POWER_OF_0_DB)
         if isinstance(excitation, TappingMachine):
-            quantities["impact_level"] = level + 10 * np.log10(_ROOM_OF_0_DB)
+            squared = 4 * stack.ambient.gas.impedance * power / _ABSORPTION  # mean squared pressure, diffuse
+            quantities["impact_level"] = 10 * np.log10(squared / _PRESSURE_OF_0_DB**2)
     return quantities
 
 

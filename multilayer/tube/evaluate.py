@@ -35,6 +35,7 @@ from multilayer.tube.data import Transfer, read_transfer, refuse_other_frequenci
 from multilayer.tube.file import FILE_NAME, FourMicrophones, TubeFile, TwoMicrophones, load_tube, tube_file
 
 _MOST_POWER = 1.2  # of the arriving power, at half of the frequencies, that noise makes of a rigid sample
+_VARIES = 0.2  # Np or rad: the squared difference of two microphones of one kind varies less
 Spectra = Mapping[str, NDArray[Any]]
 
 
@@ -193,9 +194,12 @@ def _kept(file: TubeFile, path: Path, frequency: RealArray, working: Range) -> t
 
 def _two_microphones(file: TwoMicrophones, path: Path) -> TubeResult:
     data = read_transfer(file.measurement, path.parent, 2)
-    h12 = _ratio(data) / _calibration(file, path, data)
+    h12, switched = _ratio(data), _switched(file, path, data)
     working = _working_range(file, (file.spacing,), e2611=False)
     kept, n_outside = _kept(file, path, data.frequency, working)
+    if switched is not None:
+        h12 = h12 / switched_calibration(*switched)
+        _warn_of_order(file, path, *(ratio[kept] for ratio in switched))
     frequency = data.frequency[kept]
     far = file.distance + file.spacing
     reflection = reflection_coefficient(h12[kept], wavenumber(file, frequency), file.spacing, far)
@@ -217,10 +221,10 @@ def _ratio(data: Transfer) -> ComplexArray:
     return np.asarray(data.functions[1] / data.functions[0])
 
 
-def _calibration(file: TwoMicrophones, path: Path, data: Transfer) -> ComplexArray:
-    """Return the calibration factor of the channels; 1 where nothing was exchanged."""
+def _switched(file: TwoMicrophones, path: Path, data: Transfer) -> tuple[ComplexArray, ComplexArray] | None:
+    """Return the transfer functions before and after the microphones changed places; None where they did not."""
     if file.exchanged is None and file.calibration is None:
-        return np.ones(len(data.frequency), dtype=complex)
+        return None
     pair = file.calibration
     straight = data if pair is None else read_transfer(pair.straight, path.parent, 2)
     source = file.exchanged if pair is None else pair.exchanged
@@ -228,7 +232,28 @@ def _calibration(file: TwoMicrophones, path: Path, data: Transfer) -> ComplexArr
     exchanged = read_transfer(source, path.parent, 2)
     for other in (straight, exchanged):
         refuse_other_frequencies(data, other)
-    return switched_calibration(_ratio(straight), _ratio(exchanged))
+    return _ratio(straight), _ratio(exchanged)
+
+
+def _warn_of_order(file: TwoMicrophones, path: Path, straight: ComplexArray, exchanged: ComplexArray) -> None:
+    """Warn of an exchanged measurement that looks like channel 1 over channel 2.
+
+    The square of the correction, the product, then is that of H12, and the quotient that of the correction: two
+    microphones hardly vary over frequency, and the field between them does.
+    """
+    varies = _variation(straight * exchanged)
+    if varies > max(_VARIES, _variation(straight / exchanged)):
+        which = "exchanged" if file.calibration is None else "calibration.exchanged"
+        text = f"'{which}' looks like channel 1 over channel 2: what the microphones differ by varies more over "
+        text += (
+            "frequency than the field does; it needs the same channels in the same order as before they changed places"
+        )
+        warn(str(Problem(text, file=path)), PlausibilityWarning, stacklevel=4)
+
+
+def _variation(ratio: ComplexArray) -> float:
+    """Return how much a ratio varies over frequency, Np and rad."""
+    return float(np.std(np.log(np.abs(ratio)) + 1j * np.unwrap(np.angle(ratio))))
 
 
 def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:

@@ -28,12 +28,14 @@ class Source(Model):
     ----------
     file : Path, optional
         A table, as text or in another format with a reader of `multilayer.readers`, with `frequency_hz` and, for two
-        microphones, `h12_re` and `h12_im` (pressure at the nearer over that at the farther one); for four, `h1_re`,
-        `h1_im` to `h4_im`, over any common reference (without `h1` that is the first microphone).
+        microphones, `h12_re` and `h12_im`: channel 2 over channel 1, that is the pressure at the microphone nearer to
+        the sample over that at the farther one, and where they are exchanged the farther over the nearer one; for four,
+        `h1_re`, `h1_im` to `h4_im`, over any common reference (without `h1` that is the first microphone).
     recording : Path, optional
         A file that a reader of `multilayer.readers` takes.
     channels : tuple of str
-        Of a recording, one for each microphone: from the source to the sample and beyond.
+        Of a recording, one for each microphone: from the source to the sample and beyond; for a calibration, and where
+        microphones are exchanged, the same channels in the same order as for the measurement.
     segment : float
         Of Welch's method, s: 1/segment is the step in frequency.
     sampling_rate : float, optional
@@ -53,7 +55,8 @@ class Source(Model):
                 self, [((), "give either 'file', a table of transfer functions, or 'recording' and 'channels'", None)]
             )
         if self.recording is not None and not self.channels:
-            refuse(self, [((), "a recording needs 'channels': one for each microphone, source side first", None)])
+            text = "a recording needs 'channels': one for each microphone, source side first"
+            refuse(self, [((), f"{text}; of exchanged microphones in the same order as before", None)])
         return self
 
 
@@ -121,10 +124,30 @@ class TubeFile(Model):
 
 
 class Switched(Model):
-    """A calibration made once: the same sample, with the microphones at their places and exchanged."""
+    """A calibration made once: the same sample, with the microphones at their places and exchanged.
+
+    Attributes
+    ----------
+    straight, exchanged : Source
+        The same channels in the same order as in the measurement: a microphone keeps its channel.
+    """
 
     straight: Source
     exchanged: Source
+
+    @model_validator(mode="after")
+    def _same_order(self) -> Self:
+        refuse(self, _turned(("exchanged",), self.exchanged, "straight", self.straight))
+        return self
+
+
+def _turned(path: tuple[str, ...], source: Source, named: str, first: Source) -> list[tuple[Any, str, Any]]:
+    """Return the mistake of channels that are those of another source the other way round, if it is made."""
+    if source.channels == first.channels or source.channels != first.channels[::-1]:
+        return []
+    order = f"write the same order, {show(list(first.channels))}: a microphone keeps its channel when it changes places"
+    text = f"these are the channels of '{named}' the other way round; {order}"
+    return [((*path, "channels"), text, source.channels)]
 
 
 class TwoMicrophones(TubeFile):
@@ -138,7 +161,7 @@ class TwoMicrophones(TubeFile):
         From the sample's face to the nearer microphone, m.
     measurement : Source
     exchanged : Source, optional
-        The same measurement with the two microphones exchanged.
+        The same measurement with the two microphones exchanged: the same channels in the same order.
     calibration : Switched, optional
         In place of `exchanged`.
     """
@@ -162,6 +185,15 @@ class TwoMicrophones(TubeFile):
             refuse(self, [(("calibration",), "give either 'exchanged' or 'calibration': each removes the same", None)])
         return self
 
+    @model_validator(mode="after")
+    def _same_order(self) -> Self:
+        if self.exchanged is not None:
+            refuse(self, _turned(("exchanged",), self.exchanged, "measurement", self.measurement))
+        if self.calibration is not None:
+            straight = self.calibration.straight
+            refuse(self, _turned(("calibration", "straight"), straight, "measurement", self.measurement))
+        return self
+
 
 class FourMicrophones(TubeFile):
     """Transmission by ASTM E2611.
@@ -175,7 +207,8 @@ class FourMicrophones(TubeFile):
     loads : tuple of Source
         One, for a sample that looks the same from both sides, or two, with different terminations of the tube.
     calibration : Source, optional
-        Transfer functions of the microphones at one place, over the same reference.
+        Transfer functions of the microphones at one place, over the same reference: the same channels in the same
+        order as in `loads`.
     """
 
     method: Literal["four_microphones"]

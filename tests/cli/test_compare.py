@@ -10,7 +10,7 @@ from matplotlib.image import imread
 
 from multilayer.response.plane_wave import plane_wave
 from multilayer.stack import load_stack
-from tests.cli.command import run
+from tests.cli.command import python, run
 from tests.recorders import SPECTRA_WRITERS
 from tests.simulation.files import FOAM, PANEL
 
@@ -144,6 +144,33 @@ class TestClosestValues:
         best = json.loads((tmp_path / "out/comparison.json").read_text())["closest_values"][0]
         assert (best["case"], best["field"]) == ("foam.thickness = 52 mm", "foam.thickness")
         assert best["value"] == pytest.approx(0.05)
+
+    def test_ctrl_c_meanwhile_leaves_the_comparison(self, foam, measured, wave, tmp_path):
+        file = measured(table("frequency_hz, absorption", F, wave.absorption + 0.1))
+        options = ("compare", foam, file, "--out", tmp_path / "out", "--no-figures")
+        done = python("-c", STOPPED, *options)
+        assert done.status == 130
+        assert done.err.startswith("warning: stopped by Ctrl-C: the comparison is written without the values")
+        assert f"written to {tmp_path / 'out'}" in done.out
+        (misfit,) = misfits(tmp_path / "out")
+        assert misfit["rms"] == pytest.approx(0.1)
+        record = json.loads((tmp_path / "out" / "comparison.json").read_text())
+        assert record["closest_values"] == []
+        assert "stopped by Ctrl-C" in record["warnings"][0]
+
+
+STOPPED = """
+import sys
+from multilayer.cli import main
+from multilayer.simulation import closest_values
+
+def stopping(self):
+    raise KeyboardInterrupt
+
+closest_values._Search.__call__ = stopping
+sys.argv[0] = "multilayer"
+main()
+"""
 
 
 class TestForms:
@@ -298,3 +325,26 @@ class TestBadInput:
         done = run("compare", foam, measured("f_hz, absorption\n100, 0.5\n"), "--quantity", "TL")
         assert done.status == 2
         assert "no column holds the transmission_loss" in done.err
+
+    @pytest.mark.parametrize(
+        ("text", "quantity"),
+        [
+            (FOAM, "transmission_loss_db"),
+            (FOAM, "insertion_loss_db"),
+            (f"{FOAM}incidence: diffuse\n", "reflection_re, reflection_im"),
+            (f"{FOAM}frequency: {{octaves: [125, 250]}}\n", "reflection_re, reflection_im"),
+        ],
+    )
+    def test_what_is_not_predicted_is_told_before_anything_is_computed(
+        self, foam, measured, tmp_path, monkeypatch, text, quantity
+    ):
+        def computed(*arguments):
+            raise AssertionError("computed")
+
+        monkeypatch.setattr("multilayer.simulation.run.run", computed)
+        foam.write_text(text)
+        columns = [[125, 250]] * (1 + len(quantity.split(",")))
+        done = run("compare", foam, measured(table(f"frequency_hz, {quantity}", *columns)), "--out", tmp_path / "out")
+        assert (done.status, done.out) == (2, "")
+        assert "and this simulation predicts absorption" in done.err
+        assert not (tmp_path / "out").exists()

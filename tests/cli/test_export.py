@@ -72,6 +72,29 @@ def test_mistakes_end_with_status_2_and_nothing_is_written(file, tmp_path, optio
     assert [path.name for path in tmp_path.iterdir()] == ["wool.yaml"]
 
 
+WALL = STACK.replace("rigid", "ambient") + "area: 10\nbeside: [{type: slit, width: 1 mm, length: 1 m, depth: 50 mm}]\n"
+PLATE = "{{type: elastic_plate, name: {}, thickness: 12 mm, density: 800, young_modulus: 2 GPa, poisson_ratio: 0.3}}"
+LINKED = (
+    STACK.replace("rigid", "ambient")
+    .replace("layers:\n", f"layers:\n  - {PLATE.format('front')}\n")
+    .replace(
+        "termination",
+        f"  - {PLATE.format('back')}\nlinks: [{{kind: line, between: [front, back], spacing: 0.6}}]\ntermination",
+    )
+)
+
+
+@pytest.mark.parametrize("text", [WALL, LINKED])
+@pytest.mark.parametrize("kind", [name for name, kind in KINDS.items() if kind.at_faces])
+def test_a_wall_as_built_has_no_table_at_its_faces(file, tmp_path, kind, text):
+    file.write_text(text)
+    done = run("export", file, "--as", kind, "--out", "z.csv", cwd=tmp_path)
+    assert done.status == 2
+    assert f"a wall with openings or links has no one {kind}; leave out 'beside' and 'links'" in done.err
+    assert [path.name for path in tmp_path.iterdir()] == ["wool.yaml"]
+    assert run("export", file, "--as", "absorption", "--out", "a.csv", cwd=tmp_path).status == 0
+
+
 FOAM = STACK.replace("equivalent_fluid", "poroelastic").replace(
     "thermal_length: 250 um", "thermal_length: 250 um, frame_density: 30, young_modulus: 100 kPa, poisson_ratio: 0.3"
 )

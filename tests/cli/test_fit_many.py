@@ -7,10 +7,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from warnings import warn
 
 import pytest
 
-from multilayer.errors import MultilayerError
+from multilayer.errors import MultilayerError, PlausibilityWarning
 from multilayer.fits import run as fit_run
 from tests.cli.campaigns import write_campaign
 from tests.cli.command import run
@@ -105,19 +106,26 @@ def test_what_is_done_stays_after_ctrl_c(three, tmp_path):
     assert len(summary(out)) == 3
 
 
-def test_one_that_cannot_be_fitted_is_a_row_and_the_others_go_on(three, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "failure", [MultilayerError("no finite elements\nof it"), ArithmeticError("no finite elements of it")]
+)
+def test_one_that_cannot_be_fitted_is_a_row_and_the_others_go_on(three, tmp_path, monkeypatch, failure):
     whole = fit_run.FitRun.run
 
     def run_or_fail(fit, *given):
         if fit.name == "b":
-            raise MultilayerError("no finite elements\nof such a sample")
+            raise failure
+        if fit.name == "c":
+            warn("its noise is large", PlausibilityWarning, stacklevel=1)
         return whole(fit, *given)
 
     monkeypatch.setattr(fit_run.FitRun, "run", run_or_fail)
     out = tmp_path / "out"
     done = run("fit", *three, "--out", out, "--no-figures")
     assert done.status == 1, done.err
-    assert "not fitted: no finite elements of such a sample" in done.out
+    assert "no finite elements of it" in done.out
+    assert done.err.count("warning: its noise is large") == 1
+    assert json.loads((out / "c" / "fit.json").read_text())["warnings"] == ["its noise is large"]
     assert {path.name for path in out.iterdir()} == {"a", "c", "summary.csv"}
     assert [row["accepted"] for row in summary(out)] == ["3", "0", "3"]
     monkeypatch.undo()

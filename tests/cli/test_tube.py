@@ -143,6 +143,84 @@ class TestTwoMicrophones:
         assert found["coherence"].min() > 0.9
 
 
+class TestExchanged:
+    """Microphones that differ by 8 % and 0.06 rad, and keep their channels when they change places."""
+
+    MISMATCH = 1.08 * np.exp(0.06j)
+
+    @pytest.fixture
+    def read(self, two):
+        """Give the folder of a tube file whose table the mismatch is in, and what both places have of each other."""
+        (two / "tube.yaml").write_text(TWO + "exchanged: {file: exchanged.csv}\n")
+        far, near = pressures(ASYMMETRIC, 0.0, positions=(-0.145, -0.1, 1.0, 2.0))[0][:2]
+        write_table(two / "h12.csv", FREQUENCY, h12=self.MISMATCH * near / far)
+        return two, near / far
+
+    def test_channel_2_over_channel_1_gives_the_stack_back(self, read):
+        folder, h12 = read
+        write_table(folder / "exchanged.csv", FREQUENCY, h12=self.MISMATCH / h12)
+        done = run("tube", folder, "--out", folder / "out", "--no-figures")
+        assert (done.status, done.err) == (0, "")
+        found = table(folder / "out" / "tube.csv")
+        exact = plane_wave(stack(ASYMMETRIC), found["frequency_hz"])
+        np.testing.assert_allclose(found["absorption"], exact.absorption, atol=2e-8)
+
+    def test_a_ratio_turned_round_is_asked_back(self, read):
+        folder, h12 = read
+        write_table(folder / "exchanged.csv", FREQUENCY, h12=h12 / self.MISMATCH)
+        done = run("tube", folder, "--out", folder / "out", "--no-figures")
+        assert done.status == 0
+        assert "'exchanged' looks like channel 1 over channel 2" in done.err
+        text = (folder / "tube.yaml").read_text().replace("exchanged: {", "calibration: {straight: {file: h12.csv}, ")
+        (folder / "tube.yaml").write_text(text.replace("file: exchanged.csv}", "exchanged: {file: exchanged.csv}}"))
+        done = run("tube", folder, "--out", folder / "again", "--no-figures")
+        assert "'calibration.exchanged' looks like channel 1 over channel 2" in done.err
+
+    def test_recordings_have_their_channels_in_the_same_order(self, tmp_path):
+        """The microphones change places in a field of which the second place hears a part, later."""
+        rng, rate = np.random.default_rng(0), 16384.0
+        far = rng.standard_normal(int(8 * rate))
+        near = 0.6 * far + 0.5 * np.roll(far, 3)
+        write_tdms(tmp_path / "a.tdms", {"a": far, "b": 1.08 * near}, rate, {})
+        write_tdms(tmp_path / "b.tdms", {"a": near, "b": 1.08 * far}, rate, {})
+        text = TWO.replace("{file: h12.csv}", "{recording: a.tdms, channels: [a, b]}")
+        (tmp_path / "tube.yaml").write_text(text + "exchanged: {recording: b.tdms, channels: [a, b]}\n")
+        done = run("tube", tmp_path, "--out", tmp_path / "out", "--no-figures")
+        assert (done.status, done.err) == (0, "")
+        write_tdms(tmp_path / "a.tdms", {"a": far, "b": near}, rate, {})
+        (tmp_path / "tube.yaml").write_text(text)
+        assert run("tube", tmp_path, "--out", tmp_path / "alike", "--no-figures").status == 0
+        found, exact = (table(tmp_path / name / "tube.csv") for name in ("out", "alike"))
+        np.testing.assert_allclose(found["absorption"], exact["absorption"], atol=0.02)
+
+    @pytest.mark.parametrize(
+        ("source", "place"),
+        [
+            ("exchanged: {recording: b.tdms, channels: [b, a]}", "7:42: exchanged.channels"),
+            (
+                "calibration: {straight: {recording: b.tdms, channels: [b, a]},"
+                " exchanged: {recording: c.tdms, channels: [b, a]}}",
+                "calibration.straight.channels",
+            ),
+            (
+                "calibration: {straight: {recording: b.tdms, channels: [a, b]},"
+                " exchanged: {recording: c.tdms, channels: [b, a]}}",
+                "calibration.exchanged.channels",
+            ),
+        ],
+    )
+    def test_channels_the_other_way_round_are_refused(self, tmp_path, source, place):
+        first = "{recording: a.tdms, channels: [a, b]}"
+        (tmp_path / "tube.yaml").write_text(TWO.replace("{file: h12.csv}", f"{first}\n{source}"))
+        told = f"{place}: these are the channels of '"
+        assert_refused(
+            run("tube", tmp_path, "--out", tmp_path / "out"),
+            told,
+            "the other way round; write the same order, ['a', 'b']",
+        )
+        assert not (tmp_path / "out").exists()
+
+
 class TestFourMicrophones:
     def test_the_file_gives_the_stack_back(self, four):
         done = run("tube", four / "wall.yaml", "--out", four / "out")

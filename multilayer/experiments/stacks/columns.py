@@ -80,15 +80,14 @@ def _refuse_missing(table: Table, places: Places, measurement: Measurement) -> N
 
 
 def _wanted_rows(table: Table, measurement: Measurement) -> Table:
-    rows = table.rows
     for name, text in measurement.rows.items():
         index, _ = called_column(table, name)
-        cells = dict(zip((line for line, _ in table.rows), table.text(index), strict=True))
-        kept = tuple(row for row in rows if cells[row[0]] == text.strip())
+        cells = table.text(index)
+        kept = tuple(row for row, cell in zip(table.rows, cells, strict=True) if cell == text.strip())
         if not kept:
-            raise table.error(f"no row has '{text}' as {name}; {suggest(text, set(cells.values()))}", table.line)
-        rows = kept
-    return replace(table, rows=rows)
+            raise table.error(f"no row has '{text}' as {name}; {suggest(text, set(cells))}", table.line)
+        table = replace(table, rows=kept)
+    return table
 
 
 def _chosen(table: Table, measurement: Measurement, values: dict[str, RealArray]) -> MeasuredValues:

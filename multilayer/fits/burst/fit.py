@@ -147,10 +147,10 @@ def _burst_data(
     configuration: str, frequency: float, recording: Recording, calibration: Calibration | None, cycles: float
 ) -> BurstData:
     base, top = recording.mean()
-    std = 0.0
+    std, noise = 0.0, noise_level(recording, of_mean=True)
     if calibration is not None:
         top, std = calibration.correct(top, recording.sampling_rate, frequency), calibration.std_at(frequency)
-    noise = noise_level(recording, of_mean=True)
+        noise = noise._replace(top=noise.top / calibration.at(frequency)[0])
     return BurstData(configuration, frequency, recording.sampling_rate, base, top, noise, cycles, std)
 
 

@@ -14,7 +14,7 @@ from multilayer.units import DIMENSIONLESS, Unit
 
 
 class TemperatureDrift(Effect):
-    """The modulus changes with the order of the recordings: E (1 + d u), u from 0 at the first to 1 at the last.
+    """The modulus changes with the order of the recordings: E (1 + d u), u from 0 at the first burst to 1 at the last.
 
     Give `total` = d (-0.1 when left out), or the `rate` per burst. Perturbed: u (1 + p (u - 1)), a change that speeds
     up or slows down.
@@ -46,8 +46,13 @@ class TemperatureDrift(Effect):
                 f"{self.rate:g} per burst is a change by {self.rate * bursts:.3g} over {bursts} bursts; make it smaller"
             )
             yield ("rate",), text, self.rate
+        # repeats of the last burst go on beyond 1
+        if self.total is not None and bursts > 1 and not -0.9 < self.total * bursts / (bursts - 1) <= 2:
+            text = f"{self.total:g} is too large a change of so few bursts ({bursts}); make it smaller"
+            yield ("total",), text, self.total
 
     def apply_to_modulus(self, frequency: RealArray, modulus: ComplexArray, moment: Moment) -> ComplexArray:
-        change = self.total if self.rate is None else self.rate * moment.total
-        u = moment.elapsed / moment.total
+        last = max(moment.total - 1, 1.0)
+        change = self.total if self.rate is None else self.rate * last
+        u = moment.elapsed / last
         return modulus * (1 + (change or 0.0) * u * (1 + self.perturbation * (u - 1)))
