@@ -111,7 +111,7 @@ def multilayer_impedance():
 
 
 def panel_and_foam():
-    """Draw table 12.1: transmission loss of an aluminium panel, bare and with foam behind a film of air, diffuse field."""
+    """Draw table 12.1: transmission loss of an aluminium panel, bare and with foam behind a film of air; diffuse."""
     figure, grid = axes(1, 1)
     frequency = np.geomspace(100, 5000, 120)
     panel, foam = ("T12.1/panel", 1e-3), ("T12.1/foam", 0.0508)

@@ -41,6 +41,7 @@ class CorrugatedPlate(ElasticLayer):
     azimuth: Azimuth = 0.0
 
     summary: ClassVar[str] = "corrugated or profiled sheet as an orthotropic plate, solids slip on it"
+    lies_on_frames: ClassVar[bool] = True
     composes: ClassVar[bool] = False
     isotropic_in_plane: ClassVar[bool] = False
 

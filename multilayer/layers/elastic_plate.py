@@ -15,8 +15,8 @@ class ElasticPlate(ElasticLayer):
     """A thin (Kirchhoff) plate: a mass with bending stiffness and no thickness of its own in the kinematics.
 
     Fields: `thickness` (m), `density` (kg/m3), `young_modulus` (Pa), `poisson_ratio`, `loss_factor`. State (p, v3): a
-    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, its frame is not pressed on:
-    use `elastic_solid` where it lies on that or is glued to it. Holds while bending waves are longer than about six
+    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, or with a contact `slip` carries
+    it on its frame; glued to that, use `elastic_solid`. Holds while bending waves are longer than about six
     thicknesses; use `elastic_solid` beyond.
     """
 
@@ -25,6 +25,7 @@ class ElasticPlate(ElasticLayer):
     density: Density
 
     summary: ClassVar[str] = "thin plate in bending (Kirchhoff), solids slip on it"
+    lies_on_frames: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
 
     def faces(self, wave: Wave) -> Faces:

@@ -17,8 +17,8 @@ class Membrane(Layer):
     """An impervious sheet without bending stiffness; without tension, a septum or heavy layer.
 
     Fields: `surface_density` (kg/m2), `tension` (N/m, isotropic), `loss_factor` (of the tension). State (p, v3): a
-    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, its frame is not pressed on:
-    use `elastic_solid` where it lies on that or is glued to it. Bending stiffness is left out: use `elastic_plate`
+    solid neighbour slips on it; a poroelastic one meets it across a thin film of air, or with a contact `slip` carries
+    it on its frame; glued to that, use `elastic_solid`. Bending stiffness is left out: use `elastic_plate`
     where it counts.
     """
 
@@ -28,6 +28,7 @@ class Membrane(Layer):
     loss_factor: Ratio = 0.0
 
     summary: ClassVar[str] = "impervious film or septum: mass and tension, no bending stiffness"
+    lies_on_frames: ClassVar[bool] = True
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices: p(front) - p(back) = (i w m + T kx^2 / (i w)) v3; Allard & Atalla 2009, 11.3.6."""

@@ -41,6 +41,7 @@ class OrthotropicPlate(Layer):
     azimuth: Azimuth = 0.0
 
     summary: ClassVar[str] = "thin orthotropic plate in bending (Kirchhoff), solids slip on it"
+    lies_on_frames: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # two plates bend more easily than one of their joint thickness
     isotropic_in_plane: ClassVar[bool] = False
 

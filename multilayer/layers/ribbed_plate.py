@@ -38,6 +38,7 @@ class RibbedPlate(ElasticLayer):
     azimuth: Azimuth = 0.0
 
     summary: ClassVar[str] = "plate with ribs on one face as an orthotropic plate, solids slip on it"
+    lies_on_frames: ClassVar[bool] = True
     composes: ClassVar[bool] = False
     vanishes: ClassVar[bool] = False  # the ribs stay, however thin the plate
     isotropic_in_plane: ClassVar[bool] = False

@@ -60,10 +60,14 @@ def couple(
 
 
 def _why_not(front: Family, back: Family, contact: Contact) -> str:
-    pair = f"a {front.name} face against a {back.name} face"
     if contact == "slip" and FLUID in (front, back):
-        return f"{pair} slips anyway: leave the contact out"
-    return f"no '{contact}' coupling is known for {pair}"
+        return slips_anyway(front, back)
+    return f"no '{contact}' coupling is known for a {front.name} face against a {back.name} face"
+
+
+def slips_anyway(front: Family, back: Family) -> str:
+    """Return the refusal of a contact that changes nothing."""
+    return f"a {front.name} face against a {back.name} face slips anyway: leave the contact out"
 
 
 def _fluid_fluid(_front: Numeric, _back: Numeric) -> tuple[Rows, Rows]:
@@ -97,6 +101,14 @@ def _fluid_poroelastic(_front: Numeric, phi: Numeric) -> tuple[Rows, Rows]:
             (0, 0, 0, 1, 0, 0),
             (0, 0, 0, 0, 0, 1),
         ),
+    )
+
+
+def _sheet_poroelastic_slip(_front: Numeric, _back: Numeric) -> tuple[Rows, Rows]:
+    """Return it of an impervious sheet, of state (p, v3), on the frame: no flow through it, no shear, total stress."""
+    return (
+        ((0, 0), (0, 1), (0, 1), (1, 0)),
+        ((0, 0, 0, 0, 1, 0), (0, -1, 0, 0, 0, 0), (0, 0, -1, 0, 0, 0), (0, 0, 0, 1, 0, 1)),
     )
 
 
@@ -159,6 +171,7 @@ register_coupling(SOLID, SOLID, "bonded", _solid_solid)
 register_coupling(SOLID, SOLID, "slip", _solid_solid_slip)
 register_coupling(FLUID, SOLID, "bonded", _fluid_solid)
 register_coupling(FLUID, POROELASTIC, "bonded", _fluid_poroelastic)
+register_coupling(FLUID, POROELASTIC, "slip", _sheet_poroelastic_slip)
 register_coupling(SOLID, POROELASTIC, "bonded", _solid_poroelastic)
 register_coupling(SOLID, POROELASTIC, "slip", _solid_poroelastic_slip)
 register_coupling(POROELASTIC, POROELASTIC, "bonded", _poroelastic_poroelastic)

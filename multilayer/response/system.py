@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, Problem
 from multilayer.layers.base import Layer
-from multilayer.matrix.couplings import CouplingError, couple
+from multilayer.matrix.couplings import CouplingError, couple, slips_anyway
 from multilayer.matrix.faces import Faces
-from multilayer.matrix.families import FLUID
+from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.solve import HalfSpace, Port, Solution, System, Void, Wall, solve
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
@@ -55,12 +55,20 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
     for i, (front, back) in enumerate(pairwise(layers), start=1):
         try:
             couple(front.family, back.family, interfaces[i])
+            if interfaces[i] == "slip":
+                _refuse_slip_of_fluid(stack.layers[i - 1 : i + 1], (front.family, back.family))
         except CouplingError as error:
             first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
             raise CouplingError(f"layers {first} and {second}: {error}") from None
     if tail is None:
         return System(head, layers, _tail(stack, wave), interfaces)
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
+
+
+def _refuse_slip_of_fluid(layers: Sequence[Layer], families: tuple[Family, Family]) -> None:
+    """Refuse to put a fluid, or a sheet with pores, on the frame of a poroelastic layer: these do not press on it."""
+    if any(family == FLUID and not layer.lies_on_frames for layer, family in zip(layers, families, strict=True)):
+        raise CouplingError(slips_anyway(*families))
 
 
 def made_once(wave: Wave) -> Callable[[Layer], Faces]:

@@ -156,6 +156,8 @@ def interface(a: Face, b: Face, contact: str) -> list:  # noqa: PLR0911
         return [equal(a.p, b.p), equal(a.u3, b.u3)]
     if kinds == ("fluid", "solid"):
         return [equal(a.u3, b.u3), total((1, a.p), (1, b.s33)), b.s13]
+    if kinds == ("fluid", "poroelastic") and contact == "slip":  # a sheet that lies on the frame
+        return [equal(a.u3, b.u3), equal(a.u3, b.U3), total((1, a.p), (1, b.s33), (1, b.s)), b.s13]
     if kinds == ("fluid", "poroelastic"):
         flow = total((1 - b.phi, b.u3), (b.phi, b.U3))
         return [

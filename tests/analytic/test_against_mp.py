@@ -41,6 +41,7 @@ MIXED = {
     "two solids": stack((ALUMINIUM, 1e-3), (RUBBER, 0.02)),
     "two solids, slipping": stack((RUBBER, 0.02), (ALUMINIUM, 1e-3), slip=((0, 1),)),
     "sheet on foam": stack((SHEET, 1e-3), (FOAM2, 0.05)),
+    "sheet lying on foam": stack((SHEET, 1e-3), (FOAM2, 0.05), (SHEET, 5e-4), slip=((0, 1), (1, 2))),
     "of every kind": stack((ALUMINIUM, 1e-3), (FOAM2, 0.05), (AIR, 0.01), (SHEET, 1e-3), (FOAM, 0.02), (GEL, 0.01)),
     "foil, thick foam, foil": stack((ALUMINIUM, 1e-6), (FOAM2, 2.0), (ALUMINIUM, 1e-6)),
     "thick and thin": stack((GEL, 3.0), (FOAM, 1e-5), (ALUMINIUM, 0.3), (FOAM2, 0.5), (WATER, 1e-5), (RUBBER, 1.0)),

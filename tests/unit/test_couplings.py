@@ -12,7 +12,8 @@ from multilayer.matrix.families import FLUID, POROELASTIC, SOLID, Family
 FAMILIES = [FLUID, SOLID, POROELASTIC]
 POROSITIES = {FLUID: 1.0, SOLID: 1.0, POROELASTIC: 0.9}
 PAIRS = [pytest.param(a, b, "bonded", id=f"{a.name}-{b.name}") for a, b in product(FAMILIES, FAMILIES)] + [
-    pytest.param(a, b, "slip", id=f"{a.name}-{b.name}-slip") for a, b in product(FAMILIES[1:], FAMILIES[1:])
+    pytest.param(a, b, "slip", id=f"{a.name}-{b.name}-slip")
+    for a, b in (*product(FAMILIES[1:], FAMILIES[1:]), (FLUID, POROELASTIC), (POROELASTIC, FLUID))
 ]
 GAS = Family("plasma", ("p", "v3"), ((1, 0, 1),), even=(0,))
 
@@ -74,7 +75,7 @@ def test_slip_carries_no_shear():
         np.testing.assert_allclose(states[shear], 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("other", FAMILIES, ids=lambda f: f.name)
+@pytest.mark.parametrize("other", FAMILIES[:2], ids=lambda f: f.name)
 def test_slip_beside_a_fluid_is_refused_with_words(other):
     for pair in ((FLUID, other), (other, FLUID)):
         with pytest.raises(CouplingError, match="slips anyway: leave the contact out"):
