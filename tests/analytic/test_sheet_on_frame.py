@@ -40,7 +40,7 @@ def test_a_thin_plate_is_a_thin_solid_that_slips():
 
 @pytest.mark.parametrize("slips", [True, False])
 def test_it_rests_on_frame_and_air_together(slips):
-    """A screed on its mat: stiffnesses of frame and enclosed air add up; across a film there is that of the air alone."""
+    """A screed on its mat: the stiffnesses of frame and enclosed air add up; across a film there is the air alone."""
     mass, h = 120.0, 0.02
     screed = with_membrane(mass, h, WOOL)
     if not slips:

@@ -1,6 +1,5 @@
 """The page in headless Chromium as a person uses it: pointer, keyboard, two widths, two windows, another editor."""
 
-import _thread
 import signal
 import threading
 from contextlib import contextmanager
@@ -9,6 +8,7 @@ import pytest
 
 from multilayer.config.yaml12 import dump_yaml, parse_yaml
 from multilayer.explore.explorer import Explorer
+from multilayer.explore.server import Server
 from multilayer.simulation.file import load_simulation
 from multilayer.simulation.measured import read_measured
 from tests.cli.command import run
@@ -446,16 +446,20 @@ def test_when_the_command_has_ended_nothing_is_lost(browser, file):
 
 
 def test_the_browser_is_led_to_the_page(browser, file, monkeypatch):
-    seen = []
+    told, seen, serve = [], [], Server.serve_forever
 
-    def look(address):
+    def look(server, **_):
+        thread = threading.Thread(target=serve, args=(server, 0.02), daemon=True)
+        thread.start()
         try:
-            browser.open(address)
+            browser.open(told[0])
             seen.append(browser.run("return location.href"))
         finally:
-            _thread.interrupt_main()
+            server.shutdown()
+            thread.join()
 
-    monkeypatch.setattr("webbrowser.open", lambda address: threading.Thread(target=look, args=(address,)).start())
+    monkeypatch.setattr("webbrowser.open", told.append)
+    monkeypatch.setattr(Server, "serve_forever", look)
     done = run("explore", file, DISPLAY=":0")
     assert done.status == 0
     assert seen == [done.out.strip()]
