@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -25,13 +26,15 @@ class FinePatch(Model):
     """One part of a pattern: its share of the area, its layers, bonded to each other, and whether a wall closes it.
 
     Fields: `share`, `layers` (from front to back), `closed` (by a rigid wall of its own: what lies behind the pattern
-    does not hear it), `name`.
+    does not hear it), `side_walls` (rigid ones between it and its neighbours, as of a chamber: sound runs along its
+    depth alone, at any angle of incidence), `name`.
     """
 
     name: str | None = None
     share: Annotated[float, Field(gt=0, le=1), Unit(DIMENSIONLESS)]
     layers: Annotated[tuple[LayerField, ...], Field(min_length=1, max_length=_MOST)]
     closed: bool = False
+    side_walls: bool = False
 
 
 class Patches(Layer):
@@ -39,7 +42,8 @@ class Patches(Layer):
 
     Fields: `patches` (each a `share` of the area, `layers` and, with a rigid wall behind it alone, `closed`), `period`
     (m, after which the pattern repeats). State (p, v3). Patches share the pressures at both faces, so that air goes
-    from one to the other in front of them (Verdiere et al. 2013); nothing passes between them inside.
+    from one to the other in front of them (Verdiere et al. 2013). Inside, sound runs along the layers of a patch as it
+    would if these went on beside it, so that a pattern of patches alike is one layer; with `side_walls` it does not.
 
     Holds for periods below half a wavelength (`ValidityWarning` beyond). Larger ones answer each for itself: `beside`
     of a simulation.
@@ -75,10 +79,10 @@ class Patches(Layer):
         """Return the face matrices; see `matrix.parallel`."""
         waves = self.period * wave.frequency / wave.ambient.sound_speed
         warn_outside("the pattern of patches", "period / wavelength", waves, -np.inf, 0.5, wave.frequency)
-        impedance = wave.ambient.impedance
+        impedance, along_depth = wave.ambient.impedance, replace(wave, kx=np.zeros_like(wave.frequency))
         parts = []
         for i, patch in enumerate(self.patches):
-            layers = [layer.faces(wave) for layer in patch.layers]
+            layers = [layer.faces(along_depth if patch.side_walls else wave) for layer in patch.layers]
             try:
                 parts.append(reflections(layers, impedance, closed=patch.closed))
             except CouplingError as error:

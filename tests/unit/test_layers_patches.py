@@ -57,6 +57,19 @@ def test_patches_before_walls_add_their_admittances():
         assert_allclose(admittance(pattern(*cells), angle=angle), expected, rtol=1e-10)
 
 
+@pytest.mark.parametrize("also_open", [False, True])
+def test_between_side_walls_sound_runs_along_the_depth(also_open):
+    """A chamber is i tan(k d)/Z0 at any angle; beside it a patch without walls stays as it is."""
+    deep, wool = Fluid(thickness=0.2), {**WOOL, "thickness": 0.05}
+    chamber = {"share": 0.3 if also_open else 1.0, "layers": [deep], "closed": also_open, "side_walls": True}
+    cells = [chamber, *([{"share": 0.7, "layers": [wool]}] if also_open else [])]
+    gas = dry_air()
+    upright = 1j * np.tan(2 * np.pi * FREQUENCY * 0.2 / gas.sound_speed) / gas.impedance
+    for angle in (0.0, 60.0):
+        expected = 0.3 * upright + 0.7 * admittance(wool, angle=angle) if also_open else upright
+        assert_allclose(admittance(pattern(*cells), angle=angle), expected, rtol=1e-6)
+
+
 def test_air_beside_wool_shares_the_pressure_behind():
     """Thin parts before a cavity: the air, free to pass, shorts the wool out, (1/Z1 + 1/Z2) of sheets."""
     weak, strong = ({"type": "screen", "flow_resistance": r} for r in (100.0, 5000.0))
