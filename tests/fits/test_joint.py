@@ -193,6 +193,15 @@ def test_as_a_user_types_it(tmp_path: Path):
     assert "did you mean 'fractional_zener'" in found.err
 
 
+def test_a_law_that_leaves_the_bounds_of_fits_burst_by_burst_is_told(tmp_path: Path):
+    file = tmp_path / "fit.yaml"
+    folder = Path("examples/foam_b").resolve()
+    file.write_text(f"kind: fit\nversion: 1\ncampaign: {folder}\nbounds: {{storage_modulus: [1 kPa, 50 kPa]}}\n")
+    done = run("fit", file, "--joint", "--out", tmp_path / "out", "--no-figures")
+    assert "warning: bounds: storage_modulus of the law runs from" in done.err
+    assert "loss_factor" not in done.err
+
+
 def test_a_problem_replaced_starts_anew(fitted):
     problem = fitted.problem
     assert replace(problem, model_error=0.01).residual(fitted.best.z).shape == fitted.best.residual.shape

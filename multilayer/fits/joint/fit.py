@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
+from warnings import warn
 
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.errors import InputError, MultilayerError, suggest
+from multilayer.errors import InputError, MultilayerError, PlausibilityWarning, suggest
 from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
@@ -267,11 +268,25 @@ class Joint(CampaignMethod):
         return number_of_steps(job.campaign, job.settings, self.law, self.given)
 
     def run(self, job: FitJob, tell: Progress) -> JointFit:
-        """Return the law, with intervals of its parameters."""
+        """Return the law, with intervals of its parameters.
+
+        Warns
+        -----
+        PlausibilityWarning
+            Where the moduli leave the bounds of the settings, within which bursts are fitted one by one.
+        """
         fit = fit_joint(
             job.campaign, job.recordings, self.law, elements=self.elements, settings=job.settings,
             calibration=job.calibration, given=self.given, progress=tell,
         )  # fmt: skip
+        bursts = fit.at_bursts()
+        for name, unit in (("storage_modulus", " Pa"), ("loss_factor", "")):
+            low, high = getattr(job.settings.bounds, name)
+            values = [getattr(burst, name) for burst in bursts]
+            if min(values) < low or max(values) > high:
+                text = f"bounds: {name} of the law runs from {min(values):.3g} to {max(values):.3g}{unit}, out of the "
+                text += f"bounds {low:g} to {high:g}{unit}; they limit fits burst by burst, not those of one law"
+                warn(text, PlausibilityWarning, stacklevel=2)
         return with_posterior(fit, self.posterior, tell)
 
     def compared(self, job: FitJob) -> Mapping[str, Compared]:
