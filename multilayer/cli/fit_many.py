@@ -89,19 +89,23 @@ def fit_many(
 
 def _fit_elsewhere(task: FitTask, *, figures: bool) -> _Fitted:
     """Read and fit a task: what a worker does."""
-    from multilayer.cli.warned import collected
-    from multilayer.errors import MultilayerError
+    from multilayer.errors import MultilayerError, MultilayerWarning
     from multilayer.fits.run import summary_row
     from multilayer.report.fits import fit_report
+    from multilayer.simulation.warned import collected_warnings
 
-    with collected() as texts:
+    with collected_warnings(MultilayerWarning) as texts:
         try:
             fit = task.read()
             report = fit_report(fit.run(), fit.job, fit.inputs)
-            report = replace(report, warnings=tuple(dict.fromkeys(texts)))
+            report = replace(report, warnings=_each_once(texts))
             return _Fitted(report.files(figures=figures), summary_row(report.record), "", report.warnings)
         except MultilayerError as error:
             reason = str(error)
         except Exception as error:  # of one campaign: it is told, and does not end the others
             reason = f"{type(error).__name__}: {error}"
-    return _Fitted({}, {}, reason, tuple(dict.fromkeys(texts)))
+    return _Fitted({}, {}, reason, _each_once(texts))
+
+
+def _each_once(texts: Sequence[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(" ".join(text.split()) for text in texts))

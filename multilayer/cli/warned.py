@@ -39,26 +39,6 @@ def warnings_as_lines() -> Iterator[None]:
             _texts.reset(token)
 
 
-@contextmanager
-def collected() -> Iterator[list[str]]:
-    """Give a list that takes the package's warnings in place of telling them, in any process."""
-    from multilayer.errors import MultilayerWarning
-
-    texts: list[str] = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", MultilayerWarning)
-        show = warnings.showwarning
-
-        def take(message: Warning | str, category: type[Warning], *place: Any, **options: Any) -> None:
-            if issubclass(category, MultilayerWarning):
-                texts.append(" ".join(str(message).split()))
-            else:
-                show(message, category, *place, **options)
-
-        warnings.showwarning = take
-        yield texts
-
-
 def tell(texts: Iterable[str]) -> None:
     """Tell each text that this command has not told yet, in a line on standard error; not with ``--quiet``."""
     from multilayer.doors import for_terminal

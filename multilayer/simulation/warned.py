@@ -1,4 +1,4 @@
-"""Collecting warnings of validity thread by thread, while several threads compute."""
+"""Collecting warnings thread by thread, while several threads compute."""
 
 from __future__ import annotations
 
@@ -6,27 +6,28 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 from multilayer.errors import ValidityWarning
 
+_Wanted: TypeAlias = tuple[type[Warning], list[str]]
 _here = threading.local()
 
 
 @contextmanager
-def collected_warnings() -> Iterator[list[str]]:
-    """Give a list that takes the texts of every `ValidityWarning` of this thread, in place of showing them.
+def collected_warnings(category: type[Warning] = ValidityWarning) -> Iterator[list[str]]:
+    """Give a list that takes the texts of every warning of this thread and a category, in place of showing them.
 
-    Where such contexts are nested, the inner one takes them.
+    Where such contexts are nested, the innermost that asks for a warning takes it.
     """
-    before = getattr(_here, "texts", None)
+    before: tuple[_Wanted, ...] = getattr(_here, "wanted", ())
     texts: list[str] = []
-    _here.texts = texts
-    _state.enter()
+    _here.wanted = ((category, texts), *before)
+    _state.enter(category)
     try:
         yield texts
     finally:
-        _here.texts = before
+        _here.wanted = before
         _state.leave()
 
 
@@ -38,13 +39,13 @@ class _State:
         self.inside = 0
         self.before: warnings.catch_warnings[Any] = warnings.catch_warnings()
 
-    def enter(self) -> None:
+    def enter(self, category: type[Warning]) -> None:
         with self.lock:
             if self.inside == 0:
                 self.before = warnings.catch_warnings()
                 self.before.__enter__()
-                warnings.simplefilter("always", ValidityWarning)
                 warnings.showwarning = _collecting(warnings.showwarning)
+            warnings.simplefilter("always", category)
             self.inside += 1
 
     def leave(self) -> None:
@@ -59,10 +60,10 @@ _state = _State()
 
 def _collecting(show: Any) -> Any:
     def collect(message: Any, category: type[Warning], *rest: Any, **more: Any) -> None:
-        texts = getattr(_here, "texts", None)
-        if texts is not None and issubclass(category, ValidityWarning):
-            texts.append(str(message))
-        else:
-            show(message, category, *rest, **more)
+        for wanted, texts in getattr(_here, "wanted", ()):
+            if issubclass(category, wanted):
+                texts.append(str(message))
+                return
+        show(message, category, *rest, **more)
 
     return collect
