@@ -62,28 +62,30 @@ def fit_many(
     claim_folder(out)
     done = [fit for fit in fits if resume and fit.done_in(out / fit.folder_name)]
     rows = {fit.name: fit.summary_in(out / fit.folder_name) for fit in done}
-    left = [fit for fit in fits if fit.name not in rows]
+    left, n_written = [fit for fit in fits if fit.name not in rows], len(rows)
     try:
         with executor_for(jobs, cluster) as executor, progress_bar("fit", len(left)) as advance:
             tasks = [replace(fit.task, source=fit.task.source.resolve()) if cluster else fit.task for fit in left]
             for index, fitted in as_done(partial(_fit_elsewhere, figures=figures), tasks, executor):
                 fit = left[index]
                 tell(fitted.warnings)
+                folder = out / fit.folder_name
                 if fitted.reason:
-                    rows[fit.name] = row_without_fit(fit.name, fit.method.name, fitted.reason)
+                    older = "; its folder holds an older fit" if folder.exists() else ""
+                    rows[fit.name] = row_without_fit(fit.name, fit.method.name, fitted.reason + older)
                 else:
-                    folder = out / fit.folder_name
+                    n_written += 1
                     write_files(folder, fitted.files, inputs=inputs[fit.name], made_by="fit")
                     rows[fit.name] = fitted.row
                 advance(fit.name)
     except KeyboardInterrupt:
-        typer.echo(f"stopped: {len(rows)} of {len(names)} are in {out}; --resume goes on from there", err=True)
+        typer.echo(f"stopped: {n_written} of {len(names)} are in {out}; --resume goes on from there", err=True)
         raise typer.Exit(130) from None
     in_order = [rows[name] for name in names]
     write_file(out / "summary.csv", csv_table(SUMMARY_COLUMNS, (row.values() for row in in_order)))
     finish(fits_report(in_order), as_json=as_json)
     if not as_json:
-        typer.echo(f"written to {out}: summary.csv and a folder for each campaign")
+        typer.echo(f"written to {out}: summary.csv and a folder for each campaign that was fitted")
     return all(map(is_accepted, in_order))
 
 
@@ -98,7 +100,7 @@ def _fit_elsewhere(task: FitTask, *, figures: bool) -> _Fitted:
         try:
             fit = task.read()
             report = fit_report(fit.run(), fit.job, fit.inputs)
-            report = replace(report, warnings=_each_once(texts))
+            report = replace(report, warnings=_each_once([*texts, *report.warnings]))
             return _Fitted(report.files(figures=figures), summary_row(report.record), "", report.warnings)
         except MultilayerError as error:
             reason = str(error)

@@ -61,7 +61,11 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
             first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
             raise CouplingError(f"layers {first} and {second}: {error}") from None
     if tail is None:
-        return System(head, layers, _tail(stack, wave), interfaces)
+        end = _tail(stack, wave)
+        if isinstance(end, HalfSpace) and interfaces[-1] == "slip":
+            last = stack.layers[-1].name or f"{len(layers) - 1} ({stack.layers[-1].type})"
+            raise CouplingError(f"layer {last} and the termination: {slips_anyway(layers[-1].family, FLUID)}")
+        return System(head, layers, end, interfaces)
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
 
 

@@ -253,7 +253,8 @@ def _warn_of_order(file: TwoMicrophones, path: Path, straight: ComplexArray, exc
 
 def _variation(ratio: ComplexArray) -> float:
     """Return how much a ratio varies over frequency, Np and rad."""
-    return float(np.std(np.log(np.abs(ratio)) + 1j * np.unwrap(np.angle(ratio))))
+    ratio = ratio[np.isfinite(ratio) & (ratio != 0)]
+    return float(np.std(np.log(np.abs(ratio)) + 1j * np.unwrap(np.angle(ratio)))) if ratio.size else 0.0
 
 
 def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:

@@ -63,3 +63,10 @@ def test_a_fluid_and_a_sheet_with_pores_do_not_lie_on_a_frame(beside):
     )
     with pytest.raises(CouplingError, match="slips anyway: leave the contact out"):
         plane_wave(panel, F)
+
+
+@pytest.mark.parametrize("layer", [FOAM2, ALUMINIUM], ids=["foam", "solid"])
+def test_nor_does_the_gas_behind(layer):
+    panel = stack((layer, 0.05), termination="ambient", slip=((0, "termination"),))
+    with pytest.raises(CouplingError, match=r"and the termination: .* slips anyway: leave the contact out"):
+        plane_wave(panel, F)

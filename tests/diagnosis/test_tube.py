@@ -10,16 +10,17 @@ from multilayer.arrays import ComplexArray
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.sample_position import SamplePosition
-from multilayer.diagnosis.effects.tube import TubeSetting, Values
+from multilayer.diagnosis.effects.tube import Tube, TubeSetting, Values, with_layers
 from multilayer.diagnosis.tube.data import roughness
 from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
 from multilayer.diagnosis.tube.file import diagnosis_file, load_diagnosis, tube_names
 from multilayer.errors import InputError, PluginWarning
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.problem import GaussianPrior
+from multilayer.layers.fluid import Fluid
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
-from tests.diagnosis.tubes import CASES, NOISE, PRIORS, foam, measured, reflection, table
+from tests.diagnosis.tubes import CASES, ELASTIC, NOISE, PRIORS, F, foam, measured, reflection, table
 
 KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
 RIVALS = ("sample_position", "microphone_gain")
@@ -50,6 +51,25 @@ def test_without_an_effect_there_is_no_gap(tmp_path):
     assert (record["verdict"], record["causes"], record["where"]) == ("no_gap", [], [])
     assert record["detectable"]["rear_air_gap"]["smallest"] < 0.01
     assert found.curves[0].labels == ("Re R", "Im R")
+
+
+def test_an_effect_keeps_the_contacts_of_a_stack():
+    sheet = {"type": "membrane", "surface_density": 0.5}
+    layers = [sheet, *foam(0.03, ELASTIC)["layers"]]
+    stack = Stack.model_validate({
+        "layers": layers, "termination": "rigid",
+        "contacts": [{"between": [0, 1], "kind": "slip"}, {"between": [1, "termination"], "kind": "slip"}],
+    })  # fmt: skip
+    setting = TubeSetting("tube", F, 0.0, stack, Tube())
+    before = setting.reflection(stack)
+    front, behind = (
+        with_layers(stack, layers)
+        for layers in ((Fluid(thickness=1e-9), *stack.layers), (*stack.layers, Fluid(thickness=1e-9)))
+    )
+    assert front.interfaces == ("bonded", "bonded", "slip", "slip")
+    assert behind.interfaces == ("bonded", "slip", "bonded", "bonded")
+    np.testing.assert_allclose(setting.reflection(front), before, rtol=1e-5)
+    assert with_layers(stack, stack.layers[::-1]).contacts == ()
 
 
 class Silent(SamplePosition):

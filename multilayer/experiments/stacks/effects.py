@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -19,11 +20,12 @@ from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.layers.base import Layer
 from multilayer.layers.fluid import Fluid
 from multilayer.layers.pores import PoreLayer
+from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas
 from multilayer.models import Model
 from multilayer.signals.impedance_tube import reflection_coefficient, transfer_function
 from multilayer.simulation.settings import PlaneIncidence
-from multilayer.stack import Stack
+from multilayer.stack import LayerContact, Stack
 from multilayer.units import Length, PositiveRatio, Ratio
 
 _SPACING = 0.05  # m
@@ -173,8 +175,17 @@ def thickness_of(layer: Layer) -> float:
 
 
 def with_layers(stack: Stack, layers: Sequence[Layer]) -> Stack:
-    """Return the stack with other layers; its contacts, which refer to the old layers, are left out."""
-    return stack.model_copy(update={"layers": tuple(layers), "contacts": ()})
+    """Return the stack with other layers; old ones that are neighbours still keep the contact between them."""
+    pairs = zip(pairwise(stack.layers), stack.interfaces[1:-1], strict=True)
+    kinds: dict[tuple[int, int], Contact] = {(id(front), id(back)): kind for (front, back), kind in pairs}
+    contacts = [
+        LayerContact(between=(i, i + 1), kind=kinds[id(front), id(back)])
+        for i, (front, back) in enumerate(pairwise(layers))
+        if kinds.get((id(front), id(back)), "bonded") != "bonded"
+    ]
+    if layers[-1] is stack.layers[-1] and stack.interfaces[-1] != "bonded":
+        contacts.append(LayerContact(between=(len(layers) - 1, "termination"), kind=stack.interfaces[-1]))
+    return stack.model_copy(update={"layers": tuple(layers), "contacts": tuple(contacts)})
 
 
 def with_layer(stack: Stack, index: int, layer: Layer) -> Stack:

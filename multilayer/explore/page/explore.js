@@ -146,10 +146,12 @@ async function answerAll() {
     const answer = await ask("evaluate", {data, ...options});
     if (!answer) continue;
     if (options.describe) rested = data;
-    if (answer.layers && asked === renewed) { // else these are layers of a design that is no more
-      described = answer;
+    if (options.describe && asked === renewed) { // else these are layers of a design that is no more
       made = asked;
-      showControls();
+      if (answer.layers) { // else the design cannot be described, and what there was may be turned back
+        described = answer;
+        showControls();
+      }
       showWaiting();
     }
     shown({...answer, data}, from);
