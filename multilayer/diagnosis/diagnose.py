@@ -55,7 +55,7 @@ from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import cut_where_records_end, plane_wave_problem
-from multilayer.fits.joint.search import solve_joint
+from multilayer.fits.joint.search import refuse_none, solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
@@ -237,8 +237,7 @@ def fit_nominal(
         rough = fit_samples(nominal, made, executor)
         rigs = rough.hypothesis_as(CampaignProblem).finite
         nominal = fit(replace(whole, rigs=rigs, finite=rigs), rough.minimum.z)
-    if not nominal.minimum.is_finite:
-        raise InputError(f"the rig has no response with {', '.join(effect.name for effect in rims)}; leave it out")
+    refuse_none(whole, [nominal.minimum] if nominal.minimum.is_finite else [])
     return nominal, [nominal.minimum]
 
 

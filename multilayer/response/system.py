@@ -58,15 +58,18 @@ def build_system(stack: Stack, wave: Wave, head: HalfSpace | Wall | Port, tail: 
             if interfaces[i] == "slip":
                 _refuse_slip_of_fluid(stack.layers[i - 1 : i + 1], (front.family, back.family))
         except CouplingError as error:
-            first, second = (stack.layers[j].name or f"{j} ({stack.layers[j].type})" for j in (i - 1, i))
-            raise CouplingError(f"layers {first} and {second}: {error}") from None
+            raise CouplingError(f"layers {_label(stack, i - 1)} and {_label(stack, i)}: {error}") from None
     if tail is None:
         end = _tail(stack, wave)
         if isinstance(end, HalfSpace) and interfaces[-1] == "slip":
-            last = stack.layers[-1].name or f"{len(layers) - 1} ({stack.layers[-1].type})"
+            last = _label(stack, len(layers) - 1)
             raise CouplingError(f"layer {last} and the termination: {slips_anyway(layers[-1].family, FLUID)}")
         return System(head, layers, end, interfaces)
     return System(head, layers, tail, (*interfaces[:-1], "bonded") if tail.family == FLUID else interfaces)
+
+
+def _label(stack: Stack, i: int) -> str:
+    return stack.layers[i].name or f"{i} ({stack.layers[i].type})"
 
 
 def _refuse_slip_of_fluid(layers: Sequence[Layer], families: tuple[Family, Family]) -> None:

@@ -192,17 +192,19 @@ def test_a_value_that_is_refused_says_why_at_its_field(page):
     page.wait("return document.querySelector('#layer-0 .thick').textContent === '8 mm'")
 
 
+def add(page, what, where, then):
+    """Add a layer, and wait until there are so many."""
+    page.choose("#new", what)
+    page.choose("#where", str(where))
+    page.click("#add button")
+    page.wait(f"return document.querySelectorAll('#layers > li').length === {then}")
+
+
 def test_layers_are_added_moved_changed_and_removed(page):
     titles = "return [...document.querySelectorAll('#layers .title')].map(one => one.textContent)"
-    page.choose("#new", "type fluid")
-    page.choose("#where", "1")
-    page.click("#add button")
-    page.wait("return document.querySelectorAll('#layers > li').length === 3")
+    add(page, "type fluid", where=1, then=3)
     assert page.run(titles) == ["board", "fluid", "wool"]
-    page.choose("#new", "material Vigran2008/T8.2/plasterboard")
-    page.choose("#where", "3")
-    page.click("#add button")
-    page.wait("return document.querySelectorAll('#layers > li').length === 4")
+    add(page, "material Vigran2008/T8.2/plasterboard", where=3, then=4)
     page.wait(SETTLED)
     page.run("document.querySelectorAll('#layers details').forEach((one, i) => { one.open = i === 1; })")
     page.click("#layer-1-up")
@@ -246,10 +248,7 @@ def test_a_curve_is_frozen_and_gone_back_to(page):
 
 def test_cards_of_a_design_that_is_no_more_change_nothing(late):
     page, _, curves = late
-    page.choose("#new", "type fluid")
-    page.choose("#where", "0")
-    page.click("#add button")
-    page.wait("return document.querySelectorAll('#layers > li').length === 3")
+    add(page, "type fluid", where=0, then=3)
     page.wait(SETTLED)
     page.run("document.querySelector('#layer-2').open = true")
     with curves:

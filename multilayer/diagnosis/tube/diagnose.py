@@ -20,10 +20,9 @@ from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.designs import rank_tube_designs
 from multilayer.diagnosis.tube.file import DiagnosisFile
-from multilayer.errors import InputError
 from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.inference.least_squares import search
+from multilayer.fits.stacks.fit import find_minima
 from multilayer.inference.problem import GaussianPrior, Minimum
 from multilayer.log import logged
 from multilayer.simulation.warned import collected_warnings
@@ -113,13 +112,7 @@ def least_minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
     InputError
         When the stacks have no response for most values that the priors allow.
     """
-    effort = file.search
-    minima = search(
-        hypothesis, [hypothesis.start], n_best=effort.starts, n_candidates=effort.candidates, seed=effort.seed
-    )
-    if not minima:
-        raise InputError("unknowns: over most of what the priors allow the stacks have no response; narrow the priors")
-    return minima[0]
+    return find_minima(hypothesis, file)[0]
 
 
 def single_fits(
