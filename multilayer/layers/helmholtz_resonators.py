@@ -17,7 +17,7 @@ from multilayer.matrix.families import FLUID, Family
 from multilayer.matrix.small import multiply, stack_entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.narrow import narrow_gas
-from multilayer.media.perforations import duct_end_length, end_length, sheet_impedance
+from multilayer.media.perforations import duct_end_length, end_friction, end_length, sheet_impedance
 from multilayer.media.validity import warn_outside
 from multilayer.models import refuse
 from multilayer.units import Length
@@ -86,7 +86,8 @@ class HelmholtzResonators(Layer):
         """Return the pressure difference over the mean velocity of the front face, Pa s/m."""
         perforation = math.pi * self.neck_radius**2 / self.pitch**2
         ends = end_length(self.neck_radius, perforation) + duct_end_length(self.neck_radius, self._cavity_radius())
-        hole = sheet_impedance(wave.omega, "tube", self.neck_radius, self.neck_length, ends, wave.ambient)
+        friction = end_friction(wave.omega, "tube", wave.ambient)
+        hole = sheet_impedance(wave.omega, "tube", self.neck_radius, self.neck_length, ends, friction, wave.ambient)
         return hole / perforation
 
     def _check(self, wave: Wave) -> None:

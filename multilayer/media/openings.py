@@ -132,7 +132,7 @@ def hole_passage(
         met: Numeric = np.maximum(1.0, 4 * radiation.real / (k * radius) ** 2)
     else:
         met = _directivity(k * radius * np.sin(np.deg2rad(angle))) / np.cos(np.deg2rad(angle))
-    ends = _Ends(gas.impedance * radiation, end_friction(omega, gas) / 2)
+    ends = _Ends(gas.impedance * radiation, end_friction(omega, "tube", gas) / 2)
     return ends.passage(np.sqrt(density * bulk), np.asarray(omega * np.sqrt(density / bulk)), depth, met, gas)
 
 
@@ -181,7 +181,7 @@ def slit_passage(
         sine, cosine = np.sin(np.deg2rad(angle)), np.cos(np.deg2rad(angle))
         doubled = np.maximum(1.0, relative.real / (k * width / 2))  # the squared pressure in an edge, of long waves
         met = np.sinc(k * width * sine / (2 * np.pi)) ** 2 / cosine * doubled
-    ends = _Ends(gas.impedance / across * relative, end_friction(omega, gas) / 2)
+    ends = _Ends(gas.impedance / across * relative, end_friction(omega, "slit", gas) / 2)
     passed = ends.passage(omega * density / inside, inside, depth, met, gas)
     less = line_radiation(k0 * length)[..., 0]
     lost = passed.absorption - passed.transmission

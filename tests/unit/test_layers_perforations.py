@@ -16,11 +16,14 @@ from multilayer.layers.membrane import Membrane
 from multilayer.layers.perforated_plate import PerforatedPlate
 from multilayer.media.gas import dry_air
 from multilayer.media.perforations import (
+    end_friction,
+    end_length,
     grazing_mass,
     grazing_resistance,
     jet_resistance,
     maa_slit_impedance,
     slit_end_length,
+    surface_resistance,
 )
 from multilayer.response import plane_wave
 from multilayer.stack import Stack
@@ -91,6 +94,45 @@ class TestSlits:
 
     def test_slits_may_be_most_of_the_plate(self):
         assert np.all(np.isfinite(jump(PerforatedPlate(thickness=1e-3, slit_width=1e-3, perforation=0.9))))
+
+
+class TestEndFriction:
+    """Surface resistance times the squared velocity along the walls, in the limit of a thin boundary layer."""
+
+    def of_boundary_layers(self, inertance, area, half_width, depth=1e-2, step=1e-9):
+        """A step of all walls into the gas changes the inertance by the squared velocity along them: both faces, too.
+
+        Less what the walls of the opening themselves have, but for its ends.
+        """
+        change = inertance(half_width - step, depth + 2 * step) - inertance(half_width, depth)
+        along = 2 * depth / half_width if area is round_area else depth / half_width
+        return (change / step * area(half_width) - along) * surface_resistance(OMEGA, AIR)
+
+    def test_of_holes(self):
+        inertance = lambda a, h: (h + 2 * end_length(a, 1e-9)) / round_area(a)  # noqa: E731
+        found = end_friction(OMEGA, "tube", AIR)
+        assert_allclose(found, self.of_boundary_layers(inertance, round_area, 2e-3), rtol=0.02)  # 0.82 or 0.85 radii
+        assert_allclose(found, 4 * surface_resistance(OMEGA, AIR), rtol=0.1)  # Ingard's estimate
+
+    def test_of_slits(self):
+        pitch = 10.0
+        inertance = lambda b, h: (h + 2 * slit_end_length(2 * b, 2 * b / pitch)) / (2 * b)  # noqa: E731
+        expected = self.of_boundary_layers(inertance, lambda b: 2 * b, 2e-3)
+        assert_allclose(end_friction(OMEGA, "slit", AIR), expected, rtol=1e-3)
+
+    def test_as_a_lengthened_pore(self):
+        """Of a wide hole Atalla & Sgard's pore, longer by the mass at its ends, loses nearly as much more there."""
+        phi, frequency = 1e-3, np.array([100.0, 1000.0])
+        thin, thick = (
+            jump(PerforatedPlate(thickness=h, hole_radius=2e-3, perforation=phi), frequency).real * phi
+            for h in (1e-3, 2e-3)
+        )
+        ends = 2 * thin - thick  # what does not grow with the thickness
+        assert_allclose(end_friction(2 * np.pi * frequency, "tube", AIR), ends, rtol=0.15)
+
+
+def round_area(radius):
+    return np.pi * radius**2
 
 
 class TestMoving:

@@ -12,7 +12,7 @@ from multilayer.layers.helmholtz_resonators import HelmholtzResonators
 from multilayer.layers.perforated_plate import PerforatedPlate
 from multilayer.layers.viscothermal_fluid import ViscothermalFluid
 from multilayer.media.gas import dry_air
-from multilayer.media.perforations import duct_end_length, end_length
+from multilayer.media.perforations import duct_end_length, end_friction, end_length, surface_resistance
 from multilayer.response import plane_wave
 from multilayer.stack import Ambient, Stack
 
@@ -67,7 +67,7 @@ def test_losses_of_the_neck():
 
 
 def test_as_a_perforated_plate_before_a_honeycomb():
-    """But for the mass at the ends of the neck, which Maa takes without neighbours and walls."""
+    """But for the ends of the neck: Maa takes their mass without neighbours and walls, and a part of their friction."""
     band = np.linspace(200, 3000, 60)
     phi, cell = np.pi * 5e-4**2 / 1e-4, 0.01 / np.sqrt(np.pi)
     plate = PerforatedPlate(model="maa", thickness=1e-3, hole_radius=5e-4, perforation=phi)
@@ -77,7 +77,9 @@ def test_as_a_perforated_plate_before_a_honeycomb():
         for layers in ((HelmholtzResonators(**SMALL),), (plate, cells))
     )
     shorter = 1.7 * 5e-4 - end_length(5e-4, phi) - duct_end_length(5e-4, cell)
-    assert_allclose(theirs - ours, 2j * np.pi * band * AIR.density * shorter / phi, rtol=1e-6)
+    omega = 2 * np.pi * band
+    less = surface_resistance(omega, AIR) - end_friction(omega, "tube", AIR)
+    assert_allclose(theirs - ours, (1j * omega * AIR.density * shorter + less) / phi, rtol=1e-6)
 
 
 def test_peak_of_absorption():
