@@ -52,6 +52,7 @@ from multilayer.units import (
 
 _COLDEST, _THINNEST = 180.0, 1e4  # K, Pa: air where hardly anybody measures
 _IN_KILOPASCAL = 200.0  # what is above is one atmosphere in hPa
+_ANOTHER_GAS = 0.03  # relative difference of its stiffness at rest and in pores: round numbers of air differ by 2 %
 
 
 class Ambient(Model):
@@ -93,6 +94,14 @@ class Ambient(Model):
         if self.pressure < _THINNEST:
             other = "hPa" if self.pressure > _IN_KILOPASCAL else "kPa"
             yield "pressure", asked_back("a pressure", self.pressure, "Pa", other)
+        gas = self.gas
+        free, narrow = gas.impedance * gas.sound_speed, gas.heat_capacity_ratio * gas.pressure
+        given = next((name for name in ("density", "sound_speed") if getattr(self, name) is not None), "")
+        if given and abs(free / narrow - 1) > _ANOTHER_GAS:
+            text = (
+                f"density sound_speed^2 is {free:.4g} Pa, heat_capacity_ratio times pressure {narrow:.4g} Pa, which is "
+            )
+            yield given, text + "that of pores and narrow gaps; give heat_capacity_ratio and pressure of this gas, too"
 
     @property
     def gas(self) -> Gas:

@@ -9,10 +9,12 @@ from pydantic import model_validator
 
 from multilayer.arrays import Numeric
 from multilayer.layers.base import Layer
-from multilayer.matrix.faces import Faces, sheet_faces
+from multilayer.layers.elastic_plate import bending_faces
+from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.laws import Modulus, ModulusLaw, complex_modulus
 from multilayer.media.plates import Rigidities
+from multilayer.media.validity import warn_thick_plate
 from multilayer.units import DIMENSIONLESS, Density, Length, Ratio, Unit
 
 MajorPoissonRatio = Annotated[float, Unit(DIMENSIONLESS)]
@@ -27,7 +29,7 @@ class OrthotropicPlate(Layer):
     moduli), `azimuth` (degrees, from the axis x of the plate to the plane of incidence of a single wave; in a diffuse
     field, which is averaged over all planes of incidence, the plate's orientation beside other layers'). State (p, v3):
     a solid neighbour slips on it; a poroelastic one meets it across a thin film of air, as `elastic_plate`. Holds while
-    bending waves are longer than about six thicknesses.
+    bending waves are longer than six thicknesses (`ValidityWarning` beyond, of oblique waves that bend it).
     """
 
     type: Literal["orthotropic_plate"] = "orthotropic_plate"
@@ -71,11 +73,13 @@ class OrthotropicPlate(Layer):
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices."""
-        return orthotropic_faces(wave, self._rigidities(wave), self.azimuth, self.density * self.thickness)
+        mass, stiffness = self.density * self.thickness, self.stiffness(wave)
+        warn_thick_plate("orthotropic_plate", self.thickness, stiffness, mass, wave.kx, wave.omega)
+        return bending_faces(wave, stiffness, mass)
 
 
 def orthotropic_faces(wave: Wave, rigidities: Rigidities, azimuth: Numeric, surface_density: Numeric) -> Faces:
-    """Return the face matrices of a thin plate: p(front) - p(back) = (i w m + D kx^4 / (i w)) v3.
+    """Return the face matrices of a thin plate that bends more easily one way than the other.
 
     Parameters
     ----------
@@ -87,6 +91,4 @@ def orthotropic_faces(wave: Wave, rigidities: Rigidities, azimuth: Numeric, surf
     surface_density : float or array
         kg/m2.
     """
-    stiffness = rigidities.at(np.deg2rad(azimuth + np.asarray(wave.azimuth)))
-    impedance = 1j * wave.omega * surface_density + stiffness * wave.kx**4 / (1j * wave.omega)
-    return sheet_faces(wave, impedance)
+    return bending_faces(wave, rigidities.at(np.deg2rad(azimuth + np.asarray(wave.azimuth))), surface_density)

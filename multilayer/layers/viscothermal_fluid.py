@@ -16,6 +16,7 @@ from multilayer.media.narrow import narrow_gas
 from multilayer.media.validity import warn_outside
 from multilayer.units import DIMENSIONLESS, Length, Unit
 
+_TITLE = "the visco-thermal fluid"
 OpenArea = Annotated[float, Field(gt=0, le=1), Unit(DIMENSIONLESS)]
 
 
@@ -27,7 +28,8 @@ class ViscothermalFluid(Layer):
     layer. With neither the layer itself is the gap, between two impervious neighbours at its faces: a film of air that
     is pumped along them. State (p, v3).
 
-    Holds for half widths above 10 um and below 1e4 m s^(-3/2) / f^(3/2) (Stinson; `ValidityWarning` beyond).
+    Holds for half widths above 10 um and below 1e4 m s^(-3/2) / f^(3/2) (Stinson), tubes and slits narrower than half a
+    wavelength (`ValidityWarning` beyond).
     """
 
     type: Literal["viscothermal_fluid"] = "viscothermal_fluid"
@@ -63,12 +65,13 @@ class ViscothermalFluid(Layer):
 
     def _across(self, wave: Wave, shape: str, half_width: Numeric) -> Faces:
         _check(wave, half_width)
+        width = 2 * half_width * wave.frequency / wave.ambient.sound_speed
+        warn_outside(_TITLE, f"width of a {shape} / wavelength", width, -np.inf, 0.5, wave.frequency)
         density, bulk = narrow_gas(wave.omega, shape, half_width, wave.ambient)
         return fluid_faces(wave, self.thickness, density / self.open_area, bulk / self.open_area, lateral=0.0)
 
 
 def _check(wave: Wave, half_width: Numeric) -> None:
-    what = "the visco-thermal fluid"
-    warn_outside(what, "half widths (m)", half_width, 1e-5, np.inf)
+    warn_outside(_TITLE, "half widths (m)", half_width, 1e-5, np.inf)
     reduced = half_width * wave.frequency**1.5
-    warn_outside(what, "half width f^(3/2) (m s^(-3/2))", reduced, -np.inf, 1e4, wave.frequency)
+    warn_outside(_TITLE, "half width f^(3/2) (m s^(-3/2))", reduced, -np.inf, 1e4, wave.frequency)

@@ -11,6 +11,8 @@ from multilayer.errors import ValidityWarning
 from multilayer.media.gas import Gas
 
 _LONG_WAVE = 1.0  # largest wavenumber of the free gas times the size of a pore
+_THIN = 6.0  # least wavelength of bending over the thickness of a thin plate
+_BENDS = 0.5  # trace wavenumber over that of bending, below which a sixteenth of a plate's impedance is its stiffness
 
 
 def warn_outside(
@@ -68,3 +70,32 @@ def warn_short_waves(model: str, pore_size: Numeric, omega: Numeric, gas: Gas) -
     frequency = np.asarray(omega) / (2 * np.pi)
     size = omega / gas.sound_speed * pore_size
     warn_outside(model, "2 pi pore size / wavelength", size, -np.inf, _LONG_WAVE, frequency)
+
+
+def warn_thick_plate(
+    model: str, thickness: Numeric, stiffness: Numeric, surface_density: Numeric, wavenumber: Numeric, omega: Numeric
+) -> None:
+    """Warn where a plate is not thin: it bends, and its bending waves are shorter than six thicknesses.
+
+    Shear and the rotation of its sections slow them down: at six thicknesses by 8 % (R. D. Mindlin, J. Appl. Mech. 18
+    (1951) 31-38; Poisson's ratio 0.2).
+
+    Parameters
+    ----------
+    model : str
+    thickness : float or array
+        m.
+    stiffness : complex or array
+        N m.
+    surface_density : float or array
+        kg/m2.
+    wavenumber, omega : array
+        Trace wavenumber, rad/m, and rad/s.
+    """
+    bending = np.sqrt(np.asarray(omega) * np.sqrt(surface_density / np.abs(stiffness)))
+    length = 2 * np.pi / (bending * thickness)
+    if np.all(length >= _THIN):
+        return
+    met = np.where(np.abs(wavenumber) > _BENDS * bending, length, np.inf)
+    frequency = np.asarray(omega) / (2 * np.pi)
+    warn_outside(model, "bending wavelength / thickness", met, _THIN, np.inf, frequency)

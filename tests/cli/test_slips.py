@@ -37,6 +37,13 @@ def written(tmp_path, layer, rest="termination: rigid\n"):
          "termination: rigid\nambient: {temperature: 20, pressure: 1013}\n",
          ["ambient.temperature: a temperature of 20 K; numbers without a unit are in K: is '20 degC' meant?",
           "ambient.pressure: a pressure of 1013 Pa; numbers without a unit are in Pa: is '1013 hPa' meant?"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}",
+         "termination: rigid\nambient: {density: 0.166, sound_speed: 1007}\n",
+         ["ambient.density: density sound_speed^2 is 1.683e+05 Pa, heat_capacity_ratio times pressure 1.419e+05 Pa"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}",
+         "termination: rigid\nambient: {density: 0.166, sound_speed: 1007, heat_capacity_ratio: 1.66}\n", []),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 2e-4, thickness: 50 mm}}",
+         "termination: rigid\nambient: {density: 1.2, sound_speed: 340}\n", []),
         (f"{FOAM}, viscous_length: 100, thermal_length: 200, thickness: 50 mm}}".replace("10000", "10"),
          "termination: rigid\n",
          ["layers.0.flow_resistivity: a flow resistivity of 10 N s/m4; numbers without a unit are in N s/m4: is "

@@ -15,7 +15,7 @@ from multilayer.stack import Stack
 FREQUENCY = np.array([125.0, 500.0, 2000.0])
 FIELD = Sound()
 GLASS = {"type": "elastic_plate", "thickness": 4e-3, "density": 2500, "young_modulus": 6e10, "poisson_ratio": 0.22}
-BRICK = {"type": "elastic_plate", "thickness": 0.1, "density": 1700, "young_modulus": 5e9, "poisson_ratio": 0.2}
+BRICK = {"type": "elastic_plate", "thickness": 0.04, "density": 1700, "young_modulus": 5e9, "poisson_ratio": 0.2}
 BRICK["loss_factor"] = GLASS["loss_factor"] = 0.02
 WINDOW = {"type": "patch", "name": "window", "area": 2.0, "stack": {"layers": [GLASS], "termination": "ambient"}}
 

@@ -150,6 +150,27 @@ PLATE = {"thickness": 1e-3, "hole_radius": 1e-3, "perforation": 0.05}
 MICRO = {"thickness": 0.3e-3, "hole_radius": 0.15e-3, "perforation": 0.01, "model": "maa"}
 
 
+SLAB = {"thickness": 0.15, "density": 2300.0, "young_modulus": 30e9, "poisson_ratio": 0.2, "loss_factor": 0.03}
+BEAMS = {k: v for k, v in SLAB.items() if k in ("thickness", "density", "loss_factor")} | {
+    "young_modulus_x": 30e9, "young_modulus_y": 30e9, "poisson_ratio_xy": 0.2, "shear_modulus_xy": 12.5e9
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("plate", [ElasticPlate(**SLAB), OrthotropicPlate(**BEAMS)])
+class TestThickPlates:
+    """Bending waves of six thicknesses: 1238 Hz."""
+
+    def test_oblique_waves_bend_them(self, plate):
+        with pytest.warns(ValidityWarning, match=r"bending wavelength / thickness from 6; here .* \(1250 to 3000 Hz\)"):
+            jump(plate, np.array([500.0, 1200.0, 1250.0, 3000.0]), 45.0)
+
+    @pytest.mark.parametrize("angle", [0.0, 5.0])
+    def test_steep_waves_do_not(self, plate, angle):
+        """To these they are a mass, however thick."""
+        mass = 1j * 2 * np.pi * 3000 * 2300 * 0.15
+        assert abs(jump(plate, np.array([3000.0]), angle)[0] / mass - 1) < 1 / 16
+
+
 class TestPerforatedPlate:
     def test_end_of_a_single_hole(self):
         """A piston in a baffle: 8 / (3 pi) of its radius."""
