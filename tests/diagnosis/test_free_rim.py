@@ -9,11 +9,12 @@ import pytest
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.fitting import fit_effects
-from multilayer.diagnosis.free_rim import elements_of_samples, fit_samples, free_rim
+from multilayer.diagnosis.free_rim import Fineness, elements_of_samples, fit_samples, free_rim, rigs_around
+from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.thresholds import MODEL_ERROR
 from multilayer.errors import InputError
-from multilayer.experiments.places import SimpleLaw, Term
+from multilayer.experiments.places import DrawnLaw, SimpleLaw, Term
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.effects import Chain
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, two_plate_rig
@@ -22,11 +23,12 @@ from multilayer.fits.joint.fit import fit_joint, number_of_steps
 from multilayer.fits.joint.samples import solid_of
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
+from multilayer.inference.derivative import central
 from multilayer.media.laws import LAWS
 from multilayer.rig.shape_factor import relative_shape_factor, static_shape_factor
 from multilayer.rig.synthesis import make_campaign
 from multilayer.rig.two_plate import TwoPlateRig
-from multilayer.testing.benches import joint_bench
+from multilayer.testing.benches import joint_bench, soft_sample
 from tests.rig.virtual import LAW, rig_file
 
 BURSTS = np.array([150.0, 300.0, 600.0, 900.0, 1200.0, 1500.0])
@@ -156,6 +158,32 @@ def test_a_fit_with_a_law_beyond_a_rim_has_the_rim(made):
     assert all(isinstance(rig, FiniteRig) for rig in fit.problem.finite.values())
     value, deviation = fit.parameters[f"{law.name}.{law.parameters[0].name}"]
     assert abs(value) < deviation < 0.31
+
+
+@pytest.mark.parametrize(("place", "variant"), [("top_plate", ""), ("plate", ""), ("one_configuration", "height")])
+def test_laws_act_on_finite_elements_as_on_a_chain(place: str, variant: str):
+    """At a Poisson's ratio of 0, where both are the same rig; imaginary parts of masses and heights, too."""
+    joint = joint_bench()
+    chain = replace(joint, configurations=joint.configurations[:1])
+    (data,), z = chain.data, soft_sample(chain)
+    bands = {data.name: (0.5 * data.frequency.min(), 2 * data.frequency.max())}
+    fineness = Fineness(2.0, 1e-3, bands)
+    rigs = rigs_around(chain.campaign, chain, chain.as_minimum(z), lambda _: None, FitSettings(), fineness)
+    finite = replace(chain, rigs=rigs, finite=rigs)
+    at = [one for one in PLACES[place].instances(joint.settings) if one.configuration in ("", data.name)]
+    law_at = next(one for one in at if one.variant == variant)
+    law = DrawnLaw.at(law_at, data.frequency, 0.3 * law_at.scale(chain.settings, 2e5))
+    n = len(z) + len(law.nodes)
+    z0 = np.concatenate([z, np.zeros(len(law.parameters))])
+    changes = []
+    for problem in (chain, finite):
+        hypothesis = problem.with_effects(law)
+        _, jacobian = hypothesis.linearised(z0)
+        by_imaginary = jacobian[:, n:]
+        np.testing.assert_allclose(by_imaginary, central(hypothesis.residual, z0)[1][:, n:], rtol=1e-3, atol=0.01)
+        changes.append(by_imaginary)
+    assert np.abs(changes[0]).max() > 100
+    np.testing.assert_allclose(changes[1], changes[0], rtol=1e-4, atol=0.02)
 
 
 def test_the_change_by_another_sample_is_that_of_finite_elements_of_it(stiffer_along_its_radius):

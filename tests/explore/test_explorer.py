@@ -82,7 +82,7 @@ class TestCurves:
         assert (answer["frequency"][0], answer["frequency"][-1]) == (100, 1000)
         assert len(answer["frequency"]) + answer["left_out"] == 1001
 
-    @pytest.mark.filterwarnings("ignore:diffuse field")
+    @pytest.mark.filterwarnings("ignore:diffuse field", "ignore:.*bending wavelength")
     @pytest.mark.parametrize(("kind", "allowed"), [("elastic_plate", 0.2), ("orthotropic_plate", 1.0)])
     def test_of_a_diffuse_field_are_rough_while_a_slider_moves(self, kind, allowed, tmp_path):
         plates = [{**completed({"type": name}), "loss_factor": 0.05} for name in (kind, "elastic_plate")]

@@ -60,6 +60,7 @@ def test_the_edges_of_a_finite_panel_radiate() -> None:
     assert np.all(level > infinite.quantities["sound_power_level"] + 1)
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")
 def test_bands_hold_the_power_of_their_frequencies() -> None:
     thirds = read(excitation={"type": "rain"}, frequency={"third_octaves": [800.0, 1250.0]})
     octave = read(excitation={"type": "rain"}, frequency={"octaves": [1000.0, 1000.0]})
@@ -104,6 +105,7 @@ def test_free_waves() -> None:
     assert "bending_stiffness.png" in simulation_report(simulate(simulation)).figures
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")
 def test_the_lowest_impact_level_is_the_best() -> None:
     simulation = read(
         excitation={"type": "tapping_machine"},

@@ -106,6 +106,7 @@ class TestOneCase:
         if case.transmission_loss is not None:
             assert np.all(np.isfinite(case.transmission_loss))
 
+    @pytest.mark.filterwarnings("ignore:.*bending wavelength")
     def test_a_diffuse_field_does_not_depend_on_how_a_single_plate_lies(self, read):
         sweep = {"layers.board.azimuth": ["0 deg", "25 deg", "90 deg"]}
         bands = {"third_octaves": ["100 Hz", "3150 Hz"]}

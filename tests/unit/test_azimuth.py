@@ -14,6 +14,8 @@ from multilayer.media.gas import dry_air
 from multilayer.response import DiffuseField, Window, diffuse_field, fields, insertion_loss, plane_wave, power_balance
 from multilayer.stack import Stack
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*bending wavelength")  # thin or not, the theory is the same
+
 AIR = dry_air()
 Z0, C0 = AIR.impedance, AIR.sound_speed
 # ratio of stiffnesses 150

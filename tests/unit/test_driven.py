@@ -57,6 +57,7 @@ def test_power_is_conserved() -> None:
     np.testing.assert_allclose(found.radiated_power, found.radiated_in_front, rtol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")  # the theory is the same
 def test_above_coincidence_a_concrete_floor_radiates_its_share_of_the_losses() -> None:
     frequency = np.array([1000.0, 2000.0])
     stack = plate(CONCRETE)
@@ -223,6 +224,7 @@ def test_below_coincidence_a_finite_panel_radiates_by_its_edges() -> None:
     np.testing.assert_allclose(found.back_velocity, infinite.back_velocity, rtol=1e-3)
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")
 def test_above_coincidence_the_size_hardly_matters() -> None:
     frequency, stack = np.array([1000.0, 2000.0]), plate(CONCRETE)
     found, infinite = (

@@ -68,9 +68,9 @@ class Neighbourhood:
         self,
         frequency: RealArray,
         modulus: ComplexArray,
-        density: RealArray,
-        thickness: RealArray,
-        plate_mass: RealArray | None = None,
+        density: Numeric,
+        thickness: Numeric,
+        plate_mass: Numeric | None = None,
         solid: tuple[RealArray, RealArray] | None = None,
     ) -> ComplexArray:
         """Return ln(top/base), shape (..., n); `density`, `thickness`, `plate_mass` and `solid` of shape (..., 1).
@@ -180,7 +180,7 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
         modulus = modulus + chain.spring * height / (_shape_factor(setting) * setting.area)
     heavier = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass - 1
     denser = chain.density / setting.campaign.specimen.density - 1
-    density, thicker, mass = (np.asarray(x).real for x in (denser, chain.thickness - height, heavier))
+    density, thicker, mass = map(np.asarray, (denser, chain.thickness - height, heavier))  # complex by laws of places
     if near.rig.scales:
         # stiffness and all masses times one factor leave the motion unchanged: the plate's mass is exact
         modulus, density, mass = modulus / (1 + mass), (1 + density) / (1 + mass) - 1, np.zeros(())
