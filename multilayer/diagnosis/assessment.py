@@ -134,7 +134,7 @@ class Assessment:
             "causes": causes,
             "group": [list(names) for names in decision.group] if decision.group != [UNKNOWN] else [],
             "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None)),
-            "places": place_entries(comparison, self.drawn) if self.is_gap else [],
+            "places": place_entries(comparison, self.probabilities, self.drawn) if self.is_gap else [],
             "law": law,
             "detectable": dict(self.detectable),
             "confounded": confounded_entries(self.similarity),

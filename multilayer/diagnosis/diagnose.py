@@ -22,6 +22,7 @@ from multilayer.diagnosis.effects.delamination import Delamination
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.effects.saturating_air import SaturatingAir
 from multilayer.diagnosis.effects.sensor_mass import SensorMass
+from multilayer.diagnosis.entries import gap_entry
 from multilayer.diagnosis.fitting import (
     NEAR_LEAST,
     Fitted,
@@ -175,7 +176,8 @@ def diagnose_campaign(
         record["sentence"] = f"{record['sentence']} {record['two_causes']['text']}"
         order = record["two_causes"]["places"]
         record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
-    best = assessment.best_fit
+        record["gap"] = gap_entry(nominal, both.drawn.shrinkage)
+    best = both.explanation if both else assessment.best_fit
     record["moduli"] = moduli = _moduli(nominal, best)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
 
@@ -390,7 +392,7 @@ def _fits_with_rim(
 
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
-    return fitted.hypothesis_as(CampaignProblem).modulus(fitted.minimum.z, frequency)
+    return fitted.hypothesis_as(CampaignProblem).own_modulus(fitted.minimum.z, frequency)
 
 
 def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
@@ -412,7 +414,7 @@ def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
 def _with_band(fitted: Fitted, frequency: RealArray) -> dict[str, list[float]]:
     """Return E1 and E2, Pa, with the ends of their 90 % intervals, from the posterior of ln E1 and ln E2."""
     stencil = Stencil.central(fitted.minimum.z)
-    e = fitted.hypothesis_as(CampaignProblem).modulus(stencil.points, frequency)
+    e = fitted.hypothesis_as(CampaignProblem).own_modulus(stencil.points, frequency)
     found: dict[str, list[float]] = {}
     for name, part in (("E1", e.real), ("E2", e.imag)):
         value, slopes = stencil.linearised(np.log(part))

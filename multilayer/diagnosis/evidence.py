@@ -214,9 +214,14 @@ class ModelComparison:
         best = max((fit.log_evidence for fit in self.places.values()), default=0.0)
         return [fit for fit in self.places.values() if best - fit.log_evidence < TIED]
 
-    def place_probabilities(self) -> dict[str, float]:
-        """Return the probability of each place that something acts there, known or unknown; the largest first."""
-        shares = self.probabilities()
+    def place_probabilities(self, shares: Mapping[tuple[str, ...], float]) -> dict[str, float]:
+        """Return the probability of each place that something acts there, known or unknown; the largest first.
+
+        Parameters
+        ----------
+        shares : mapping
+            Probabilities of all hypotheses, as a verdict tells them.
+        """
         labels = list(self.places)
         scaled = np.array([self.places[label].log_evidence for label in labels]) / TEMPERATURE
         free = np.exp(scaled - logsumexp(scaled)) if labels else scaled

@@ -124,7 +124,8 @@ class Fitted:
 
     def _size_error(self, name: str) -> float:
         of, _, parameter = name.partition(".")
-        effect = next(effect for effect in self.hypothesis.effects if effect.name == of)
+        acting = (*self.hypothesis.effects, *getattr(self.hypothesis, "given", ()))
+        effect = next(effect for effect in acting if effect.name == of)
         return float(effect.error_of_size(parameter))
 
 

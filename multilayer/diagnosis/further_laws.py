@@ -227,7 +227,7 @@ def _with_resonance(nominal: Fitted, at: PlaceFit) -> PlaceFit:
     found = best_of([descent() for descent in descents(nominal, at, law, nearest_form(at, law)[1])])
     likely = [descended(found.hypothesis, z, *FINE) for z in _likely_resonances(nominal, at, law)]
     fitted = best_variant(nominal, max([found, *likely], key=tolerant_evidence), *FINE)
-    evidence, place = tolerant_evidence(fitted), fitted.hypothesis.effects[-1].at_place
+    evidence, place = tolerant_evidence(fitted) - at.price, fitted.hypothesis.effects[-1].at_place
     return replace(at, place=place, simple=fitted, log_evidence=evidence) if evidence > at.log_evidence else at
 
 
@@ -290,7 +290,7 @@ def _with_place(
     `begun` is where the search begins, `price` what the place's fields cost of evidence, nats.
     """
     other = finished(nominal, begun)
-    other = replace(other, log_evidence=other.log_evidence - price)
+    other = replace(other, log_evidence=other.log_evidence - price, price=price)
     label = other.place.label
     better = {label: other} if other.log_evidence > places[label].log_evidence else {}
     return ranked({**places, **better}.values())

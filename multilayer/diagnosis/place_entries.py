@@ -14,9 +14,10 @@ from multilayer.diagnosis.causality import is_causal, is_passive
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
-from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
+from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
+from multilayer.experiments.places import Term
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
 
@@ -40,12 +41,15 @@ class DrawnPlace:
     shrinkage: Shrinkage
 
 
-def place_entries(comparison: ModelComparison, drawn: DrawnPlace | None) -> list[dict[str, Any]]:
+def place_entries(
+    comparison: ModelComparison, shares: Mapping[tuple[str, ...], float], drawn: DrawnPlace | None
+) -> list[dict[str, Any]]:
     """Return the entries of ``places``, the most probable first; `behind` is in nats of free laws.
 
-    Places that are `tied` are a group: the data cannot tell them apart.
+    Places that are `tied` are a group: the data cannot tell them apart. `shares` are the probabilities of all causes
+    as the verdict tells them.
     """
-    probabilities = comparison.place_probabilities()
+    probabilities = comparison.place_probabilities(shares)
     best = max((fit.log_evidence for fit in comparison.places.values()), default=0.0)
     entries = []
     for label, probability in probabilities.items():
@@ -97,10 +101,7 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     spreads = form.covariance(frequency).diagonal() ** 0.5
     for term in law.terms:
         count = term.count
-        named, unit = law.at_place.terms.get(term.key, (law.at_place.quantity, law.at_place.unit))
-        if term.kind not in ("power", "resonance") or term.key not in law.at_place.terms:
-            named = f"{named} {term.real_words(law.centre) if law.at_place.is_real else term.words}"
-        factor = 1.0 if law.at_place.is_real else (2 * math.pi * law.centre) ** (-term.order)
+        named, unit, factor = _told(law.at_place, term, law.centre)
         parameters = law.parameters[position : position + count]
         z = form.fitted.minimum.z[-len(law.parameters) :]
         intervals = [_interval(parameter, z[i], spreads[i]) for i, parameter in enumerate(parameters, position)]
@@ -131,9 +132,35 @@ def form_entry(form: SimpleForm, frequency: RealArray) -> dict[str, Any]:
     }
 
 
+def _told(place: BasePlace, term: Term, centre: float) -> tuple[str, str, float]:
+    """Return what a term is called at a place, its unit, and its value over the amplitude at the centre, Hz."""
+    order = 0 if place.is_real else term.order
+    factor = (2 * math.pi * centre) ** -order
+    named, unit = place.terms.get(term.key, (place.quantity, place.unit))
+    if term.kind in ("power", "resonance") and term.key in place.terms:
+        # in Hz a corner frequency fc is told, that of 1/(1 - i fc/f): about 1 - fc/(i f)
+        return named, unit, -centre if unit == "Hz" else factor
+    if term != Term("power"):
+        named = f"{named} {term.real_words(centre) if place.is_real else term.words}"
+    return named, _times_seconds(unit, order), factor
+
+
+def _times_seconds(unit: str, power: int) -> str:
+    """Return a unit times seconds to a power."""
+    if not power:
+        return unit
+    over, _, under = (part.strip("()") for part in unit.partition("/"))
+    seconds = "s" if abs(power) == 1 else f"s{abs(power)}"
+    if power > 0:
+        over = f"{over} {seconds}".removeprefix("1 ").strip()
+    else:
+        over, under = over or "1", f"({under} {seconds})" if under else seconds
+    return f"{over}/{under}" if under else over
+
+
 def _in_words(entry: Mapping[str, Any]) -> str:
     """Return a term for people, as ``a mass of 0.99 (0.96 to 1.02) g``."""
-    article = "an" if entry["term"][0] in "aeiou" else "a"
+    article = "an" if entry["term"].startswith(("a", "e", "i", "o", "u", "ln")) else "a"
     text = f"{article} {entry['term']} of {_size(entry)}"
     named = {key: value for key, value in entry.items() if isinstance(value, Mapping) and key != "parameters"}
     others = [f"{key.replace('_', ' ')} {_size(value)}" for key, value in named.items()]
@@ -146,11 +173,6 @@ def _size(entry: Mapping[str, Any]) -> str:
 
 def _keys(parameters: Sequence[Parameter]) -> list[str]:
     return [parameter.name.partition(".")[2] for parameter in parameters]
-
-
-def interval_at(fitted: Fitted, parameter: Parameter, index: int) -> tuple[float, float, float]:
-    """Return value and ends of the 90 % interval of the parameter at an index of a fit's unknowns."""
-    return _interval(parameter, fitted.minimum.z[index], math.sqrt(fitted.minimum.covariance[index, index]))
 
 
 def _interval(parameter: Parameter, z: float, spread: float) -> tuple[float, float, float]:

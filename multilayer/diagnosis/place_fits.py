@@ -58,6 +58,8 @@ class PlaceFit:
         With a law of one term, where that is as probable as the free one.
     term : SimpleForm, optional
         The simple term of the most evidence, where all were tried.
+    price : float
+        What the place's own fields, fitted besides, cost of the evidence of every law there, nats.
     """
 
     place: BasePlace
@@ -65,6 +67,7 @@ class PlaceFit:
     log_evidence: float
     simple: Fitted | None = None
     term: SimpleForm | None = None
+    price: float = 0.0
 
     @property
     def explanation(self) -> Fitted:

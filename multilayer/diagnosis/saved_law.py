@@ -68,9 +68,7 @@ class Interval(Model):
             decades = np.log(self.high) - np.log(self.low) if self.low > 0 else 2 * _REACH
             spread = float(np.clip(decades / (2 * _REACH), _LEAST, WIDEST))
             return Prior(lognormal=(self.value, spread), bounds=was.bounds)
-        if was.uniform is not None:
-            return was
-        return Prior(normal=(self.value, self.std or 1.0), bounds=was.bounds)
+        return Prior(normal=(self.value, self.std or 1.0), bounds=was.bounds or was.uniform)
 
 
 class SavedEffect(Model):

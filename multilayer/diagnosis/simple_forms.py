@@ -37,10 +37,11 @@ _REAL_TERMS = (*_TERMS[:5], Term("fractional"))  # powers of f, where the law is
 def with_simple_laws(
     nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
 ) -> dict[str, PlaceFit]:
-    """Return the places, those near the first with a simple law where that is as probable as the free one.
+    """Return the places, with a simple law where that is as probable as the free one.
 
     For few measurements: a free law explains a single one at any place that changes all of its values. That a law of
-    few parameters does so at some of these places is what tells them from the others.
+    few parameters does so at some of these places is what tells them from the others. A free law's evidence is mostly
+    the price of its nodes, so places are left out by its misfit alone, which no simple law there is below.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def with_simple_laws(
     best = max((fit.log_evidence for fit in places.values()), default=0.0)
 
     def simplified(fit: PlaceFit) -> PlaceFit:
-        if best - fit.log_evidence >= NEAR:
+        if best + 0.5 * fit.explanation.minimum.cost >= NEAR:
             return fit
         term = simple_term(nominal, fit, executor, most=len(_TERMS))
         is_enough = term.log_evidence > fit.log_evidence - FORM_AS_WELL
@@ -103,7 +104,7 @@ def simple_form(
     chosen = second if second.log_evidence > best.log_evidence + SECOND_TERM else best
     minimum = minimise_scaled(chosen.fitted.hypothesis, chosen.fitted.minimum.z, *_TOLD)
     fitted = Fitted(chosen.fitted.hypothesis, minimum)
-    return SimpleForm(at.place, fitted, tolerant_evidence(fitted))
+    return SimpleForm(at.place, fitted, tolerant_evidence(fitted) - at.price)
 
 
 def _fit_forms(
@@ -119,7 +120,7 @@ def _fit_forms(
     tasks = [(i, task) for i in chosen for task in descents(nominal, at, laws[i], distances[i][1])]
     ends = run_all(call, [task for _, task in tasks], executor)
     fits = [best_of([end for (j, _), end in zip(tasks, ends, strict=True) if i == j]) for i in chosen]
-    return [SimpleForm(at.place, fitted, tolerant_evidence(fitted)) for fitted in fits]
+    return [SimpleForm(at.place, fitted, tolerant_evidence(fitted) - at.price) for fitted in fits]
 
 
 def nearest_form(at: PlaceFit, law: SimpleLaw) -> tuple[float, RealArray]:

@@ -15,7 +15,7 @@ from multilayer.diagnosis.decision import in_words
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, at_minimum
 from multilayer.diagnosis.goodness_of_fit import explains_data
-from multilayer.diagnosis.place_entries import DrawnPlace, interval_at, law_entry
+from multilayer.diagnosis.place_entries import DrawnPlace, law_entry
 from multilayer.diagnosis.place_fits import PlaceFit, as_told, fit_places
 from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_SHARE, SECOND_TERM
@@ -122,8 +122,8 @@ def two_causes_entry(two: TwoCauses) -> dict[str, Any]:
 
 def _parameters(two: TwoCauses) -> dict[str, dict[str, Any]]:
     entries = {}
-    for index, parameter in enumerate(two.explanation.hypothesis.parameters):
+    for parameter in two.explanation.hypothesis.parameters:
         if parameter.name.startswith(f"{two.names[0]}."):
-            value, low, high = interval_at(two.explanation, parameter, index)
+            value, low, high = two.explanation.interval(parameter.name)
             entries[parameter.name] = {"value": value, "low": low, "high": high, "unit": parameter.unit}
     return entries

@@ -19,7 +19,7 @@ from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import Fitted, fit, fit_effects
 from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.diagnosis.place_fits import fit_places
-from multilayer.diagnosis.places import places_of
+from multilayer.diagnosis.places import PLACES, places_of
 from multilayer.diagnosis.places.reading import Reading
 from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED
 from multilayer.inference.low_rank import LowRank
@@ -307,7 +307,7 @@ def test_two_effects_at_one_place_count_once_there():
     comparison = ModelComparison(
         SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2])), {both: fitted}, evidence, 2, places
     )
-    assert comparison.place_probabilities()["faces"] == pytest.approx(1.0)
+    assert comparison.place_probabilities(comparison.probabilities())["faces"] == pytest.approx(1.0)
 
 
 def decided(monkeypatch, evidence, refuted=()):
@@ -323,6 +323,23 @@ def decided(monkeypatch, evidence, refuted=()):
     comparison = ModelComparison(nominal, fitted, evidence, 18)
     vars(comparison)["p_value"] = 0.0
     return decide(comparison, {names: Shrinkage(100.0, 1.0, "all") for names in fitted})
+
+
+def test_probabilities_of_places_are_those_of_the_verdict():
+    """A refuted cause counts as little at its place as in the verdict."""
+    known = ("sensor_mass",)
+    fitted = SimpleNamespace(hypothesis=SimpleNamespace(effects=[EFFECTS["sensor_mass"]()]))
+    free = {
+        name: SimpleNamespace(place=PLACES[name](), log_evidence=evidence, explanation=None)
+        for name, evidence in (("faces", -130.0), ("top_plate", -150.0))
+    }
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2]))
+    comparison = ModelComparison(nominal, {known: fitted}, {(): -500.0, known: -100.0, UNKNOWN: -131.0}, 2, free)
+    decision = Decision("unknown", known, [UNKNOWN], "leaves a misfit", RIGHT_GUARDED)
+    places = comparison.place_probabilities(decision.probabilities(comparison))
+    assert list(places) == ["faces", "top_plate"]
+    assert places["faces"] + places["top_plate"] == pytest.approx(1.0, abs=0.01)
+    assert places["faces"] == pytest.approx(RIGHT_GUARDED, abs=0.05)
 
 
 A, B, A_AND_B = ("a",), ("b",), ("a", "b")

@@ -21,8 +21,9 @@ from multilayer.diagnosis.diagnose import (
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Setting, Values
 from multilayer.diagnosis.effects.channel_gain import ChannelGain
-from multilayer.diagnosis.fitting import begin, best_of, fit_effects, polish_fits
+from multilayer.diagnosis.fitting import Fitted, begin, best_of, fit_effects, polish_fits
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
+from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError, PlausibilityWarning, PluginWarning
@@ -58,6 +59,43 @@ def test_a_wrong_gain_is_named_with_its_size(gain):
     assert size["low"] < 0.05 < size["high"]
     assert record["gap"]["shrinkage"] > 0.9
     assert record["gap"]["held_out"] == "leave one configuration out"
+
+
+@pytest.mark.parametrize(
+    ("effect", "sizes", "changes"),
+    [("dispersion", [0.5, 3e-4], True), ("preload", [5e-4], False), ("channel_gain", [0.05], False),
+     ("temperature_drift", [0.1], False)],
+)  # fmt: skip
+@pytest.mark.parametrize("given", [False, True])
+def test_the_modulus_of_the_material_has_what_acts_there(effect, sizes, changes, given):
+    """A relaxation that the law lacks is the sample's; its load, its drift and the channels are not."""
+    bench, kind, f = joint_bench(), EFFECTS[effect](), np.array([200.0, 1000.0])
+    acting = replace(bench, given=(kind,)) if given else bench.with_effects(kind)
+    z = soft_sample(bench)
+    sizes = [p.prior.coordinate(value) for p, value in zip(kind.parameters, sizes, strict=True)]
+    count = len(bench.modulus_parameters)
+    z = np.concatenate([z, sizes])
+    law, found = bench.modulus(z[:count], f), acting.own_modulus(z, f)
+    s = 2j * np.pi * f * 3e-4
+    assert found == pytest.approx(law * (1 + 0.5 * s / (1 + s)) if changes else law)
+    assert acting.own_modulus(np.stack([z, z]), f) == pytest.approx(np.stack([found, found]))
+
+
+def test_the_modulus_of_the_material_has_the_law_that_is_drawn_there():
+    bench, f = joint_bench(), np.array([200.0, 1000.0])
+    law = SimpleLaw.at(PLACES["sample"](), (Term("power", 0),), f, 1.0)
+    z = np.append(soft_sample(bench), law.parameters[0].prior.coordinate(0.2))
+    own = bench.with_effects(law).own_modulus(z, f)
+    assert own == pytest.approx(np.exp(0.2) * bench.modulus(z[:-1], f))
+
+
+def test_the_interval_of_an_effect_is_the_same_where_it_is_part_of_the_nominal_model():
+    bench, preload = joint_bench(), EFFECTS["preload"]()
+    z = np.append(soft_sample(bench), preload.parameters[0].prior.coordinate(5e-4))
+    fits = (Fitted(p, p.as_minimum(z)) for p in (bench.with_effects(preload), replace(bench, given=(preload,))))
+    as_cause, given = (fit.interval("preload.stiffening") for fit in fits)
+    assert given == pytest.approx(as_cause)
+    assert given[2] / given[1] > 1.5  # the error of sizes is in it
 
 
 def test_the_record_is_that_of_the_specification(gain):

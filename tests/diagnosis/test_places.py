@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from multilayer.diagnosis import diagnose
+from multilayer.diagnosis.cross_validation import folds
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.further_laws import search_open_rims, with_moving_laws, with_open_rims, with_resonances
@@ -24,7 +25,7 @@ from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
 from multilayer.testing.benches import joint_bench, soft_sample
-from tests.diagnosis.rigs import TRIED, F, campaign, measured, measured_with
+from tests.diagnosis.rigs import CENTRES, TRIED, F, campaign, measured, measured_with, problem
 from tests.fits.rods import campaign_of_rods, fractional_zener
 
 
@@ -354,6 +355,7 @@ def test_open_rims_cost_the_evidence_of_their_sizes():
     sharp = replace(minimum, jacobian=1e6 * minimum.jacobian)
     sharper = replace(minimum, jacobian=1e9 * minimum.jacobian)
     first, second = (with_open_rims(nominal, places, Fitted(hypothesis, m))["faces"] for m in (sharp, sharper))
+    assert second.price - first.price == pytest.approx(4 * np.log(1000), rel=1e-3)
     assert first.log_evidence - second.log_evidence == pytest.approx(4 * np.log(1000), rel=1e-3)
 
 
@@ -449,12 +451,25 @@ def test_one_recording_alone_has_no_order():
 
 
 def test_time_begins_anew_with_each_mounting():
-    """Two configurations of three bursts: the overall order goes on, the time since mounting does not."""
-    first, second, *_ = joint_bench().settings
+    """The overall order goes on, the time since mounting does not: of bursts in use or not, of all configurations."""
     _, in_mounting = PLACES["sample_order"].variants()
-    for setting, order in ((first, [0.0, 0.0, 0.2, 0.4]), (second, [0.6, 0.6, 0.8, 1.0])):
-        factor = in_mounting().factor(replace(setting, order=np.array(order)))
-        assert factor == pytest.approx(np.log([1, 1, 2, 3]))
+    whole = problem()
+    for setting in whole.settings:
+        assert in_mounting().factor(setting) == pytest.approx(np.log1p(setting.data.burst))
+    alone = whole.with_data(whole.data[:1])
+    _, parts = folds(alone)
+    for part in (data for pair in parts for data in pair):
+        (setting,) = alone.with_data(part).settings
+        numbers = np.searchsorted(CENTRES, setting.data.centres * (1 - 1e-9))[setting.data.burst]
+        assert in_mounting().factor(setting) == pytest.approx(np.log1p(numbers))
+
+
+def test_what_a_place_costs_its_simple_forms_pay_too():
+    """Else any would be ahead of the free law there, and of named effects."""
+    nominal = measured((PLACES["reading"](), Term("power", 1), [-0.05]))
+    at = fit_places(nominal, names=["reading"])["reading"]
+    free, paid = (simple_form(nominal, replace(at, price=price)) for price in (0.0, 30.0))
+    assert free.log_evidence - paid.log_evidence == pytest.approx(30)
 
 
 def test_a_law_that_is_known_too_well_for_rounding_has_a_simple_form():

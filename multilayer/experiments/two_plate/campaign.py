@@ -18,7 +18,7 @@ from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray, di
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.hypothesis import Hypothesis, Part, parameters_of, values_of
 from multilayer.experiments.places import DrawnLaw, LawAtPlace
-from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
+from multilayer.experiments.two_plate.effects import MATERIAL, Chain, Effect, Setting
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.experiments.two_plate.modulus_at import AmountAt, ModulusAt
 from multilayer.experiments.two_plate.motion import Neighbourhood, top_over_base
@@ -364,6 +364,20 @@ class CampaignProblem(Hypothesis):
         """Return E1 + i E2, Pa, shape (..., n_frequency), the deviation from the law included."""
         return self.material.modulus(z, frequency)
 
+    def own_modulus(self, z: RealArray, frequency: RealArray) -> ComplexArray:
+        """Return E1 + i E2 of the sample's material, Pa, shape (..., n_frequency): its law, and what changes that.
+
+        Of the effects and laws those at the place of the sample itself (`MATERIAL`): a load, a drift, a strain change
+        what the rig does to the material.
+        """
+        points = self.points(np.atleast_2d(z))
+        modulus = self.modulus(points.z, frequency)
+        own = [effect for effect in self._acting if _place_of(effect) == MATERIAL]
+        setting = self.settings[0].at(frequency, np.full(len(frequency), self.data[0].burst[0]))
+        for effect, values in zip(own, values_of(own, points), strict=True):
+            modulus = effect.modulus(setting, modulus, values)
+        return modulus.reshape(*z.shape[:-1], -1)
+
     def modulus_scale(self, z: RealArray, frequency: float) -> float:
         """Return the amount of the sample's modulus at a frequency, Hz, in Pa."""
         return float(abs(self.modulus(z, np.array([frequency]))[0]))
@@ -594,6 +608,11 @@ def _as_shown(moved: ComplexArray, setting: Setting, acting: Sequence[tuple[Acti
     for effect, parameters in acting:
         shown = effect.motion(setting, shown, parameters)
     return shown
+
+
+def _place_of(effect: Acting) -> str:
+    """Return the name of the place of an effect, or of a law at a place."""
+    return str(getattr(getattr(effect, "at_place", None), "name", getattr(effect, "place", "")))
 
 
 def _measurement_order(campaign: Campaign) -> dict[tuple[str, float], float]:

@@ -30,6 +30,7 @@ _PLATE_LOSS = 0.01  # loss factor of the top plate's bending
 GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
 VACUUM = "in vacuum"
+MATERIAL = "sample"  # the place of what the material's own modulus has beyond its law
 SOLID = ("poisson_error", "radial_stiffness")  # parameters of an effect that gives a chain another `solid`
 
 
@@ -79,8 +80,16 @@ class Setting:
 
     @cached_property
     def since_mounting(self) -> RealArray:
-        """Bursts measured since the sample was mounted, shape (n,): configurations follow one another."""
-        return np.unique(self.order, return_inverse=True)[1].astype(float)
+        """Bursts measured since the sample was mounted, shape (n,): configurations follow one another.
+
+        All that the campaign describes, in use here or not; of a configuration that is planned its own.
+        """
+        if not self.is_described:
+            return np.unique(self.order, return_inverse=True)[1].astype(float)
+        described = self.campaign.configurations
+        before = sum(len(c.bursts) for c in described[: described.index(self.configuration)])
+        total = sum(len(c.bursts) for c in described)
+        return np.round(self.order * max(total - 1, 1)) - before
 
     @cached_property
     def area(self) -> float:
