@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import PlainSerializer, PlainValidator, ValidationInfo, model_validator
+from pydantic import PlainSerializer, PlainValidator, ValidationError, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from multilayer.arrays import ArrayLike, ComplexArray, Numeric
-from multilayer.errors import suggest
+from multilayer.errors import InputError, show, suggest
 from multilayer.frames import html_table
 from multilayer.json_schema import Written, by_name
 from multilayer.matrix.equations import FieldEquations
@@ -19,7 +20,7 @@ from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.laws import Modulus, complex_modulus
-from multilayer.models import InWords, Model
+from multilayer.models import InWords, Model, misspelt
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio, asked_back
 
@@ -52,6 +53,7 @@ class Layer(Model, metaclass=InWords):
     type: str
     name: str | None = None
 
+    also_written: ClassVar[tuple[str, ...]] = ("material",)
     summary: ClassVar[str] = ""
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical layers, for tests of a plugin's type
     composes: ClassVar[bool] = True  # a homogeneous slab: two bonded layers equal one of their joint thickness
@@ -91,12 +93,17 @@ class Layer(Model, metaclass=InWords):
         return 0.0 if thickness is None else thickness
 
     @property
+    def volume_per_area(self) -> Numeric:
+        """Volume of the layer's material over area, m: its `depth`, but for sheets that are bent or have ribs."""
+        return self.depth
+
+    @property
     def mass_per_area(self) -> Numeric | None:
         """Mass over area, kg/m2, the gas in the layer left out; None where the fields do not tell it."""
         for name in ("density", "frame_density"):
             density: Numeric | None = getattr(self, name, None)
             if density is not None:
-                return density * self.depth
+                return density * self.volume_per_area
         sheet: Numeric | None = getattr(self, "surface_density", None)
         return sheet
 
@@ -190,7 +197,8 @@ class ElasticLayer(Layer):
     @model_validator(mode="after")
     def _damped_once(self) -> Self:
         if self.loss_factor and not isinstance(self.young_modulus, float | int):
-            raise ValueError("loss_factor stands beside a young_modulus that has losses already; give one of the two")
+            text = "loss_factor stands beside a young_modulus that has losses already; give one of the two"
+            raise ValueError(f"{text}, or write 'loss_factor: 0'")
         return self
 
     def complex_modulus(self, wave: Wave) -> Numeric:
@@ -206,16 +214,31 @@ def _parse_layer(value: Any, info: ValidationInfo) -> Layer:
         return value
     if not isinstance(value, Mapping):
         raise _refused(f"must be a mapping such as {{type: fluid, thickness: 50 mm}}, not {value!r}")
-    kind = value.get("type")
-    if kind is None:
-        raise _refused(f"has no 'type'; allowed: {', '.join(LAYERS.names())}")
-    if kind not in LAYERS:
-        raise _refused(f"there is no layer type {kind!r}; {suggest(str(kind), LAYERS.names())}")
+    if value.get("type") is None:
+        for key in get_close_matches("type", set(value) - {"type"}, n=1):
+            raise ValidationError.from_exception_data("layer", [misspelt((key,), "type")])
+        raise _refused(f"has no 'type'; allowed: {', '.join(LAYERS.names())}; or name a 'material'")
     try:
-        layer = LAYERS[str(kind)]
-    except RegistryError as error:
+        layer = layer_type(value["type"])
+    except InputError as error:
         raise _refused(str(error)) from None
     return layer.model_validate(dict(value), context=info.context)
+
+
+def layer_type(name: Any) -> type[Layer]:
+    """Return the layer type that an input names.
+
+    Raises
+    ------
+    InputError
+        When there is none, with the nearest, or it does not load.
+    """
+    if name not in LAYERS:
+        raise InputError(f"there is no layer type {show(name)}; {suggest(str(name), LAYERS.names())}")
+    try:
+        return LAYERS[str(name)]
+    except RegistryError as error:
+        raise InputError(str(error)) from None
 
 
 def _refused(reason: str) -> PydanticCustomError:

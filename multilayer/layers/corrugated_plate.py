@@ -66,9 +66,14 @@ class CorrugatedPlate(ElasticLayer):
         return self.height + self.thickness
 
     @property
+    def volume_per_area(self) -> Numeric:
+        """Volume of the sheet over the area that it covers, m."""
+        return np.asarray(self.thickness * self._profile().length)
+
+    @property
     def mass_per_area(self) -> Numeric:
         """Mass of the sheet over the area that it covers, kg/m2."""
-        return np.asarray(self.density * self.thickness * self._profile().length)
+        return self.density * self.volume_per_area
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Xia, Friswell & Saavedra Flores 2012, see `media.plates.corrugated`."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import reduce
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from multilayer.arrays import Numeric
 from multilayer.layers.base import Layer, LayerField
 from multilayer.matrix.couplings import CouplingError
 from multilayer.matrix.faces import Faces
@@ -74,6 +76,12 @@ class Patches(Layer):
     def isotropic_in_plane(self) -> bool:  # type: ignore[override]
         """Whether all layers are."""
         return all(layer.isotropic_in_plane for patch in self.patches for layer in patch.layers)
+
+    @property
+    def depth(self) -> Numeric:
+        """That of the deepest patch, m."""
+        depths = [sum(layer.depth for layer in patch.layers) for patch in self.patches]
+        return reduce(np.maximum, depths)
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; see `matrix.parallel`."""

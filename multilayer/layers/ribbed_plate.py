@@ -62,9 +62,14 @@ class RibbedPlate(ElasticLayer):
         return self.thickness + self.rib_height
 
     @property
+    def volume_per_area(self) -> Numeric:
+        """Volume of plate and ribs over area, m."""
+        return self.thickness + self.rib_height * self.rib_width / self.rib_spacing
+
+    @property
     def mass_per_area(self) -> Numeric:
         """Mass of plate and ribs over area, kg/m2."""
-        return self.density * (self.thickness + self.rib_height * self.rib_width / self.rib_spacing)
+        return self.density * self.volume_per_area
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Timoshenko & Woinowsky-Krieger 1959, see `media.plates.ribbed`."""

@@ -73,6 +73,26 @@ def line_radiation(x: Numeric) -> RealArray:
     return np.asarray(2 / np.pi * (sici(x)[0] - (1 - np.cos(x)) / x))
 
 
+def rectangle_reactance(wavenumber: RealArray, width: Numeric, length: Numeric) -> RealArray:
+    """Return the reactance over rho c of a rectangular piston in a baffle, smaller than the waves: that of its mass.
+
+    ``k/(2 pi S)`` times the integral of 1/distance over all pairs of its points, in closed form; of a narrow one
+    ``(k width/pi) (ln(2 length/width) + 1/2)``.
+
+    Parameters
+    ----------
+    wavenumber : array
+        rad/m.
+    width, length : float
+        m.
+    """
+    diagonal = np.hypot(width, length)
+    # (width^3 + length^3 - diagonal^3) / (3 width length), the difference of the large ones by hand
+    cubes = (width - (diagonal**2 + diagonal * length + length**2) / (diagonal + length)) * width / (3 * length)
+    mean = width * np.arcsinh(length / width) + length * np.arcsinh(width / length) + cubes
+    return np.asarray(wavenumber / np.pi * mean)
+
+
 @dataclass(frozen=True)
 class _Ends:
     """An opening between two half-spaces; arrays over frequency and direction.
@@ -165,25 +185,27 @@ def slit_passage(
     -----
     Waves of a diffuse field that run along the slit at an angle leave ``k cos`` for the plane across it; Gauss' rule
     gives their mean over that angle. Long narrow slits get 8 Re(z) / abs(z total)^2, Gomperts & Kihlman's factor for a
-    diffuse field. A slit shorter than half a wavelength radiates less, by `line_radiation`. Wide ones take no less than
-    their area does, as in `hole_passage`.
+    diffuse field. A slit shorter than half a wavelength radiates less, by `line_radiation`, and moves less air outside:
+    no more than a rectangle does, `rectangle_reactance`. Wide ones take no less than their area does, as in
+    `hole_passage`.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)[..., None]
     k0, across = omega / gas.sound_speed, np.ones(1) if angle is not None else np.cos(_ALONG)
     k = k0 * across
-    relative = strip_impedance(k * width * (2 if at_edge else 1))
+    radiating = width * (2 if at_edge else 1)
+    strip = strip_impedance(k * radiating)
+    resistance = strip.real * line_radiation(k0 * length)
+    reactance = np.minimum(strip.imag, rectangle_reactance(k, radiating, length))
     density, bulk = narrow_gas(omega, "slit", width / 2, gas)
     inside = decaying_root(omega**2 * density / bulk - k0**2 * (1 - across**2))
     if angle is None:
         # cos of the solid angle; the mean of cos over the half-plane across the slit is 2 / pi, over all directions 1/2
-        met: Numeric = np.maximum(relative.real / (k * width / 2), 2 / np.pi) * 2 * across * _WEIGHTS
+        met: Numeric = np.maximum(strip.real / (k * width / 2), 2 / np.pi) * 2 * across * _WEIGHTS
     else:
         sine, cosine = np.sin(np.deg2rad(angle)), np.cos(np.deg2rad(angle))
-        doubled = np.maximum(1.0, relative.real / (k * width / 2))  # the squared pressure in an edge, of long waves
+        doubled = np.maximum(1.0, strip.real / (k * width / 2))  # the squared pressure in an edge, of long waves
         met = np.sinc(k * width * sine / (2 * np.pi)) ** 2 / cosine * doubled
-    ends = _Ends(gas.impedance / across * relative, end_friction(omega, "slit", gas) / 2)
+    radiation = gas.impedance / across * (resistance + 1j * reactance)
+    ends = _Ends(radiation, end_friction(omega, "slit", gas) / 2)
     passed = ends.passage(omega * density / inside, inside, depth, met, gas)
-    less = line_radiation(k0 * length)[..., 0]
-    lost = passed.absorption - passed.transmission
-    transmission = less * passed.transmission.sum(axis=-1)
-    return Passage(transmission, transmission + lost.sum(axis=-1))
+    return Passage(passed.transmission.sum(axis=-1), passed.absorption.sum(axis=-1))

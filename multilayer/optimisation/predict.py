@@ -22,6 +22,7 @@ from multilayer.response.finite_size import (
     finite_absorption_slope,
     finite_transmission,
     radiation_impedance,
+    refuse_other_fluid,
 )
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.simulation.bands import Grid
@@ -86,6 +87,8 @@ class Predictor:
         file = variant.simulation
         self.incidence, self.gas = file.incidence, file.ambient.gas
         self.window = None if file.finite_size is None else Window(file.finite_size.width, file.finite_size.height)
+        if self.window is not None:
+            refuse_other_fluid(variant.stack)
         self._radiations: dict[bytes, Any] = {}
         self.reference: RealArray | None = None
         if file.reference is not None and any(aim.quantity == "insertion_loss" for aim in asked):
@@ -283,7 +286,7 @@ def _mass(stack: Stack, i: int, material: str | None, catalogue: Mapping[str, Ca
     if entry is not None and entry.mass is not None:
         return entry.mass
     if entry is not None and entry.density is not None:
-        return entry.density * layer.depth
+        return entry.density * layer.volume_per_area
     mass = layer.mass_per_area
     if mass is None:
         raise _unknown("mass", layer.name or str(i), material, f"{layer.type} has no density", "density: 30 kg/m^3")
@@ -296,7 +299,7 @@ def _price(stack: Stack, i: int, material: str | None, catalogue: Mapping[str, C
         if layer.type == "fluid":  # a cavity
             return 0.0
         raise _unknown("price", layer.name or str(i), material, "it is in no catalogue", "price_per_volume: 200")
-    price = entry.price + entry.price_per_volume * layer.depth
+    price = entry.price + entry.price_per_volume * layer.volume_per_area
     return price + (entry.price_per_mass * _mass(stack, i, material, catalogue) if entry.price_per_mass else 0.0)
 
 

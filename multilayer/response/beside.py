@@ -17,7 +17,13 @@ from multilayer.media.openings import Passage, hole_passage, slit_passage
 from multilayer.media.validity import warn_outside
 from multilayer.models import NO_BOOL, Model, refuse
 from multilayer.response.diffuse_field import WeightingName, diffuse_field
-from multilayer.response.finite_size import Window, finite_absorption, finite_transmission, radiation_towards
+from multilayer.response.finite_size import (
+    Window,
+    finite_absorption,
+    finite_transmission,
+    radiation_towards,
+    refuse_other_fluid,
+)
 from multilayer.response.plane_wave import plane_wave
 from multilayer.stack import Ambient, Stack, StackField
 from multilayer.units import Area, Frequency, Length, Unit
@@ -81,6 +87,7 @@ def stack_shares(stack: Stack, frequency: RealArray, sound: Sound, window: Windo
     tau = None if wave.transmission_loss is None else 10 ** (-wave.transmission_loss / 10)
     if window is None:
         return Shares(tau, wave.absorption)
+    refuse_other_fluid(stack)
     radiation, cosine = radiation_towards(window, frequency, sound.angle, stack.ambient.gas.sound_speed)
     through = None if tau is None else finite_transmission(tau, radiation.real, cosine)
     return Shares(through, finite_absorption(wave.reflection, radiation, cosine))

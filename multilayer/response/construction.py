@@ -10,15 +10,17 @@ from pydantic import Field, model_validator
 
 from multilayer.arrays import RealArray
 from multilayer.bounds import LAYERS
+from multilayer.errors import InputError, Problem
 from multilayer.models import refuse
-from multilayer.response.beside import Beside, Flanking, Patch, Shares, Sound, stack_shares
+from multilayer.response.beside import Beside, Flanking, Hole, Patch, Shares, Slit, Sound, stack_shares
 from multilayer.response.finite_size import Window
 from multilayer.response.linked_transmission import linked_transmission
-from multilayer.response.links import Links, wrong_links
+from multilayer.response.links import Links, periodic, wrong_links
 from multilayer.stack import Stack
 from multilayer.units import Area
 
 Mistake = tuple[tuple[str | int, ...], str, Any]
+_ROUNDING = 5e-3  # of the power that arrives: transmission with links is known to 2e-3
 
 
 class Construction(Stack):
@@ -63,6 +65,9 @@ class Construction(Stack):
             elif not isinstance(path, Patch) and not through:
                 text = f"a {path.type} leads nowhere behind this stack; write 'termination: ambient'"
                 yield ("beside", i), text, path.type
+            elif isinstance(path, Slit | Hole) and self.termination != "ambient":
+                text = f"a {path.type} is filled and met by the ambient gas on both sides; write 'termination: ambient'"
+                yield ("beside", i), text, path.type
 
     @property
     def is_plain(self) -> bool:
@@ -98,6 +103,11 @@ def paths(
         of `Construction.beside`. What links add to the transmission, below 0 where the wall transmits less with them,
         is taken from the wave that arrives, or given back to it: they add as much to the absorption, between none and
         all of that wave. So the wall's losses count as they are without links.
+
+    Raises
+    ------
+    InputError
+        When stack and single links would transmit more than arrives.
     """
     own = stack_shares(wall, frequency, sound, window)
     left = 1.0
@@ -117,6 +127,8 @@ def paths(
             alone=own.transmission,
         )
         assert own.transmission is not None  # by validation
+        if not periodic(wall.links):
+            _refuse_excess(linked, own.transmission, frequency, together)
         added = linked - own.transmission
         absorbed = np.clip(added, -own.absorption, np.maximum(1 - own.absorption, 0.0))
         found["links"] = Shares(left * added, left * absorbed)
@@ -129,6 +141,19 @@ def paths(
             shares = path.shares(frequency, wall.ambient, sound, finite=window is not None)
             found[name] = _scaled(shares, path.taken / wall.area)
     return found
+
+
+def _refuse_excess(linked: RealArray, alone: RealArray, frequency: RealArray, together: int) -> None:
+    """Refuse single links so close that they would let more through than arrives; edges of a small panel may."""
+    through, most, centre = (
+        np.mean(values.reshape(-1, together), axis=1) for values in (linked, np.maximum(alone, 1.0), frequency)
+    )
+    if np.any(excess := through > most * (1 + _ROUNDING)):
+        first = int(np.argmax(excess))
+        text = f"so close, these would let {through[first]:.3g} times as much through as arrives"
+        text += f", at {centre[first]:.4g} Hz"
+        remedy = "give them a wider spacing or, to lines, 'periodic: true'"
+        raise InputError(Problem(f"{text}, as each is computed as if it were alone; {remedy}", "links"))
 
 
 def _scaled(shares: Shares, factor: float) -> Shares:

@@ -21,6 +21,7 @@ from multilayer.response.finite_size import (
     finite_absorption,
     finite_transmission,
     radiation_at,
+    refuse_other_fluid,
 )
 from multilayer.response.quadrature import KRONROD, NODES, Panels, Tolerance, integrate, nodes
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
@@ -105,8 +106,8 @@ def diffuse_field(
         Relative intensity by angle: ``uniform``, ``gaussian`` for exp(-2 theta^2), theta in radians (Kang, Ih, Kim &
         Kim, J. Acoust. Soc. Am. 107 (2000) 1413-1420), or a function of the angle in degrees.
     window : Window, optional
-        Size of the panel: corrects transmission (Rhazi & Atalla) and absorption (Thomasson), see `finite_size`.
-        Infinite when left out.
+        Size of the panel: corrects transmission (Rhazi & Atalla) and absorption (Thomasson; of no use where sound goes
+        through), see `finite_size`. Infinite when left out.
     tolerance_db, tolerance : float
         Largest estimated error of the transmission loss (dB) and of the absorption.
     max_panels : int
@@ -119,7 +120,8 @@ def diffuse_field(
     Raises
     ------
     InputError
-        For a largest angle out of range, a weighting of another name, or arrays in the stack.
+        For a largest angle out of range, a weighting of another name, arrays in the stack, or a window with another
+        fluid behind than the ambient gas.
 
     Warns
     -----
@@ -160,6 +162,8 @@ class DiffuseSetting:
             raise InputError(text)
         if has_arrays(self.stack):
             raise InputError("a diffuse field takes one stack at a time; its fields must hold numbers, no arrays")
+        if self.window is not None:
+            refuse_other_fluid(self.stack)
 
     @property
     def n_directions(self) -> int:

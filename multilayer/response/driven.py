@@ -17,10 +17,10 @@ from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import has_arrays, in_chunks
 from multilayer.response.excitations import Excitation, PointForce
 from multilayer.response.fields import face_states, normal_velocity
-from multilayer.response.finite_size import Window, radiation_at
+from multilayer.response.finite_size import Window, half_space_behind, radiation_at
 from multilayer.response.quadrature import NODES, integrate_rows
 from multilayer.response.system import build_system, solve_or_explain, wave_impedance
-from multilayer.stack import FluidHalfSpace, Stack
+from multilayer.stack import Stack
 
 _DECADES = 6  # of wavenumbers above grazing
 _FIRST_AZIMUTHS, _MOST_AZIMUTHS = 16, 256  # of a whole turn
@@ -228,7 +228,7 @@ def _as_driven(stack: Stack, frequency: RealArray, excitation: Excitation, rows:
         at_rest = excitation.spectrum(frequency, np.zeros_like(frequency), stack.ambient.gas)
         mobility = (rows[_INPUT] + 1j * rows[_REACTIVE]) / at_rest
         rows = rows * excitation.softened(frequency, mobility)
-    behind = _half_space_behind(stack)
+    behind = half_space_behind(stack)
     return Driven(
         frequency,
         None if behind is None else rows[_RADIATED],
@@ -240,17 +240,6 @@ def _as_driven(stack: Stack, frequency: RealArray, excitation: Excitation, rows:
         mobility,
         error,
     )
-
-
-def _half_space_behind(stack: Stack) -> tuple[float, float] | None:
-    """Return density and sound speed of the half-space behind, if there is one."""
-    gas = stack.ambient.gas
-    match stack.termination:
-        case "ambient":
-            return gas.density, gas.sound_speed
-        case FluidHalfSpace() as fluid:
-            return fluid.density or gas.density, fluid.sound_speed or gas.sound_speed
-    return None
 
 
 class _FiniteRadiation:
@@ -293,7 +282,7 @@ class _Wavenumbers:
     @cached_property
     def _radiation(self) -> _FiniteRadiation | None:
         """The radiation behind a panel of finite size; None for an infinite one, or without a half-space behind."""
-        behind = _half_space_behind(self.stack)
+        behind = half_space_behind(self.stack)
         if self.window is None or behind is None:
             return None
         density, speed = behind
@@ -353,7 +342,7 @@ class _Wavenumbers:
 
     def _ends(self, frequency: RealArray) -> list[RealArray]:
         """Return the ends of intervals of wavenumbers, each of the shape of `frequency`: breaks, and then decades."""
-        gas, behind = self.stack.ambient.gas, _half_space_behind(self.stack)
+        gas, behind = self.stack.ambient.gas, half_space_behind(self.stack)
         speeds = [gas.sound_speed, *([behind[1]] if behind else [])]
         breaks = [2 * np.pi * frequency / speed for speed in speeds] + self.excitation.breaks(frequency)
         if self._radiation is not None:

@@ -16,6 +16,7 @@ from scipy.special import j0
 from multilayer.arrays import ArrayLike, ComplexArray, IndexArray, RealArray
 from multilayer.bounds import ACROSS_PANEL
 from multilayer.errors import InputError, Problem
+from multilayer.stack import FluidHalfSpace, Stack
 
 _NODES, _WEIGHTS = leggauss(24)
 _RADIANS = 32.0  # of phase that a panel of nodes resolves to many digits
@@ -245,6 +246,32 @@ def _overlap(window: Window, radius: RealArray) -> RealArray:
     return np.asarray(np.where(high > low, 4 * (primitive(high) - primitive(low)), 0.0))
 
 
+def half_space_behind(stack: Stack) -> tuple[float, float] | None:
+    """Return density and sound speed of the half-space behind, if there is one."""
+    gas = stack.ambient.gas
+    match stack.termination:
+        case "ambient":
+            return gas.density, gas.sound_speed
+        case FluidHalfSpace() as fluid:
+            return fluid.density or gas.density, fluid.sound_speed or gas.sound_speed
+    return None
+
+
+def refuse_other_fluid(stack: Stack) -> None:
+    """Refuse a stack with another fluid behind than the ambient gas, whose radiation impedance is taken on both sides.
+
+    Raises
+    ------
+    InputError
+        Where sound behind is faster or slower than in front.
+    """
+    behind, ambient = half_space_behind(stack), stack.ambient.gas.sound_speed
+    if behind is not None and behind[1] != ambient:
+        text = f"a panel of finite size has the ambient gas on both sides, of sound speed {ambient:.6g} m/s"
+        text += f", and this one a fluid of {behind[1]:.6g} m/s behind it"
+        raise InputError(Problem(f"{text}; write 'termination: ambient', or leave the size out", "finite_size"))
+
+
 def radiation_towards(
     window: Window, frequency: RealArray, angle: ArrayLike, sound_speed: float
 ) -> tuple[ComplexArray, RealArray]:
@@ -271,7 +298,8 @@ def finite_absorption(reflection: ComplexArray, impedance: ComplexArray, cosine:
     """Return the absorption coefficient of a finite sample from the reflection of an infinite one.
 
     Thomasson, Acustica 44 (1980) 265-273: ``4 Re(z)/(cos |z + zr|^2)``, z the surface impedance and zr the radiation
-    impedance over rho c. It may exceed 1.
+    impedance over rho c. It may exceed 1. A half-space behind the sample stays endless in z, so that the absorption of
+    one that lets sound through holds power which a panel of that size does not radiate.
     """
     facing = (1 + reflection) + impedance * cosine * (1 - reflection)
     return np.asarray(4 * (1 - np.abs(reflection) ** 2) / np.abs(facing) ** 2)

@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
+from multilayer.errors import InputError
 from multilayer.optimisation import search
 from multilayer.optimisation.predict import Predictor
 from multilayer.optimisation.run import _anchors, _Run, evaluated
@@ -139,3 +140,47 @@ def test_searches_go_to_other_processes():
     run = _Run(file, "", None, print, archive=screen())
     search = GlobalSearch(problem, file.space, next(_anchors(run, 1)), 1)
     assert pickle.loads(pickle.dumps(search)).space.variant((1,)).label == "order = gap, foam"
+
+
+PROFILED = {
+    **PLATE, "type": "corrugated_plate", "thickness": 1e-3, "period": 0.2, "height": 0.05, "crest_width": 0.05,
+    "name": "sheet",
+}  # fmt: skip
+MOSAIC = {
+    "type": "patches", "name": "sheet", "period": 0.06,
+    "patches": [
+        {"share": 0.7, "layers": [{**FOAM, "name": "foam", "thickness": 0.05}]},
+        {"share": 0.3, "layers": [{"type": "fluid", "thickness": 0.08}]},
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("layer", "depth", "volume"),
+    [  # trapezoids of 45 degrees: two flats of a quarter of the period, and two flanks of that times the root of two
+        (PROFILED, 0.051, 1e-3 * (0.5 + 0.5 * np.sqrt(2))),
+        ({**RIBBED, "name": "sheet"}, 0.012, 2e-3 + 0.01 * 2e-3 / 0.1),
+        (MOSAIC, 0.08, 0.08),
+    ],
+)
+def test_thickness_is_of_the_envelope_and_mass_and_price_of_the_material(layer, depth, volume):
+    """A catalogue that states the density and price of the material, whatever becomes of it."""
+    file = read(
+        layers=[layer, {"type": "fluid", "name": "gap", "thickness": 0.1}], frequency=[500.0],
+        design={"layers.gap.thickness": [0.05, 0.15]},
+        goal=[{"lowest": "thickness"}, {"lowest": "mass"}, {"lowest": "price"}],
+        catalogue={"sheet": {"density": 2700.0, "price_per_volume": 1000.0}},
+    )  # fmt: skip
+    (variant,) = file.space.variants()
+    predictor = Predictor(variant, grid_of(file.frequency), file.catalogue, file.goals)
+    sizes = predictor.measures(variant, np.array([[0.5]]))
+    expected = {"thickness": 0.1 + depth, "mass": 2700 * volume, "price": 1000 * volume}
+    assert {name: size.item() for name, size in sizes.items()} == pytest.approx(expected)
+
+
+def test_a_size_takes_the_same_gas_on_both_sides():
+    water = {"type": "fluid", "density": 1000.0, "sound_speed": 1480.0}
+    file = read(**{**CASES["finite wall"], "termination": water})
+    (variant,) = file.space.variants()
+    with pytest.raises(InputError, match=r"^finite_size: .* leave the size out"):
+        Predictor(variant, grid_of(file.frequency), {}, file.goals)

@@ -46,6 +46,15 @@ def test_levels_are_those_of_third_octaves() -> None:
     np.testing.assert_array_equal(case.quantities["radiation_efficiency"], expected.radiation_efficiency)
 
 
+def test_the_impact_level_is_that_of_the_room_behind() -> None:
+    """Squared pressure 4 rho c W/A of 10 m2, of the gas behind, over (20 uPa)^2, and the power over 1 pW."""
+    behind = {"type": "fluid", "density": 0.6, "sound_speed": 400.0}
+    simulation = read(excitation={"type": "tapping_machine"}, termination=behind)
+    (case,) = simulate(simulation).cases
+    level, power = case.quantities["impact_level"], case.quantities["sound_power_level"]
+    np.testing.assert_allclose(level - power, 10 * np.log10(4 * 0.6 * 400.0 / 10 * 1e-12 / 4e-10), atol=1e-9)
+
+
 def test_the_edges_of_a_finite_panel_radiate() -> None:
     roof = {"type": "elastic_plate", "thickness": 7e-4, "density": 7800.0, "young_modulus": 2.1e11}
     roof |= {"poisson_ratio": 0.3, "loss_factor": 0.01}

@@ -17,6 +17,7 @@ FIELD = Sound()
 GLASS = {"type": "elastic_plate", "thickness": 4e-3, "density": 2500, "young_modulus": 6e10, "poisson_ratio": 0.22}
 BRICK = {"type": "elastic_plate", "thickness": 0.04, "density": 1700, "young_modulus": 5e9, "poisson_ratio": 0.2}
 BRICK["loss_factor"] = GLASS["loss_factor"] = 0.02
+WATER = {"type": "fluid", "density": 1000.0, "sound_speed": 1480.0}
 WINDOW = {"type": "patch", "name": "window", "area": 2.0, "stack": {"layers": [GLASS], "termination": "ambient"}}
 
 
@@ -109,6 +110,16 @@ class TestPaths:
         ([{key: value for key, value in WINDOW.items() if key != "area"} | {"width": 1.0}], {}, "either an area"),
         ([{"type": "slit", "width": 2.0, "length": 1.0, "depth": 0.1}], {}, "must not exceed the length"),
         ([{"type": "hole", "radius": 0.01, "depth": 0.1}], {"termination": "rigid"}, "leads nowhere"),
+        (
+            [{"type": "hole", "radius": 0.01, "depth": 0.1}],
+            {"termination": WATER},
+            "hole is filled .* 'termination: amb",
+        ),
+        (
+            [{"type": "slit", "width": 0.01, "length": 1.0, "depth": 0.1}],
+            {"termination": WATER},
+            "slit is filled .* 'termination: ambient'",
+        ),
         ([{"type": "flanking"}], {}, "either a transmission_loss"),
         ([{"type": "flanking", "spectrum": {"frequency": [2, 1], "transmission_loss": [3, 4]}}], {}, "must rise"),
         ([{"type": "flanking", "spectrum": {"frequency": [2], "transmission_loss": [3, 4]}}], {}, "2 values stand"),
@@ -118,3 +129,21 @@ class TestPaths:
 def test_refused(beside, fields, text):
     with pytest.raises(InputError, match=text):
         wall(*beside, **fields)
+
+
+def test_what_is_no_opening_may_lead_into_another_fluid():
+    patch = {**WINDOW, "stack": {"layers": [GLASS], "termination": WATER}}
+    wall(patch, {"type": "flanking", "transmission_loss": 40}, termination=WATER)
+
+
+@pytest.mark.parametrize("sound", [FIELD, Sound(45.0)])
+def test_a_size_takes_the_same_gas_on_both_sides(sound):
+    """The radiation efficiency would be that of the fluid behind, in which waves may be evanescent."""
+    stack = Stack(layers=(GLASS,), termination=WATER)
+    with pytest.raises(InputError, match=r"^finite_size: .* 'termination: ambient', or leave the size out"):
+        stack_shares(stack, FREQUENCY, sound, Window(1.4, 1.1))
+    stack_shares(stack, FREQUENCY, sound)
+    same = Stack(layers=(GLASS,), termination={"type": "fluid"})
+    found = stack_shares(same, FREQUENCY, sound, Window(1.4, 1.1)).transmission
+    expected = stack_shares(Stack(layers=(GLASS,), termination="ambient"), FREQUENCY, sound, Window(1.4, 1.1))
+    assert_allclose(found, expected.transmission, rtol=1e-12)

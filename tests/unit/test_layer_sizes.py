@@ -23,6 +23,11 @@ CASES = [
      0.022, 2700 * 2.4e-3),
     ({"type": "helmholtz_resonators", "neck_radius": 2e-3, "neck_length": 5e-3, "pitch": 0.02, "cavity_depth": 0.03},
      0.035, None),
+    ({"type": "patches", "period": 0.06, "patches": [
+        {"share": 0.7, "layers": [{"type": "fluid", "thickness": 0.05}]},
+        {"share": 0.3, "layers": [{"type": "screen", "flow_resistance": 400}, {"type": "fluid", "thickness": 0.02},
+                                  {"type": "elastic_plate", "thickness": 0.06, **PLATE}]},
+    ]}, 0.08, None),
 ]  # fmt: skip
 
 

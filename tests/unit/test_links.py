@@ -167,6 +167,29 @@ def test_close_links_warn():
         linked_transmission(WALL, [LineLinks(**BETWEEN, spacing=0.01)], FREQUENCY)
 
 
+@pytest.mark.filterwarnings("ignore::multilayer.errors.ValidityWarning")  # close to each other
+@pytest.mark.parametrize("sound", [Sound(), Sound(0.0)])
+@pytest.mark.parametrize("kind", ["line", "point"])
+def test_links_that_let_more_through_than_arrives_are_refused(kind: str, sound: Sound):
+    frequency = np.array([125.0, 3000.0])
+    leaf = {"type": "elastic_plate", "thickness": 0.0125, "density": 800.0, "young_modulus": 2.5e9}
+    leaf |= {"poisson_ratio": 0.3, "loss_factor": 0.03}
+    layers = [{"name": "front", **leaf}, {"type": "fluid", "thickness": 0.07}, {"name": "back", **leaf}]
+
+    def shares(together: int = 1, **fields):
+        link = {"kind": kind, **BETWEEN, "spacing": 0.02, **fields}
+        wall = Construction(layers=layers, termination="ambient", links=[link])
+        return wall_shares(wall, frequency, sound, together=together)
+
+    with pytest.raises(InputError, match=r"links: so close, .* times as much through as arrives, at 125 Hz.*spacing"):
+        shares()
+    with pytest.raises(InputError, match="times as much through as arrives, at 1562 Hz"):
+        shares(together=2)
+    assert np.all(shares(spacing=0.6).transmission <= 1)
+    if kind == "line":
+        assert np.all(shares(periodic=True).transmission <= 1)
+
+
 def test_the_same_links_twice_are_refused():
     one = {"kind": "line", **BETWEEN, "spacing": 0.6}
     with pytest.raises(InputError, match="held together already"):

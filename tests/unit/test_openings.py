@@ -66,6 +66,20 @@ class TestSlit:
         gain = slit_passage(FREQUENCY, at_edge=True, **deep).transmission / slit_passage(FREQUENCY, **deep).transmission
         assert np.all((gain > 3.3) & (gain < 4))
 
+    @pytest.mark.parametrize("at_edge", [False, True])
+    @pytest.mark.parametrize(
+        ("width", "length", "depth"), [(1e-2, 0.1, 1e-3), (3e-3, 0.06, 5e-3), (2e-3, 0.1, 1e-2), (0.05, 0.1, 0.02)]
+    )
+    def test_short_one_is_a_rectangular_piston(self, width, length, depth, at_edge):
+        """Its mass and resistance by a double integral over the window, the field by reciprocity: k length < 0.4."""
+        k = 2 * np.pi * FREQUENCY[:3] / AIR.sound_speed
+        k = k[k * length < 0.4]
+        z = radiation_impedance(Window(width * (2 if at_edge else 1), length), k, 0.0)
+        met = 4 * np.pi * z.real / (k**2 * width * length)
+        blocked = 2 * z * np.cos(k * depth) + 1j * np.sin(k * depth) * (1 + z**2)
+        found = slit_passage(FREQUENCY[: len(k)], width, length, depth, THIN, at_edge=at_edge).transmission
+        assert np.abs(10 * np.log10(found * np.abs(blocked) ** 2 / (4 * met * z.real))).max() < 0.1
+
     def test_friction_of_a_narrow_slit(self):
         """Far below resonance the flow between plates, 12 mu d/w^2: tau = 8 rho c (rho w width/2)/R^2, and mass."""
         width, depth, f = 1e-4, 0.05, np.array([20.0])
