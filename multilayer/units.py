@@ -198,9 +198,15 @@ def _example(unit: str) -> str:
 
 @dataclass(frozen=True)
 class UnitLabel:
-    """Annotation of a field: its SI unit as pint writes it, empty for a pure number; it parses nothing."""
+    """Annotation of a field: its SI unit as pint writes it, empty for a pure number; it parses nothing.
+
+    Powers may be written as in files, kg/m3 for kg/m^3.
+    """
 
     symbol: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "symbol", _spelled(self.symbol))
 
 
 @dataclass(frozen=True)

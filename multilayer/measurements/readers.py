@@ -49,7 +49,8 @@ ReadFunction: TypeAlias = Callable[[Path], Waveforms | Channels | Spectra | Tabl
 
 
 def _reader_fault(name: str, item: object) -> str:
-    del name  # the suffix: a function need not know it
+    if (suffix := _suffix(Path(f"file.{name}"))) != name:
+        return f"readers are found by the last suffix of a file, in small letters; call it '{suffix}'"
     if callable(item) or isinstance(item, Reader):
         return ""
     return f"it is {item!r}, not a function from a path to Waveforms, Channels or Spectra, nor a Reader"
@@ -62,16 +63,45 @@ def _suffix(file: Path) -> str:
     return file.suffix.removeprefix(".").lower()
 
 
-def _function(file: Path, what: Literal["waveforms", "spectra"]) -> ReadFunction:
-    """Return the function that reads such values from a file, which must exist."""
+def _content(file: Path, what: Literal["waveforms", "spectra"]) -> Waveforms | Channels | Spectra | Table:
+    """Return what the reader of a file's suffix finds in it; the file must exist, and the reader keep its word."""
     if not is_file(file):
         raise InputError(Problem("there is no such file", file=file))
     FILE_BYTES.check(file.stat().st_size, file, "cut it into several files")
     note_input(file)
-    reader = READERS[_suffix(file)]
-    if not isinstance(reader, Reader):
-        return reader
-    return reader.waveforms if what == "waveforms" else reader.spectra
+    suffix = _suffix(file)
+    reader = READERS[suffix]
+    if isinstance(reader, Reader):
+        reader = reader.waveforms if what == "waveforms" else reader.spectra
+    content = reader(file)
+    if fault := _content_fault(content):
+        text = f"the reader '{suffix}' of {READERS.origins(suffix)[0]} is at fault, not the file: {fault}"
+        raise InputError(Problem(text, file=file))
+    return content
+
+
+def _content_fault(content: object) -> str:
+    """Tell what is wrong with the types of what a reader returns; empty where nothing is."""
+    if isinstance(content, Waveforms):
+        return _samples_fault("base", content.base, 2) or _samples_fault("top", content.top, 2)
+    if isinstance(content, Channels):
+        return next(filter(None, (_samples_fault(one.name, one.samples, 1) for one in content.channels)), "")
+    if isinstance(content, Spectra | Table):
+        return ""
+    return f"what it returns is {_told(content)}, and must be Waveforms, Channels, Spectra or a Table"
+
+
+def _samples_fault(name: str, samples: object, axes: int) -> str:
+    if isinstance(samples, np.ndarray) and samples.ndim == axes and samples.dtype.kind in "fiu":
+        return ""
+    shape = "(repeats, samples)" if axes == 2 else "(samples,)"
+    return f"{show(name)} is {_told(samples)}, and must be a NumPy array of real numbers of shape {shape}"
+
+
+def _told(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype} of shape {value.shape}"
+    return f"of type {type(value).__name__}"
 
 
 def read_spectra(path: Path | str) -> Table:
@@ -85,7 +115,7 @@ def read_spectra(path: Path | str) -> Table:
     file = Path(path)
     if _suffix(file) not in READERS:
         return read_text_table(file)
-    content = _function(file, "spectra")(file)
+    content = _content(file, "spectra")
     if isinstance(content, Spectra):
         return content.table(file)
     if isinstance(content, Table):
@@ -99,7 +129,7 @@ def _read(path: Path | str) -> Waveforms | Channels:
     if _suffix(file) not in READERS:
         known = ", ".join(f".{name}" for name in READERS)
         raise InputError(Problem(f"nothing reads '{file.suffix}' files; save the signals as one of {known}", file=file))
-    content = _function(file, "waveforms")(file)
+    content = _content(file, "waveforms")
     if isinstance(content, Waveforms | Channels):
         _refuse_absurd(content, file)
         return content

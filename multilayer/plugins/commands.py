@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
@@ -42,17 +42,25 @@ def _fault(name: str, item: Any) -> str:
         return "a built-in command has this name; choose another one"
     if not isinstance(item, FunctionType):
         return f"it is {item!r}, not a function"
-    parameters = inspect.signature(item).parameters
-    if taken := _OF_EVERY_COMMAND & set(parameters):
-        return f"it has a parameter '{min(taken)}', an option that every command has; choose another name"
-    if any(parameter.kind not in _NAMED for parameter in parameters.values()):
-        return "it has parameters that cannot be given by name, as *args; name every one"
+    if fault := _parameters_fault(inspect.signature(item).parameters):
+        return fault
     from typer.main import get_command
 
     try:
         get_command(application(name, item))
     except Exception as error:  # typer raises many kinds for annotations that it cannot read
         return f"its parameters make no command: {type(error).__name__}: {' '.join(str(error).split())}"
+    return ""
+
+
+def _parameters_fault(parameters: Mapping[str, inspect.Parameter]) -> str:
+    if taken := _OF_EVERY_COMMAND & set(parameters):
+        return f"it has a parameter '{min(taken)}', an option that every command has; choose another name"
+    if any(parameter.kind not in _NAMED for parameter in parameters.values()):
+        return "it has parameters that cannot be given by name, as *args; name every one"
+    bare = [one.name for one in parameters.values() if one.annotation is one.empty]
+    if bare:
+        return f"its parameter '{bare[0]}' has no annotation; write the type that it is read as, as '{bare[0]}: float'"
     return ""
 
 

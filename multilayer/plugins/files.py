@@ -7,6 +7,7 @@ state: layers (`type`), laws (`law`), effects and inverse methods (`name`), func
 
 from __future__ import annotations
 
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
@@ -23,6 +24,7 @@ from multilayer.registry import Registry, RegistryError
 from multilayer.writing.manifest import note_input
 
 _STATED_IN = {"layer": "type", "law": "law", "effect": "name", "method": "name", "rig effect": "effect"}
+_UNION = re.compile(r"(?:\w+\.)?Union\[(.*)\]")
 _REGISTERS_NOTHING = (
     "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect or method with a 'name', no "
     "function read_SUFFIX returning Waveforms, Channels or Spectra, no function command_NAME; see docs/plugins.md, or "
@@ -106,7 +108,7 @@ def _run(name: str, file: str, text: str) -> ModuleType:
     module.__file__ = file
     sys.modules[name] = module  # pickle and pydantic look their classes up there
     try:
-        exec(compile(text, file, "exec"), module.__dict__)
+        exec(compile(text, file, "exec", dont_inherit=True), module.__dict__)
     except (Exception, SystemExit) as error:
         raise _error(file, f"does not load: {type(error).__name__}: {error}", _line(error, file)) from error
     return module
@@ -136,7 +138,8 @@ def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
 def _reads(function: FunctionType) -> bool:
     """Tell whether a function is annotated to return what readers return, as text or not."""
     returned = str(getattr(function, "__annotations__", {}).get("return", ""))
-    names = [name.rpartition(".")[2].strip("'> ") for name in returned.split("|")]
+    kinds = re.split(r"[|,]", _UNION.sub(r"\1", returned))
+    names = [kind.rpartition(".")[2].strip("'> ") for kind in kinds]
     return set(names) <= {"Waveforms", "Channels", "Spectra"}
 
 

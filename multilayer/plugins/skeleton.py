@@ -50,6 +50,7 @@ class Skeleton:
         self.module = re.sub("[-_]", "_", name).lower()
         self.entry = self.module.replace("_", "-") if kind == "command" else self.module
         self.title = "".join(part.capitalize() for part in self.module.split("_"))
+        self.object = f"{prefix}{self.module}" if (prefix := _PREFIXES.get(kind)) else self.title
         reason = self._taken()
         if reason:
             raise InputError(f"'{name}' cannot be the package's name: {reason}; choose another one")
@@ -64,6 +65,8 @@ class Skeleton:
             return f"a module '{self.module}' is installed already"
         if self.kind == "command" and self.entry in BUILT_IN:
             return f"'{self.entry}' is a built-in command"
+        if re.search(rf"^from .* import .*\b{self.object}\b", self.files()[f"{self.module}.py"], re.MULTILINE):
+            return f"its class would be called '{self.object}', as something that its module imports"
         owners = registry(self.kind).origins(self.entry)
         return f"{self.kind} '{self.entry}' is there already, by {owners[0]}" if owners else ""
 
@@ -81,7 +84,7 @@ class Skeleton:
             "entry": self.entry,
             "title": self.title,
             "group": _GROUPS[self.kind],
-            "object": f"{prefix}{self.module}" if (prefix := _PREFIXES.get(self.kind)) else self.title,
+            "object": self.object,
         }
         sources = {
             "pyproject.toml": "pyproject.toml.jinja",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
+from pydantic_core import to_jsonable_python
 
 from multilayer.layers.base import LAYERS, Layer
 from multilayer.layers.field_sets import FieldSets
@@ -54,10 +55,17 @@ def _field(name: str, info: FieldInfo) -> dict[str, Any]:
         "name": name,
         "unit": field_unit(info) or "",
         "required": info.is_required(),
-        "default": None if info.is_required() else info.default,
+        "default": _default(info),
         "allowed": ", ".join(_bounds(info)),
         "meaning": info.description or MEANINGS.get(name, ""),
     }
+
+
+def _default(info: FieldInfo) -> Any:
+    """Return the default of a field in plain data; None where there is none, or it depends on other fields."""
+    if info.is_required() or info.default_factory_takes_validated_data:
+        return None
+    return to_jsonable_python(info.get_default(call_default_factory=True), fallback=str)
 
 
 def _bounds(info: FieldInfo) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.layers.base import Layer
+from multilayer.layers.base import LAYERS, Layer
 from multilayer.matrix.couplings import CouplingError, couple, slips_anyway
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.families import FLUID, Family
@@ -88,10 +88,20 @@ def made_once(wave: Wave) -> Callable[[Layer], Faces]:
     def faces(layer: Layer) -> Faces:
         key = _all_but_name(layer)
         if key not in made:
-            made[key] = layer.faces(wave).computed
+            made[key] = _faces(layer, wave).computed
         return made[key]
 
     return faces
+
+
+def _faces(layer: Layer, wave: Wave) -> Faces:
+    """Return the face matrices of a layer, whose type may be a plugin's."""
+    faces: object = layer.faces(wave)
+    if isinstance(faces, Faces):
+        return faces
+    origin = " and ".join(LAYERS.origins(layer.type)) or type(layer).__qualname__
+    text = f"layer type '{layer.type}' of {origin} is at fault, not the stack: what its 'faces' returns is of type"
+    raise InputError(f"{text} {type(faces).__name__}, and must be multilayer.matrix.faces.Faces")
 
 
 def _all_but_name(layer: Layer) -> tuple[Any, ...]:

@@ -13,12 +13,15 @@ from multilayer.diagnosis.effects.tube import TubeEffect
 from multilayer.experiments.levels.problem import LevelProblem
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.effects import Chain
 from multilayer.inference.priors import Parameter
 from multilayer.testing.benches import bench
+from multilayer.testing.broken import broken_laws
 
 _TINY, _USUAL = -6.0, 0.0  # standard normal coordinates of an effect's parameters
 _INVISIBLE = 0.02  # of ln(ratio), of R, or of 25 dB: what an effect of next to no size may do
 _SAME = 1e-10
+_SAMPLE = (80.0, 0.025, 0.01)  # density, thickness and mass of the plate on it
 _FAR = 1e4  # standard normal coordinates: a gap drags unknowns off by hundreds
 
 
@@ -26,10 +29,10 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     """Check that an effect keeps the laws of a diagnosis.
 
     The laws: it states its name, its law, what separates it and a source for its prior; parameters have priors and
-    distinct names; it vanishes as its parameters become small; it changes something at their usual size; responses stay
-    finite there, and far out of the priors become NaN at worst, without an exception; a batch of parameters gives the
-    same as single ones, over frequencies and configurations; its arguments are not changed in place; a finer law of it
-    keeps all these, and has the same parameters and more.
+    distinct names; it vanishes as its parameters become small; at their usual size it changes something that it does
+    not change then; responses stay finite there, and far out of the priors become NaN at worst, without an exception; a
+    batch of parameters gives the same as single ones, over frequencies and configurations; its arguments are not
+    changed in place; a finer law of it keeps all these, and has the same parameters and more.
 
     Parameters
     ----------
@@ -47,8 +50,8 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     >>> check_effect(SensorMass)
     """
     subject = effect() if isinstance(effect, type) else effect
-    broken = [f"{law.__name__.strip('_')}: {text}" for law in _LAWS for text in law(subject)]
-    assert not broken, "\n".join(broken)
+    if broken := broken_laws(_LAWS, subject):
+        raise AssertionError("\n".join(broken))
 
 
 def _says_what_it_is(effect: BaseEffect) -> Iterator[str]:
@@ -67,10 +70,14 @@ def _says_what_it_is(effect: BaseEffect) -> Iterator[str]:
 def _vanishes(effect: BaseEffect) -> Iterator[str]:
     if not _is_tried(effect):
         return
-    tiny = np.array([_absent(effect, parameter) for parameter in effect.parameters])
-    change = np.max(np.abs(_logs(effect, tiny) - _nominal(effect)))
+    change = np.max(np.abs(_without(effect) - _nominal(effect)))
     if not change < _INVISIBLE * bench(effect).unit:
         yield f"with parameters of next to no size the response still changes by {change:.2g}"
+
+
+def _without(effect: BaseEffect) -> ComplexArray:
+    """Return the `_logs` with parameters of next to no size."""
+    return _logs(effect, np.array([_absent(effect, parameter) for parameter in effect.parameters]))
 
 
 def _absent(effect: BaseEffect, parameter: Parameter) -> float:
@@ -86,7 +93,7 @@ def _acts(effect: BaseEffect) -> Iterator[str]:
     responses = _logs(effect, usual)
     if not np.all(np.isfinite(responses)):
         yield "at its usual size the response is not finite"
-    elif not np.max(np.abs(responses - _nominal(effect))) > 1e-6:
+    elif not np.max(np.abs(responses - _without(effect))) > 1e-6:
         yield "at its usual size it changes nothing"
 
 
@@ -117,20 +124,25 @@ def _leaves_its_input_alone(effect: BaseEffect) -> Iterator[str]:
     hypothesis = bench(effect)
     values: dict[str, RealArray] = {p.name: np.asarray(p.prior.value(np.zeros((1, 1)))) for p in effect.parameters}
     given: ComplexArray = np.full((1, len(hypothesis.data[0].frequency)), 0.5 + 0.1j)
-    kept = given.copy()
+    kept, copies = given.copy(), {name: value.copy() for name, value in values.items()}
     if isinstance(effect, TubeEffect) and isinstance(hypothesis, StackProblem):
         setting = hypothesis.settings[0]
         effect.surface(setting, effect.stack(setting, setting.stack, values), given, values)
         effect.reading(setting, given, values)
     elif isinstance(effect, LevelEffect) and isinstance(hypothesis, LevelProblem):
         level, setting_of_level = given.real, hypothesis.settings[0]
+        effect.stack(setting_of_level.at_waves, setting_of_level.stack, values)
+        effect.sound_field(setting_of_level, setting_of_level.sound, values)
         effect.beside(setting_of_level, setting_of_level.stack, level, values)
         effect.reading(setting_of_level, level, values)
     elif isinstance(effect, Effect) and isinstance(hypothesis, CampaignProblem):
         effect.modulus(hypothesis.settings[0], given, values)
+        effect.chain(hypothesis.settings[0], Chain(given, *_SAMPLE), values)
         effect.motion(hypothesis.settings[0], given, values)
     if not np.array_equal(given, kept):
         yield "an array it was given is changed in place"
+    if values.keys() != copies.keys() or not all(np.array_equal(values[name], copies[name]) for name in copies):
+        yield "the values of its parameters are changed in place"
 
 
 def _refines(effect: BaseEffect) -> Iterator[str]:
@@ -140,7 +152,7 @@ def _refines(effect: BaseEffect) -> Iterator[str]:
     known = effect.parameters
     if finer.name != effect.name or finer.parameters[: len(known)] != known:
         yield "the finer law needs the name and the parameters of this one, and its further ones behind them"
-    yield from (f"of the finer law, {law.__name__.strip('_')}: {text}" for law in _LAWS for text in law(finer))
+    yield from (f"of the finer law, {text}" for text in broken_laws(_LAWS, finer))
 
 
 def _is_tried(effect: BaseEffect) -> bool:

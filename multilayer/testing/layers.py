@@ -29,6 +29,7 @@ from multilayer.response.linearised import real_fields
 from multilayer.response.system import behind_gas
 from multilayer.stack import Ambient, Stack
 from multilayer.testing.broken import broken_laws
+from multilayer.units import field_unit, parse_quantity
 
 FREQUENCIES = (1.0, 31.0, 1e3, 9.7e3, 5e4)  # Hz
 ANGLES = (0.0, 30.0, 60.0, 85.0, 89.9)  # degrees
@@ -71,14 +72,14 @@ Law: TypeAlias = Callable[[_Subject], Iterator[str]]
 def check_layer(layer: Layer, *, frequency: Any = FREQUENCIES, lossless: bool = False) -> None:
     """Check that a layer keeps the laws that all layers keep.
 
-    The laws: well-formed and finite face matrices; reciprocity; passivity, by the power at its two faces and by what
-    it reflects and transmits; energy balance; composition (one layer equals two bonded parts, from a thousandth to
-    ten times its thickness); an infinitely thin layer has no effect; normal incidence is the limit of small angles;
-    finite and continuous response near grazing; a response that is analytic where waves decay along the layer (complex
-    trace wavenumbers, as in lined ducts); the azimuth makes no difference to a layer that is isotropic in its
-    plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave does; arrays of
-    frequency, angle, azimuth and parameters give the same as single calls; derivatives by its fields agree with
-    differences; read from a stack file, it is the same.
+    The laws: well-formed and finite face matrices; fields in units that are known; reciprocity; passivity, by the power
+    at its two faces and by what it reflects and transmits; energy balance; composition (one layer equals two bonded
+    parts, from a thousandth to ten times its thickness); an infinitely thin layer has no effect; normal incidence is
+    the limit of small angles; finite and continuous response near grazing; a response that is analytic where waves
+    decay along the layer (complex trace wavenumbers, as in lined ducts); the azimuth makes no difference to a layer
+    that is isotropic in its plane, half a turn none to any, and a field ``azimuth`` turns the layer as that of the wave
+    does; arrays of frequency, angle, azimuth and parameters give the same as single calls; derivatives by its fields
+    agree with differences; read from a stack file, it is the same.
 
     Parameters
     ----------
@@ -117,6 +118,15 @@ def _well_formed_faces(subject: _Subject) -> Iterator[str]:
             yield f"the {name} matrix is {matrix.shape[-2]} x {matrix.shape[-1]}, not {family.size} x {family.size}"
         if not np.all(np.isfinite(matrix)):
             yield f"the {name} matrix holds numbers that are not finite"
+
+
+def _units(subject: _Subject) -> Iterator[str]:
+    for name, info in type(subject.layer).model_fields.items():
+        symbol = field_unit(info) or ""
+        try:
+            parse_quantity(f"1 {symbol}", symbol)
+        except ValueError:
+            yield f"the unit '{symbol}' of field '{name}' is unknown, so that it takes no text; write it as 'kg/m^3'"
 
 
 def _reciprocity(subject: _Subject) -> Iterator[str]:
@@ -282,7 +292,7 @@ def _yaml_round_trip(subject: _Subject) -> Iterator[str]:
 
 
 _LAWS: tuple[Law, ...] = (
-    _well_formed_faces, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
+    _well_formed_faces, _units, _reciprocity, _passivity, _energy_balance, _composition, _vanishing_thickness,
     _normal_incidence, _grazing_incidence, _azimuth, _decaying_waves, _broadcasting, _derivatives, _yaml_round_trip,
 )  # fmt: skip
 

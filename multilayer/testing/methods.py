@@ -59,7 +59,8 @@ def check_method(method: CampaignMethod | type[CampaignMethod], *, tolerance: fl
         broken.append(f"progress: {subject.number_of_steps(job)} steps are announced, {len(told)} reported")
     if json_text(subject.run(method_bench(), told.append).to_dict()) != json_text(result.to_dict()):
         broken.append("repeats: the same input gives another result")
-    assert not broken, "\n".join(broken)
+    if broken:
+        raise AssertionError("\n".join(broken))
 
 
 def _says_what_it_is(method: CampaignMethod, result: FitResult, _: float) -> Iterator[str]:

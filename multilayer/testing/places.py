@@ -45,7 +45,8 @@ def check_place(place: BasePlace | type[BasePlace]) -> None:
     broken = [text for each in places for text in broken_laws(_LAWS, each)]
     if not places:
         broken = ["has places: there is none in a campaign of several configurations"]
-    assert not broken, "\n".join(broken)
+    if broken:
+        raise AssertionError("\n".join(broken))
 
 
 def _says_what_it_is(place: BasePlace) -> Iterator[str]:

@@ -57,8 +57,8 @@ def check_rig_effect(kind: type[Effect]) -> None:
     >>> from multilayer.rig.effects.channel_gain import ChannelGain
     >>> check_rig_effect(ChannelGain)
     """
-    broken = broken_laws(_LAWS, kind)
-    assert not broken, "\n".join(broken)
+    if broken := broken_laws(_LAWS, kind):
+        raise AssertionError("\n".join(broken))
 
 
 def _name(kind: type[Effect]) -> str:

@@ -2,12 +2,15 @@
 
 import json
 import re
+from typing import Literal
 
 import pytest
+from pydantic import Field
 
 from multilayer.layers.base import LAYERS, Layer
 from multilayer.layers.fluid import Fluid
 from multilayer.registry import RegistryError
+from multilayer.units import Length
 from tests.cli.command import run, run_elsewhere
 
 
@@ -115,3 +118,27 @@ class TestTakenNames:
         for owner in ("multilayer.layers.fluid:Fluid", "example_layers:Water (package example-layers 1.2)"):
             assert owner in done.err
         assert len(done.err.splitlines()) == 1
+
+
+class Odd(Fluid):
+    """A layer with defaults that are no plain data."""
+
+    type: Literal["odd"] = "odd"
+    depths: list[Length] = Field(default_factory=lambda: [0.1, 0.2])
+    twice: float = Field(default_factory=lambda data: 2 * data["thickness"])
+    stiffness: complex = 1e5 + 2e4j
+
+
+def test_defaults_that_are_made_or_no_plain_data():
+    LAYERS.register("odd", Odd)
+    try:
+        done, table = run("layers", "odd", "--json"), run("layers", "odd")
+    finally:
+        LAYERS.unregister("odd")
+    assert (done.status, done.err, table.status, table.err) == (0, "", 0, "")
+    fields = {field["name"]: field for field in json.loads(done.out)[0]["fields"]}
+    assert fields["depths"]["default"] == [0.1, 0.2]
+    assert (fields["twice"]["default"], fields["twice"]["required"]) == (None, False)
+    assert fields["stiffness"]["default"] == "100000+20000j"
+    assert re.search(r"^depths +m +\[0.1, 0.2\]", table.out, re.MULTILINE)
+    assert re.search(r"^twice +- +optional", table.out, re.MULTILINE)

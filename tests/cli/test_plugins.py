@@ -10,8 +10,11 @@ from typer.main import get_command
 
 from multilayer.cli import app
 from multilayer.cli.plugin_commands import OF_THIS_PROJECT
+from multilayer.errors import InputError
 from multilayer.layers import LAYERS
+from multilayer.measurements.readers import read_channels, read_spectra, read_waveforms
 from multilayer.plugins.commands import BUILT_IN
+from multilayer.plugins.files import plugin_files
 from multilayer.plugins.listing import KINDS, describe_plugins
 from multilayer.registry import Registry
 from tests.cli.command import run, run_elsewhere
@@ -79,6 +82,7 @@ def unmade(what: int | str) -> None: ...
 def untyped(what: Nowhere) -> None: ...
 def grasping(plugin: str) -> None: ...
 def sloppy(**options: str) -> None: ...
+def bare(what, times=3) -> None: ...
 """
 STACK = "layers:\n  - {type: water, thickness: 10 mm}\nfrequency: [100, 200, 400]\ntermination: rigid\n"
 
@@ -96,10 +100,10 @@ def broken(tmp_path):
         "untyped = house_fields:Untyped\nunbounded = house_fields:Unbounded\n"
         "[multilayer.effects]\ndamp = house_raising:Damp\nmute = house_good:Water\n"
         "[multilayer.modulus_laws]\nspring = house_good:Water\n"
-        "[multilayer.readers]\nxyz = house_good:NUMBER\n"
+        "[multilayer.readers]\nxyz = house_good:NUMBER\nDAQ = house_commands:command_greet\n"
         "[multilayer.commands]\ngreet = house_commands:command_greet\nfit = house_commands:command_greet\n"
         "unmade = house_commands:unmade\nungiven = house_commands:untyped\ngrasping = house_commands:grasping\n"
-        "sloppy = house_commands:sloppy\n"
+        "sloppy = house_commands:sloppy\nbare = house_commands:bare\n"
         "five = house_good:NUMBER\ncrash = house_raising:crash\n"
     )
     (root / "house_good.py").write_text(f"{LAYER}\nNUMBER = 5\n")
@@ -122,6 +126,7 @@ BROKEN = {
     ("effect", "mute"): "not a subclass of multilayer.experiments.effects.BaseEffect",
     ("law", "spring"): "not a subclass of multilayer.media.laws.base.ModulusLaw",
     ("reader", "xyz"): "it is 5, not a function",
+    ("reader", "DAQ"): "readers are found by the last suffix of a file, in small letters; call it 'daq'",
     (
         "command",
         "fit",
@@ -130,6 +135,7 @@ BROKEN = {
     ("command", "ungiven"): "its parameters make no command: NameError: name 'Nowhere' is not defined",
     ("command", "grasping"): "it has a parameter 'plugin', an option that every command has",
     ("command", "sloppy"): "it has parameters that cannot be given by name",
+    ("command", "bare"): "its parameter 'what' has no annotation; write the type that it is read as, as 'what: float'",
     ("command", "five"): "it is 5, not a function",
     ("command", "crash"): "does not load: RuntimeError",
 }
@@ -250,7 +256,7 @@ class TestCommands:
         told = [line.partition(" of ")[0] for line in done.err.splitlines()]
         assert told == [f"warning: left out: command '{name}'" for name in names]
 
-    @pytest.mark.parametrize("name", ["crash", "five", "unmade"])
+    @pytest.mark.parametrize("name", ["crash", "five", "unmade", "bare"])
     def test_by_name_it_is_an_error(self, broken, name):
         done = run_elsewhere(name, "--help", PYTHONPATH=broken)
         assert done.status == 2
@@ -365,9 +371,28 @@ class TestFile:
         ours = [(one["kind"], one["name"]) for one in found if str(tmp_path) in one["origin"][0]["value"]]
         assert ours == [("law", "stiff"), ("reader", "dat")]
 
+    @pytest.mark.parametrize("future", ["", "from __future__ import annotations\n"])
+    @pytest.mark.parametrize(
+        "returned",
+        ["Waveforms | Channels", "typing.Union[Waveforms, Channels]", "'Waveforms | Channels'", "channels.Channels"],
+    )
+    def test_what_a_reader_is_annotated_to_return(self, tmp_path, returned, future):
+        (tmp_path / "dat.py").write_text(
+            f"{future}import typing\nfrom multilayer.signals import channels\n"
+            "from multilayer.signals.channels import Channels\nfrom multilayer.signals.recording import Waveforms\n"
+            f"def read_dat(path) -> {returned}: ...\n"
+        )
+        found = json.loads(run("plugins", "--json", "--plugin", tmp_path / "dat.py").out)
+        assert ("reader", "dat") in [(one["kind"], one["name"]) for one in found]
+
+    def test_annotations_are_what_the_file_says(self, tmp_path):
+        (tmp_path / "typed.py").write_text(f"def plain(x: int): ...\nassert plain.__annotations__['x'] is int\n{LAYER}")
+        assert run("layers", "water", "--plugin", tmp_path / "typed.py").status == 0
+
     @pytest.mark.parametrize(
         ("text", "words"),
         [
+            ("def read_DAQ(path) -> 'Waveforms': ...\n", ": reader 'DAQ' of"),
             ("x = 1\n", ": registers nothing: it defines no layer"),
             ("\n1/0\n", ":2: does not load: ZeroDivisionError: division by zero"),
             ("x = 1\ndef broken(:\n", ":2: does not load: SyntaxError"),
@@ -403,6 +428,49 @@ class TestFile:
 
     def test_one_file_twice_is_one(self, water):
         assert run("--plugin", water[0], "layers", "--plugin", water[0], "--plugin", water[0]).status == 0
+
+
+class TestWhatIsReturned:
+    """Of a plugin that returns something else than it should, the plugin is told."""
+
+    def test_a_layer(self, tmp_path):
+        plugin, file = tmp_path / "still.py", tmp_path / "stack.yaml"
+        plugin.write_text(f"{LAYER}\n    def faces(self, wave):\n        super().faces(wave)\n")
+        file.write_text(STACK)
+        done = run("simulate", file, "--plugin", plugin, "--out", tmp_path / "out")
+        what = "what its 'faces' returns is of type NoneType, and must be multilayer.matrix.faces.Faces"
+        assert_refused(done, f"layer type 'water' of {plugin} is at fault, not the stack: {what}")
+        assert not (tmp_path / "out").exists()
+
+    @pytest.mark.parametrize(
+        ("returned", "words"),
+        [
+            ("None", "what it returns is of type NoneType, and must be Waveforms, Channels, Spectra or a Table"),
+            ("[[0.0], [1.0]]", "what it returns is of type list"),
+            ("Waveforms([[0, 1]], [[0, 1]], 100)", "'base' is of type list, and must be a NumPy array of real numbers"),
+            ("Waveforms(np.ones((1, 3)), np.ones(3))",
+             "'top' is an array of float64 of shape (3,), and must be a NumPy array of real numbers of shape (repeats, "
+             "samples)"),
+            ("Waveforms(np.ones((1, 3)), np.array([['a']]))", "'top' is an array of <U1 of shape (1, 1)"),
+            ("Channels(path, (Channel('force', [1.0]),))", "'force' is of type list, and must be a NumPy array of real "
+             "numbers of shape (samples,)"),
+        ],
+    )  # fmt: skip
+    def test_a_reader(self, tmp_path, returned, words):
+        plugin, file = tmp_path / "daq.py", tmp_path / "burst.daq"
+        plugin.write_text(
+            "import numpy as np\nfrom multilayer.signals.channels import Channel, Channels\n"
+            "from multilayer.signals.recording import Waveforms\n"
+            f"def read_daq(path) -> Waveforms:\n    return {returned}\n"
+        )
+        file.touch()
+        told = f"the reader 'daq' of {plugin} is at fault, not the file: {words}"
+        assert_refused(run("import", file, "--plugin", plugin, "--out", tmp_path / "out"), told)
+        with plugin_files([plugin]):
+            for read in (read_waveforms, read_channels, read_spectra):
+                with pytest.raises(InputError) as caught:
+                    read(file)
+                assert told in str(caught.value)
 
 
 MARKER = "import pathlib; pathlib.Path('ran').touch()"

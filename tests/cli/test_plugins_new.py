@@ -101,6 +101,9 @@ def test_a_wrong_edit_is_caught(tmp_path):
         ("json", "Python has a module 'json' already"),
         ("numpy", "a module 'numpy' is installed already"),
         ("Multilayer", "a module 'multilayer' is installed already"),
+        ("literal", "its class would be called 'Literal', as something that its module imports"),
+        ("class-var", "its class would be called 'ClassVar', as something that its module imports"),
+        ("length", "its class would be called 'Length', as something that its module imports"),
         ("membrane", "layer 'membrane' is there already, by multilayer.layers.membrane:Membrane (package multilayer"),
     ],
 )

@@ -19,7 +19,7 @@ from multilayer.matrix.families import FLUID
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import lame
 from multilayer.testing import check_layer
-from multilayer.units import Length
+from multilayer.units import Length, Unit
 
 BOARD = {"thickness": 0.01, "density": 450.0, "young_modulus_x": 11e9, "young_modulus_y": 5e8, "poisson_ratio_xy": 0.4,
          "shear_modulus_xy": 7e8, "loss_factor": 0.02}  # fmt: skip
@@ -167,6 +167,12 @@ class Misled(FluidSlab):
         return tuple(1.001 * slope for slope in super().by_medium(x, y))
 
 
+class OfNoUnit(Fluid):
+    """A field whose unit nobody knows."""
+
+    width: Annotated[float, Unit("smoot per fortnight")] = 1.0
+
+
 class WrongDerivative(Fluid):
     """The right matrices, with wrong derivatives by the medium."""
 
@@ -195,6 +201,7 @@ WRONG = [
     (TakesTheModulus, {"thickness": 0.1}, "decaying waves: .*: at complex kx the response is not analytic in kx, by"),
     (NotANumber, {"thickness": 0.1}, "well formed faces: the back matrix holds numbers that are not finite"),
     (WrongShape, {"thickness": 0.1}, "well formed faces: the front matrix is 1 x 2, not 2 x 2"),
+    (OfNoUnit, {"thickness": 0.1}, "units: the unit 'smoot per fortnight' of field 'width' is unknown"),
     (WrongDerivative, {"thickness": 0.1, "density": 1.3}, "derivatives: the derivative by density and differences"),
     (ForgetsItsFile, {"thickness": 0.1, "colour": "blue"}, "yaml round trip: .* comes back as"),
 ]

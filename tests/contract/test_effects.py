@@ -60,6 +60,23 @@ class Inplace(Silent):
         return motion
 
 
+class InplaceValues(Silent):
+    def motion(self, setting, motion, values):
+        size = values["size"]
+        size *= 1e-3
+        return motion * (1 + size)
+
+
+class TakesItsValues(Silent):
+    def chain(self, setting, chain, values):
+        return chain.with_(plate_mass=chain.plate_mass * (1 + values.pop("size")))
+
+
+class OfOneSize(Silent):
+    def motion(self, setting, motion, values):
+        return motion * (1 + 2e-6)
+
+
 class Mixed(Silent):
     def motion(self, setting, motion, values):
         return motion * (1 + np.mean(values["size"]) * 1e-3)
@@ -98,7 +115,10 @@ class JumpTube(SilentTube):
         (Silent, "changes nothing"),
         (Jump, "still changes"),
         (Ends, "ValueError"),
-        (Inplace, "changed in place"),
+        (Inplace, "an array it was given is changed in place"),
+        (InplaceValues, "the values of its parameters are changed in place"),
+        (TakesItsValues, "the values of its parameters are changed in place"),
+        (OfOneSize, "acts: at its usual size it changes nothing"),
         (Mixed, "other responses than one by one"),
         (Nameless, "needs a 'law'"),
         (Stranger, "size_errors of what is no parameter"),

@@ -107,6 +107,26 @@ class Acausal(Wrong):
         return self.modulus * (1 + 0.1j * np.sign(frequency))
 
 
+class AcausalWithDashpot(Wrong):
+    dashpot: float = 1.0
+
+    def __call__(self, frequency):
+        f = np.asarray(frequency)
+        return self.modulus * (1 + 0.05j * np.sign(f)) + 2j * np.pi * f * self.dashpot
+
+
+class AcausalBesideAPowerLaw(Wrong):
+    def __call__(self, frequency):
+        f = np.asarray(frequency)
+        return self.modulus * (1 + 0.05j * np.sign(f) + (1j * f / 100) ** 0.6)
+
+
+class PowerLawOfAnotherLoss(Wrong):
+    def __call__(self, frequency):
+        f = np.asarray(frequency)
+        return self.modulus * (np.abs(f) / 100) ** 0.2 * (1 + 0.01j * np.sign(f))
+
+
 class OneValue(Wrong):
     def __call__(self, frequency):
         return np.asarray(float(np.mean(self.modulus)) + 0j * np.asarray(frequency))
@@ -123,6 +143,9 @@ class OneFrequency(Wrong):
         (Active, "passive: at 1e-06 Hz the modulus is .* whose imaginary part is not allowed"),
         (Lopsided, "real in time: E\\(-f\\) is not"),
         (Acausal, "causal: E2 differs by .* from what Kramers and Kronig demand"),
+        (AcausalWithDashpot, "causal: E2 differs by 5e\\+03 Pa at .* Hz from what Kramers and Kronig demand"),
+        (AcausalBesideAPowerLaw, "causal: E2 differs by 5e\\+03 Pa at .* Hz from what Kramers and Kronig demand"),
+        (PowerLawOfAnotherLoss, "causal: E2 differs by .* from what Kramers and Kronig demand"),
         (OneValue, "any parameters: an array and single numbers of modulus differ"),
         (OneFrequency, "any frequencies: frequencies of shape"),
         (OneFrequency, "file round trip: no entry point 'multilayer.modulus_laws' is called 'wrong'"),
@@ -131,6 +154,40 @@ class OneFrequency(Wrong):
 def test_wrong_laws_are_caught(wrong, words):
     with pytest.raises(AssertionError, match=words):
         check_law(wrong())
+
+
+class SpringPot(ModulusLaw):
+    law: Literal["spring_pot"] = "spring_pot"
+    modulus: float = 1e5
+    order: float
+    dashpot: float = 0.0
+
+    def __call__(self, frequency):
+        f = np.asarray(frequency)
+        return self.modulus * (1j * f / 100) ** self.order + 2j * np.pi * f * self.dashpot
+
+
+class AcausalInName(SpringPot):
+    law: Literal["acausal_in_name"] = "acausal_in_name"
+    causal: ClassVar[bool] = False
+
+
+@pytest.fixture
+def spring_pots():
+    for kind in (SpringPot, AcausalInName):
+        LAWS.register(kind.model_fields["law"].default, kind)
+    yield
+    for kind in (SpringPot, AcausalInName):
+        LAWS.unregister(kind.model_fields["law"].default)
+
+
+@pytest.mark.usefixtures("spring_pots")
+@pytest.mark.parametrize("order", [0.05, 0.2, 0.6, 0.9, 0.97])
+@pytest.mark.parametrize("dashpot", [0.0, 1e-12, 100.0])
+def test_what_grows_without_end_is_causal(order, dashpot):
+    check_law(SpringPot(order=order, dashpot=dashpot))
+    with pytest.raises(AssertionError, match="it says that it is not causal, and is"):
+        check_law(AcausalInName(order=order, dashpot=dashpot))
 
 
 def table():

@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 import time
+from typing import Annotated
 
 import pytest
 from hypothesis import given, settings
@@ -20,6 +21,7 @@ from multilayer.units import (
     Pressure,
     Ratio,
     Temperature,
+    Unit,
     UnitLabel,
     Viscosity,
     parse_complex_quantity,
@@ -233,3 +235,14 @@ def test_pint_is_loaded_only_for_text_with_a_unit():
         "assert 'pint' in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("written", "symbol"), [("kg/m3", "kg/m^3"), ("N s/m4", "N s/m^4"), ("m²", "m^2"), ("°", "degree")]
+)
+def test_the_unit_of_a_field_may_be_written_as_in_a_file(written, symbol):
+    assert (Unit(written), UnitLabel(written)) == (Unit(symbol), UnitLabel(symbol))
+    assert field(Annotated[float, Unit(written)], f"2 {written}") == 2.0
+    assert refusal(Annotated[float, Unit(written)], "2 A").startswith(
+        f"'2 A' has the wrong unit: this is a quantity in {symbol},"
+    )
