@@ -133,7 +133,7 @@ class Assessment:
             "where": where,
             "causes": causes,
             "group": [list(names) for names in decision.group] if decision.group != [UNKNOWN] else [],
-            "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None)),
+            "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None), self.best_fit),
             "places": place_entries(comparison, self.probabilities, self.drawn) if self.is_gap else [],
             "law": law,
             "detectable": dict(self.detectable),
@@ -188,7 +188,7 @@ def assess(
     term = rival_term(comparison, decision, executor)
     decision = beside_simple_term(decision, comparison, shrinkages, term) if term else decision
     drawn = _drawn(comparison, decision, shrinkages, executor, term)
-    detectable = detectable_sizes(nominal, effects, columns)
+    detectable = detectable_sizes(nominal, effects, columns, executor)
     tell("verdict")
     return Assessment(comparison, decision, shrinkages, alike, detectable, drawn)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from multilayer.diagnosis.cross_validation import Shrinkage
@@ -53,8 +55,20 @@ def cause_entries(
     return entries
 
 
-def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None) -> dict[str, Any]:
-    """Return the entry ``gap``: of held-out data, or of the fit where nothing was left out."""
+def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None, best: Fitted | None = None) -> dict[str, Any]:
+    """Return the entry ``gap``: of held-out data, or of the fit where nothing was left out.
+
+    Parameters
+    ----------
+    nominal : Fitted
+    shrinkage : Shrinkage, optional
+        None without a gap.
+    best : Fitted, optional
+        The best explanation, for the fit where nothing was left out.
+    """
+    if shrinkage is not None and not math.isfinite(shrinkage.before):
+        after = gap_in_fit(best) if best else math.nan
+        shrinkage = replace(shrinkage, before=gap_in_fit(nominal), after=after)
     if shrinkage is None:
         before = gap_in_fit(nominal)
         held_out = "nothing: there is no gap"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -42,7 +43,7 @@ def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: P
     several = len(record["group"]) > 1
     label = {"effect": "Cause found", "unknown": "Cause unknown", "no_gap": "No gap"}[verdict]
     gap = _gap(record)
-    held_out = record["gap"].get("held_out") if verdict != "no_gap" else ""
+    held_out = record["gap"].get("held_out", "") if verdict != "no_gap" else ""
     numbers = "; ".join(f"{name} {value}" for name, value in gap)
     noise = f"noise alone: {significant(number_or_nan(record['gap'].get('noise', 1.0)))}"
     meaning = (
@@ -51,7 +52,8 @@ def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: P
     )
     drawn = _drawings(diagnosis)
     tried = [("hypotheses compared", str(record["hypotheses_tried"]))] if "hypotheses_tried" in record else []
-    unused = f" Before and after are taken on data that were not used in the fit ({held_out})." if held_out else ""
+    unused = f" Before and after are taken on data that were not used in the fit ({held_out})."
+    in_fit = not held_out or held_out.startswith("nothing")
     return Report(
         name=diagnosis.campaign,
         kind="diagnosis",
@@ -59,7 +61,7 @@ def diagnosis_report(diagnosis: Diagnosis, source: Path | None = None, folder: P
         tone={"effect": "mind", "unknown": "unknown", "no_gap": "good"}[verdict],
         sentence=record["sentence"],
         facts=(*gap, *tried),
-        note=f"{meaning}; {noise}.{unused}",
+        note=f"{meaning}; {noise}.{'' if in_fit else unused}",
         sections=(*_sections(diagnosis, drawn), *_commands(diagnosis, source, folder)),
         inputs=record.get("inputs", {}),
         opening=(
@@ -90,11 +92,13 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
     if source is None or folder is None or not diagnosis.moduli:
         return ()
     campaign, found = quote(str(source)), quote(str(folder / "diagnosis.json"))
+    both = record.get("two_causes")
+    is_saved = not both or both["effects"]  # not of two unknown laws at once
     if record["verdict"] == "no_gap":
         before = "uncertainties stated, " if any("not stated" in text for text in record.get("warnings", ())) else ""
         what = f"{before}one modulus law for all bursts: the model explains them"
         lines = [f"multilayer fit {campaign} --joint   # {what}"]
-    elif record["verdict"] == "effect" or record.get("law"):
+    elif record["verdict"] == "effect" or (record.get("law") and is_saved):
         acts = "the cause" if record["verdict"] == "effect" else "the law drawn at its place"
         lines = [
             f"multilayer fit {campaign} --with {found}   # the modulus with {acts} in the model",
@@ -189,7 +193,7 @@ def _gap(record: Record) -> list[tuple[str, str]]:
     """Return the gap before and after, and by how much it shrinks, by what they are called."""
     before, after, shrinkage = (number_or_nan(record["gap"].get(key)) for key in ("before", "after", "shrinkage"))
     nominal = ("gap of the nominal model", significant(before))
-    if record["verdict"] == "no_gap":
+    if record["verdict"] == "no_gap" or math.isnan(after):
         return [nominal]
     is_known = record["verdict"] == "unknown" and not record.get("law")
     best = "known effect" if is_known else "explanation"
@@ -239,7 +243,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
 def _physical(law: Record) -> tuple[str, ...]:
     """Return in sentences whether the law can be that of a passive and causal thing."""
     texts: dict[tuple[str, Any], str] = {
-        ("passive", True): "It takes power, as a passive thing does.",
+        ("passive", True): "A passive thing may act like this: within its uncertainty the law nowhere gives power.",
         ("passive", False): "It gives power, which no passive thing there does by itself: what acts may replace "
         "something that takes more, act elsewhere, or be driven.",
         ("causal", False): "No causal response has this real and imaginary part: it may be the trace of something at "
@@ -399,13 +403,14 @@ def _gain(entry: Record) -> str:
 
 
 def _detectable(record: Record, similarity: Similarity) -> Pairs:
-    """Return from what size on each effect would have been seen."""
+    """Return from what size on, or up to which, each effect would have been seen."""
     absorbed = set(_absorbed(similarity))
     items = []
     for name, effect in sorted(record["detectable"].items()):
         smallest = number_or_nan(effect.get("smallest"))
         text = "not visible at any size"
         if abs(smallest) < _ABSURD:
-            text = f"{effect['parameter'].replace('_', ' ')} from {with_unit(smallest, effect.get('unit', ''), 2)}"
+            size = with_unit(smallest, effect.get("unit", ""), 2)
+            text = f"{effect['parameter'].replace('_', ' ')} {effect.get('shows', 'from')} {size}"
         items.append((in_words([name]), f"{text}, largely hidden by the unknowns" if name in absorbed else text))
     return tuple(items)

@@ -9,17 +9,25 @@ from pydantic import ValidationError
 
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.levels.data import band_nodes
-from multilayer.diagnosis.levels.diagnose import N_STEPS, diagnose_levels
+from multilayer.diagnosis.levels.designs import LEVEL_DESIGNS
+from multilayer.diagnosis.levels.diagnose import N_STEPS, _inputs, diagnose_levels
 from multilayer.diagnosis.levels.paths import link_transmission
 from multilayer.diagnosis.levels.uncertainty import absorption_spread, insulation_spread
 from multilayer.diagnosis.places import LEVEL_PLACES
 from multilayer.diagnosis.tube.file import diagnosis_file
 from multilayer.experiments.levels.effects import acts_through_stack
 from multilayer.experiments.levels.places import with_share
-from multilayer.experiments.levels.sound_field import Ridges, SoundField, mean_power
+from multilayer.experiments.levels.sound_field import (
+    Ridges,
+    SoundField,
+    bending_stiffness,
+    mean_power,
+    surface_density,
+)
 from multilayer.experiments.places import DrawnLaw
 from multilayer.inference.problem import GaussianPrior
 from multilayer.layers.elastic_plate import ElasticPlate
+from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
 from multilayer.response import diffuse_field
 from multilayer.response.bands import band_points
@@ -107,6 +115,60 @@ def test_spreads_are_those_of_the_standards():
     np.testing.assert_allclose(np.hypot(*absorption_spread(f[2:3], np.array([0.68]), "in_situ")), 0.0422)
 
 
+def absorber(folder, kind, uncertainty="in_situ", tube=None, **given):
+    """Return the diagnosis file of a measured absorption of 0.6."""
+    write(folder, kind, {"wool": np.full(len(BANDS), 0.6)})
+    measurement = {"kind": kind, "stack": "wool", "name": "wool", "file": "wool.csv"} | given
+    return diagnosis_file(
+        folder, stacks={"wool": {"version": 1, "layers": [WOOL], "termination": "rigid"}}, measurements=[measurement],
+        unknowns={"r": {"paths": ["wool.layers.wool.flow_resistivity"], "lognormal": [8e3, 0.1]}},
+        uncertainty=uncertainty, tube=tube or {},
+    )  # fmt: skip
+
+
+def test_absorption_at_one_angle_has_the_errors_of_its_tube(tmp_path):
+    file = absorber(tmp_path, "absorption", incidence="normal", tube={"error": 0.03, "length": 0.8})
+    (data,) = file.hypothesis.observations
+    np.testing.assert_allclose(data.noise.real, 0.005)
+    np.testing.assert_allclose(data.amounts, np.hypot(2 * 0.03 * np.sqrt(0.4), 0.01))
+    assert data.error.length == 0.8
+    inputs = _inputs(file, "x", file.hypothesis)
+    assert inputs["noise"]["wool"] == "0.005 of absorption (none is said)"
+    assert inputs["model_error"]["wool"] == "0.03 of each part of R, as 'tube' has it"
+
+
+@pytest.mark.parametrize(
+    ("situation", "error"),
+    [
+        ("in_situ", "ISO 12999-2, reproducibility beyond repeatability"),
+        ("reproducibility", "ISO 12999-2, reproducibility beyond repeatability"),
+        ("repeatability", "that of the model's solution alone"),
+    ],
+)
+def test_the_errors_of_absorption_in_a_room_are_told_as_they_are_taken(tmp_path, situation, error):
+    finite = {"finite_size": {"width": 3.0, "height": 3.6}}
+    file = absorber(tmp_path, "reverberation_absorption", situation, {"length": 0.8}, **finite)
+    (data,) = file.hypothesis.observations
+    alone, together = absorption_spread(BANDS, np.full(len(BANDS), 0.6), situation)
+    np.testing.assert_allclose(data.noise.real, alone)
+    np.testing.assert_allclose(data.amounts, np.hypot(together, 0.01))
+    assert data.error.length == 0.5
+    inputs = _inputs(file, "x", file.hypothesis)
+    assert inputs["noise"]["wool"] == "ISO 12999-2, repeatability"
+    assert inputs["model_error"]["wool"] == error
+
+
+def test_a_second_board_lies_loose_on_the_first():
+    """Twice the mass and twice the bending stiffness, not eight times: the coincidence stays."""
+    (design,) = (design for design in LEVEL_DESIGNS if design.change.startswith("a second board"))
+    wall = stack(DOUBLE)
+    wave = Wave(np.array([500.0]), np.zeros(1), AIR)
+    for before, after in zip(wall.layers, design.stack(wall).layers, strict=True):
+        if before is not wall.layers[1]:
+            assert surface_density(after) == pytest.approx(2 * surface_density(before))
+            assert bending_stiffness(after, wave) == pytest.approx(2 * bending_stiffness(before, wave))
+
+
 def test_a_share_is_never_taken_away_altogether():
     share, added = np.full(5, 0.1), np.array([-10.0, -0.1, 0.0, 0.1, 1.0])
     assert np.all(with_share(share, added) > 0)
@@ -154,7 +216,8 @@ def test_an_effect_is_named_with_its_size(tmp_path, acting, place):
 def test_without_an_effect_there_is_no_gap(tmp_path):
     found = diagnose_levels(measured(tmp_path, {}, effects=["leak", "receiving_absorption"]))
     assert (found.record["verdict"], found.record["causes"]) == ("no_gap", [])
-    assert found.record["inputs"]["noise"]["board"] == "ISO 12999, in situ"
+    assert found.record["inputs"]["noise"]["board"] == "ISO 12999-1, repeatability"
+    assert found.record["inputs"]["model_error"]["board"] == "ISO 12999-1, in situ beyond repeatability"
     assert found.curves[0].phase_before.size == 0
 
 

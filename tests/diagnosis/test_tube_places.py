@@ -18,6 +18,7 @@ from multilayer.experiments.stacks.responses import WaveResponse
 from multilayer.inference.least_squares import minimise
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
 from multilayer.layers.fluid import Fluid
+from multilayer.layers.screen import Screen
 from multilayer.media.laws import complex_modulus
 from multilayer.simulation.settings import PlaneIncidence
 from multilayer.stack import Stack
@@ -48,6 +49,17 @@ def test_a_backing_that_reflects_nothing_is_open_air():
     into_air = setting.stack.model_copy(update={"termination": "ambient"})
     seen = before_backing(setting, setting.stack, plain, np.zeros_like(plain))
     assert np.abs(seen - setting.reflection(into_air)).max() < 1e-12
+
+
+@pytest.mark.parametrize("angle", [0.0, 45.0, 60.0])
+def test_a_resistance_in_front_is_a_heavy_screen_at_any_angle(angle):
+    bench = tube_bench().settings[0]
+    setting = TubeSetting("tube", bench.frequency, angle, bench.stack, bench.tube)
+    plain = setting.reflection(setting.stack)
+    sheet = Screen(flow_resistance=300.0, surface_density=1e6)
+    exact = setting.reflection(with_layers(setting.stack, (sheet, *setting.stack.layers)))
+    seen = TUBE_PLACES["in_front"]().surface(setting, setting.stack, plain, np.full(plain.shape, 300.0 + 0j))
+    np.testing.assert_allclose(seen, exact, atol=1e-7)
 
 
 def measured(place, term, values, foam=FOAM):

@@ -9,11 +9,11 @@ from multilayer.diagnosis.effects.base import Effect, Setting, Values, signed
 
 
 class TemperatureDrift(Effect):
-    """E (1 + d u), u from 0 at the first to 1 at the last burst."""
+    """E exp(d u), u from 0 at the first to 1 at the last burst."""
 
     name = "temperature_drift"
     place = "sample_order"
-    law = "E (1 + d u), u the share of the campaign that is over"
+    law = "E exp(d u), u the share of the campaign that is over"
     separated_by = "repeats, reversed order"
     source = "polyurethane near room temperature: 1 to 5 % per kelvin, some kelvins in a day"
     moves_resonances = True

@@ -11,7 +11,7 @@ from multilayer.experiments.levels.response import LevelResponse
 from multilayer.experiments.levels.sound_field import Ridges, SoundField
 from multilayer.experiments.stacks.columns import MeasuredValues, zero_noise
 from multilayer.experiments.stacks.effects import Tube
-from multilayer.experiments.stacks.measurements import Absorption, TransmissionLoss
+from multilayer.experiments.stacks.measurements import Absorption, Measurement, TransmissionLoss
 from multilayer.experiments.stacks.observations import Observation, Scale, grouped
 from multilayer.inference.whitening import CorrelatedError, ValueNoise
 from multilayer.response.bands import Width, band_edges, nearest_centres
@@ -40,7 +40,7 @@ def level_data(
     """Return a measurement as data of a diagnosis.
 
     Noise that is not stated is that of the standards' repeatability; the error that neighbouring bands share, unless a
-    `model_error` is stated, is what the standards have beyond.
+    `model_error` is stated, is what the standards have beyond. Absorption at a single angle has the errors of a tube.
 
     Parameters
     ----------
@@ -66,14 +66,15 @@ def level_data(
     if quantity == "transmission_loss" and stack.termination in ("rigid", "free"):
         raise InputError(f"{name}: nothing gets through stack '{stack_name}'; end it with 'termination: ambient'")
     sound = _sound(measurement)
-    spread = _spread(quantity, f, measured, situation, tube, is_diffuse=sound.is_diffuse)
+    spread = _spread(measurement, f, measured, situation, tube)
     stated = values.noise.real
     if np.any(stated):
         for zero in zero_noise(values):
             raise InputError(f"{name}: the noise is 0 at {zero:g} Hz; add an absolute one, as {{absolute: ...}}")
     else:
         stated = spread.alone
-    error, amounts = CorrelatedError(1.0, _LENGTH), np.hypot(spread.together, _SOLVER[quantity])
+    error = CorrelatedError(1.0, tube.length if _is_in_tube(measurement) else _LENGTH)
+    amounts = np.hypot(spread.together, _SOLVER[quantity])
     if (model_error := measurement.model_error) is not None:
         error = CorrelatedError(1.0, model_error.length)
         size = model_error.relative * (1.0 if measurement.in_db else np.abs(measured))
@@ -96,16 +97,32 @@ def _sound(measurement: Absorption | TransmissionLoss) -> SoundField:
     return SoundField(asked.max_angle, concentration=_CONCENTRATION[asked.weighting], window=window)
 
 
+def _is_in_tube(measurement: Measurement) -> bool:
+    return isinstance(measurement, Absorption) and not isinstance(measurement.incidence, DiffuseIncidence)
+
+
 def _spread(
-    quantity: str, f: RealArray, measured: RealArray, situation: Situation, tube: Tube, *, is_diffuse: bool
+    measurement: Absorption | TransmissionLoss, f: RealArray, measured: RealArray, situation: Situation, tube: Tube
 ) -> Spread:
-    if quantity == "transmission_loss":
+    if isinstance(measurement, TransmissionLoss):
         return insulation_spread(f, situation)
-    if is_diffuse:
+    if not _is_in_tube(measurement):
         return absorption_spread(f, measured, situation)
     # of R = 1 - alpha in power: the error of each part of R, and both directions of it
     together = 2 * tube.error * np.sqrt(np.clip(1 - measured, 0.0, 1.0))
     return Spread(np.full(len(f), _LEAST_TUBE), together)
+
+
+def spread_in_words(measurement: Measurement, situation: Situation, tube: Tube) -> tuple[str, str]:
+    """Return noise and model error that a measurement has where it states none, as `level_data` takes them."""
+    if _is_in_tube(measurement):
+        return f"{_LEAST_TUBE:g} of absorption (none is said)", f"{tube.error:.2g} of each part of R, as 'tube' has it"
+    part = 1 if isinstance(measurement, TransmissionLoss) else 2
+    noise = f"ISO 12999-{part}, repeatability"
+    if situation == "repeatability":
+        return noise, "that of the model's solution alone"
+    whole = "in situ" if part == 1 and situation == "in_situ" else "reproducibility"  # in situ is no case of part 2
+    return noise, f"ISO 12999-{part}, {whole} beyond repeatability"
 
 
 def band_nodes(f: RealArray, bands: Width | None, name: str) -> RealArray:

@@ -23,6 +23,7 @@ from multilayer.experiments.levels.problem import LevelProblem
 from multilayer.experiments.levels.response import LevelResponse
 from multilayer.experiments.levels.sound_field import plates_of
 from multilayer.experiments.stacks.effects import with_layer, with_layers
+from multilayer.experiments.stacks.places import with_factors
 from multilayer.inference.derivative import WIDE, central
 from multilayer.layers.equivalent_fluid import EquivalentFluid
 from multilayer.layers.fluid import Fluid
@@ -46,6 +47,12 @@ class LevelDesign(Design):
 
 
 def _doubled(stack: Stack) -> Stack:
+    """Return the stack with plates of twice the mass and bending stiffness, as two boards that lie loose on each other.
+
+    Their coincidence stays.
+    """
+    for index in plates_of(stack):
+        stack = with_factors(stack, stack.layers[index].name or str(index), young_modulus=2.0)
     return with_each(stack, plates_of(stack), "density", np.asarray(2.0))
 
 

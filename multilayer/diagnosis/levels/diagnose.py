@@ -12,6 +12,7 @@ from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.fitting import fit_effects, polish_fits, rough_fit, with_response
+from multilayer.diagnosis.levels.data import spread_in_words
 from multilayer.diagnosis.levels.designs import rank_level_designs
 from multilayer.diagnosis.place_fits import fit_places, may_explain
 from multilayer.diagnosis.residual_curves import residual_curves
@@ -79,15 +80,15 @@ def diagnose_levels(
 
 def _inputs(file: DiagnosisFile, name: str, hypothesis: LevelProblem) -> dict[str, Any]:
     pairs = list(zip(hypothesis.observations, file.measurements, strict=True))
-    of_standards = f"ISO 12999, {file.uncertainty.replace('_', ' ')}"
+    usual = {data.name: spread_in_words(measured, file.uncertainty, file.tube) for data, measured in pairs}
     return {
         "file": name,
         "kind": "levels",
         "multilayer": version("multilayer"),
         "stacks": ", ".join(hypothesis.stacks),
-        "noise": {data.name: "as stated" if data.estimated is None else of_standards for data, _ in pairs},
+        "noise": {data.name: "as stated" if data.estimated is None else usual[data.name][0] for data, _ in pairs},
         "model_error": {
-            data.name: of_standards if measured.model_error is None else "as stated" for data, measured in pairs
+            data.name: usual[data.name][1] if measured.model_error is None else "as stated" for data, measured in pairs
         },
         "probabilities": "calibrated on campaigns of the two-plate rig, not on levels",
     }

@@ -25,7 +25,9 @@ class Faces(Place):
     quantity = "compliance per area of each face"
     unit = "m/Pa"
     passive_sign = -1
-    terms: ClassVar = {0: ("compliance", "m/Pa"), "resonance": ("compliance with a resonance", "m/Pa")}
+    terms: ClassVar = {
+        0: ("compliance", "m/Pa"), -1: ("mobility", "m/(Pa s)"), "resonance": ("compliance with a resonance", "m/Pa"),
+    }  # fmt: skip
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return the compliance per area of the thinnest sample."""
@@ -96,7 +98,10 @@ class Beside(Place):
     quantity = "dynamic stiffness"
     unit = "N/m"
     passive_sign = 1
-    terms: ClassVar = {0: ("spring", "N/m"), 1: ("damper", "N s/m"), "resonance": ("spring with a resonance", "N/m")}
+    terms: ClassVar = {
+        0: ("spring", "N/m"), 1: ("damper", "N s/m"), 2: ("inertia", "kg"),
+        "resonance": ("spring with a resonance", "N/m"),
+    }  # fmt: skip
 
     def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
         """Return the stiffness of the softest sample."""

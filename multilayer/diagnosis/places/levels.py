@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -225,7 +225,12 @@ class LevelReading(LevelPlace):
     name = "reading"
     title = "in the reading"
     quantity = "change of what is reported"
-    terms: ClassVar = {0: ("change", "")}
+    unit = "dB"
+
+    @classmethod
+    def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
+        """Return the place, whose law has the unit of what is measured."""
+        return [cls() if settings[0].quantity == _LOSS else AbsorptionReading()]
 
     def scale(self, settings: tuple[Any, ...], modulus: float) -> float:
         """Return 10 dB, or 0.5 of absorption."""
@@ -234,6 +239,12 @@ class LevelReading(LevelPlace):
     def reading(self, setting: LevelSetting, level: RealArray, values: RealArray) -> RealArray:
         """Return the level with the change."""
         return np.asarray(level + values)
+
+
+class AbsorptionReading(LevelReading):
+    """What is reported of absorption."""
+
+    unit = ""
 
 
 @dataclass(frozen=True)
@@ -255,8 +266,16 @@ class OneLevel(LevelReading):
     @classmethod
     def instances(cls, settings: tuple[Any, ...]) -> list[Any]:
         """Return a place for each measurement, where there are several."""
-        return [cls(setting.name) for setting in settings] if len(settings) > 1 else []
+        kind = cls if settings[0].quantity == _LOSS else OneAbsorption
+        return [kind(setting.name) for setting in settings] if len(settings) > 1 else []
 
     def reading(self, setting: LevelSetting, level: RealArray, values: RealArray) -> RealArray:
         """Return the level, which changes in this measurement."""
         return np.asarray(level + values) if setting.name == self.configuration else level
+
+
+@dataclass(frozen=True)
+class OneAbsorption(OneLevel):
+    """One measurement of absorption that is not like the others."""
+
+    unit = ""

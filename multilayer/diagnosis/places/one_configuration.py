@@ -25,7 +25,6 @@ class OneConfiguration(Place):
     name = "one_configuration"
     title = "in one configuration only"
     quantity = "change of ln E in that configuration"
-    terms: ClassVar = {0: ("factor", "")}
 
     @classmethod
     def variants(cls) -> tuple[type[OneConfiguration], ...]:

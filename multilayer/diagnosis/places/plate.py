@@ -60,7 +60,7 @@ class Plate(Place):
     title = "the top plate itself"
     quantity = "relative change of its mass"
     passive_sign = -1
-    terms: ClassVar = {0: ("relative mass", ""), 2: ("bending", "s2")}
+    terms: ClassVar = {2: ("bending", "s2")}
 
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with another plate."""

@@ -16,7 +16,8 @@ class Reading(Place):
     title = "in the reading"
     quantity = "change of ln(top/base)"
     terms: ClassVar = {
-        0: ("gain", ""), 1: ("lead", "s"), -1: ("high pass", "rad/s"), "resonance": ("resonance of a sensor", ""),
+        0: ("change of ln gain", ""), 1: ("lead", "s"), -1: ("high pass", "Hz"),
+        "resonance": ("resonance of a sensor", ""),
     }  # fmt: skip
 
     def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:

@@ -21,7 +21,6 @@ class Sample(Place):
     name = "sample"
     title = "in the sample, all configurations alike"
     quantity = "change of ln E"
-    terms: ClassVar = {0: ("factor", "")}
 
     def factor(self, setting: Setting) -> Any:
         """Return what the law is multiplied by in a configuration: ln E per law."""
@@ -140,6 +139,7 @@ class SampleShape(Sample):
     name = "sample_shape"
     title = "in the sample, by its shape"
     quantity = "change of ln E by a free rim, over that of slow compression"
+    terms: ClassVar = {0: ("change of ln E over that by a free rim in slow compression", "")}
 
     @property
     def modelled(self) -> str:

@@ -44,8 +44,8 @@ class InFront(TubePlace):
     def surface(
         self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: ComplexArray
     ) -> ComplexArray:
-        """Return the reflection with the impedance in series."""
-        relative = values / self.scale((setting,), 1.0)
+        """Return the reflection with the impedance in series: that of the air before it is rho c over the cosine."""
+        relative = values * np.cos(np.deg2rad(setting.angle)) / self.scale((setting,), 1.0)
         return np.asarray((2 * reflection + relative * (1 - reflection)) / (2 + relative * (1 - reflection)))
 
 
@@ -60,7 +60,7 @@ class Behind(TubePlace):
     title = "behind the sample"
     quantity = "ln of the backing's reflection"
     passive_sign, passive_part = -1, "real"
-    terms: ClassVar = {0: ("factor of reflection", ""), 1: ("lead of the reflected wave", "s")}
+    terms: ClassVar = {1: ("lead of the reflected wave", "s")}
 
     @classmethod
     def instances(cls, settings: tuple[TubeSetting, ...]) -> list[TubePlace]:
@@ -86,7 +86,8 @@ class BesideTheSample(TubePlace):
     quantity = "admittance in parallel, over that of air"
     passive_sign, passive_part = 1, "real"
     terms: ClassVar = {
-        0: ("leak", ""), 1: ("compliance", "s"), -1: ("mass", "rad/s"), "resonance": ("resonator", ""),
+        0: ("leak", ""), 1: ("compliance times rho c", "s"), -1: ("rho c over a mass per area", "1/s"),
+        "resonance": ("resonator", ""),
     }  # fmt: skip
 
     def surface(
@@ -122,7 +123,6 @@ class LayerDensity(InLayer):
     title = "in a layer, by the density of the air in its pores"
     quantity = "change of ln density"
     passive_sign = -1
-    terms: ClassVar = {0: ("factor", "")}
 
     def departs_from(self, setting: TubeSetting, frequency: RealArray) -> ComplexArray | None:
         """Return ln of the nominal density."""
@@ -141,7 +141,6 @@ class LayerBulkModulus(InLayer):
     title = "in a layer, by the bulk modulus of the air in its pores"
     quantity = "change of ln bulk modulus"
     passive_sign = 1
-    terms: ClassVar = {0: ("factor", "")}
 
     def departs_from(self, setting: TubeSetting, frequency: RealArray) -> ComplexArray | None:
         """Return ln of the nominal bulk modulus."""
@@ -170,7 +169,6 @@ class LayerModulus(TubePlace):
     quantity = "change of ln E"
     detunes = True
     passive_sign = 1
-    terms: ClassVar = {0: ("factor", "")}
 
     @classmethod
     def instances(cls, settings: tuple[TubeSetting, ...]) -> list[Self]:
@@ -201,7 +199,7 @@ class TubeReading(TubePlace):
     name = "reading"
     title = "in the reading"
     quantity = "change of ln R"
-    terms: ClassVar = {0: ("gain", ""), 1: ("lead", "s")}
+    terms: ClassVar = {0: ("change of ln gain", ""), 1: ("lead", "s")}
 
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the reflection times ``exp(law)``."""
@@ -223,7 +221,7 @@ class OneMeasurement(TubePlace):
     name = "one_measurement"
     title = "in one measurement only"
     quantity = "change of ln R in that measurement"
-    terms: ClassVar = {0: ("gain", ""), 1: ("lead", "s")}
+    terms: ClassVar = {0: ("change of ln gain", ""), 1: ("lead", "s")}
 
     @classmethod
     def instances(cls, settings: tuple[TubeSetting, ...]) -> list[TubePlace]:
