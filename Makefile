@@ -1,5 +1,5 @@
 # `make fit` runs the main job on the embedded example, `make test` the tests, `make docs` makes the manual; each sets
-# up what it needs in .venv, and with it docs/schemas, by which editors check the examples.
+# up what it needs in .venv; the first two write docs/schemas, by which editors check the examples.
 # `make slow` runs the tests that `make test` leaves out: whole diagnoses and studies, as long again as the others.
 # `make core` tries every main command without any optional package, `make oldest` the tests with the oldest versions
 # that pyproject.toml allows: on Python 3.11, for which each of them has wheels.
@@ -20,9 +20,11 @@ export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: fit test slow core oldest machines lint bench docs clean
 fit: .venv/core
+	$(BIN)/multilayer schema --out docs/schemas
 	$(BIN)/multilayer fit examples/foam_b --out results/foam_b
 
 test: .venv/dev
+	$(BIN)/multilayer schema --out docs/schemas
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal -m "not slow" --durations=40 --durations-min=5
 
 slow: .venv/dev
@@ -56,7 +58,6 @@ docs: .venv/docs
 
 .venv/core: .venv/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable .
-	$(BIN)/multilayer schema --out docs/schemas
 	touch $@
 
 .venv/dev: .venv/core $(PLUGINS:=/pyproject.toml)

@@ -18,7 +18,7 @@ WHAT = {
     "three_layers": "the model of the two-plate rig as a stack",
     "virtual_rig": "a campaign on the virtual rig, with an accelerometer that nobody told",
     "foam_b": "a campaign: bursts of a foam between two plates, to fit and to diagnose",
-    "foam_tube": "an absorption measured in a tube, to fit a stack to",
+    "foam_tube": "a reflection coefficient measured in a tube, to fit a stack to",
     "raw_tube": "transfer functions of two microphones in a tube, to evaluate",
     "gallery": "scripts: the same from Python, with figures",
     "reproducing": "scripts: published figures, computed again",
@@ -38,7 +38,8 @@ def examples() -> dict[str, Path]:
     """
     folder = next((folder for folder in _FOLDERS if folder.is_dir()), None)
     if folder is None:
-        raise InputError(f"{_FOLDERS[0]}: there are no examples; install the package again: pip install multilayer")
+        text = "there are no examples; install the package again, from its repository: pip install ."
+        raise InputError(f"{_FOLDERS[0]}: {text}")
     return {name: folder / name if (folder / name).is_dir() else folder / f"{name}.yaml" for name in WHAT}
 
 

@@ -26,7 +26,8 @@ _UNIT = r"\s*([^-+0-9.\s].*)?$"  # any text that may be a unit: whether it is kn
 NUMBER_TEXT = rf"^\s*[-+]?{_DIGITS}"
 QUANTITY_TEXT = rf"{NUMBER_TEXT}{_UNIT}"
 UNSIGNED_TEXT = rf"^\s*\+?{_DIGITS}{_UNIT}"
-COMPLEX_TEXT = rf"{QUANTITY_TEXT}|{NUMBER_TEXT}\s*[-+]\s*[0-9.eE]*[-+]?[0-9]*[ij]|^\s*\(|^\s*[-+]?[0-9.eE]*[ij]"
+_REAL_FIRST = rf"^(?!\s*\(?\s*[-+]?({_DIGITS})?\s*[ij](?!\w))"  # 1e5+2e4j, not 2e4j+1e5
+COMPLEX_TEXT = rf"{_REAL_FIRST}({QUANTITY_TEXT}|{NUMBER_TEXT}\s*[-+]\s*[0-9.eE]*[-+]?[0-9]*[ij]|^\s*\()"
 
 
 @dataclass(frozen=True)

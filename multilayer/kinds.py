@@ -12,13 +12,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from multilayer.config.kinds import KEY, TITLES, kind_of_data, other_kind, taken
+from multilayer.config.kinds import KEY, OF_A_SIMULATION, TITLES, kind_of_data, other_kind, taken
 from multilayer.errors import InputError, Problem, suggest
 
 if TYPE_CHECKING:
     from multilayer.models import Model
 
 _CLOSE = 0.75  # least similarity of a misspelt key to the right one
+_SUFFIXES = (".yaml", ".yml", ".json")  # files of other names are YAML where they can be read as such
 FOLDER_FILES = ("tube.yaml", "fit.yaml", "campaign.yaml")
 """Read for a folder: the first of these that it holds."""
 
@@ -133,9 +134,9 @@ def _read_tube(source: Path) -> str:
 
 
 def _read_library(source: Path) -> str:
-    from multilayer.materials import load_library
+    from multilayer.materials import check_library
 
-    return _counted(len(load_library(source)), "material", "library")
+    return _counted(check_library(source), "material", "library")
 
 
 def _read_rig_law(source: Path) -> str:
@@ -194,13 +195,22 @@ def kind_of(source: Path) -> Kind:
         file = next((source / name for name in FOLDER_FILES if (source / name).is_file()), source / FOLDER_FILES[-1])
         if not file.is_file():
             raise InputError(Problem(f"holds none of {', '.join(FOLDER_FILES)}; name a file in it", file=source))
-    elif file.suffix not in (".yaml", ".yml") and file.exists():
-        raise InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
-    document = read_yaml(file, keep_problems=True)
+    is_named_so = file.suffix.lower() in _SUFFIXES
+    no_yaml = InputError(Problem("this is no YAML file; name one, or a folder with a campaign", file=file))
+    try:
+        document = read_yaml(file, keep_problems=True)
+    except InputError as error:
+        if is_named_so or error.problems[0].line is None:
+            raise
+        raise no_yaml from None
+    if not (is_named_so or isinstance(document.data, Mapping)):
+        raise no_yaml
     data = document.data if isinstance(document.data, Mapping) else {}
     if KEY in data and data[KEY] not in [*KINDS]:
         raise InputError(other_kind(document, data[KEY]))
     name = kind_of_data(data) or _nearest(data.keys() - {"version"})
+    if name == "stack" and not OF_A_SIMULATION.isdisjoint(data):
+        name = "simulation"  # which a stack file may hold, and `simulate` reads
     if not name:
         remedy = f"say it by 'kind:', one of {', '.join(KINDS)}"
         raise InputError(Problem(f"nothing in this file tells what it is; {remedy}", "", file, 1, 1))

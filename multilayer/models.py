@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
@@ -24,6 +24,8 @@ class Model(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True, defer_build=True
     )
+
+    also_written: ClassVar[tuple[str, ...]] = ()  # keys of files beside the fields, which are read before them
 
     @model_validator(mode="wrap")
     @classmethod
@@ -156,7 +158,7 @@ def _words(error: ErrorDetails, model: type[Model]) -> str:
     if words is None:
         return error["msg"]
     last = str(error["loc"][-1]) if error["loc"] else ""
-    suggestion = suggest(last, model.model_fields)
+    suggestion = suggest(last, {*model.model_fields, *model.also_written} - {last})
     return words.format_map({**context, "value": show(error["input"]), "suggestion": suggestion})
 
 
@@ -175,6 +177,18 @@ def mistake(kind: Any, place: tuple[str | int, ...], reason: str, value: Any) ->
         What was written.
     """
     return InitErrorDetails(type=PydanticCustomError(kind, "{reason}", {"reason": reason}), loc=place, input=value)
+
+
+def misspelt(place: tuple[str | int, ...], meant: str) -> InitErrorDetails:
+    """Return the mistake of a key that is no field, and another one was meant.
+
+    Parameters
+    ----------
+    place : tuple
+        Path into the data, the key its last.
+    meant : str
+    """
+    return mistake("extra_forbidden", place, f"there is no such field; did you mean '{meant}'?", place[-1])
 
 
 def as_mistakes(errors: Iterable[ErrorDetails]) -> list[InitErrorDetails]:

@@ -115,23 +115,40 @@ def _child(item: Any, token: str, where: str) -> Any:
     return getattr(item, token)
 
 
-def index_of(items: Sequence[Any], token: str, where: str) -> int:
-    """Return the position that a name or an index has in a list of models or mappings.
+def positions(items: Sequence[Any]) -> dict[str | int, int]:
+    """Return where models or mappings stand in a list, by what they may be called.
+
+    A number is a position; a text is a name and, where nothing has that name, a position.
+    """
+    known: dict[str | int, int] = {}
+    for i in range(len(items)):
+        known[i] = known[str(i)] = i
+    known.update((str(name), i) for i, item in enumerate(items) if (name := _name(item)) is not None)
+    return known
+
+
+def index_of(items: Sequence[Any], token: str | int, where: str) -> int:
+    """Return the position that a name or an index has in a list of models or mappings; see `positions`.
 
     Raises
     ------
     InputError
         When there is none, with the nearest name.
     """
-    for i in reversed(range(len(items))):
-        if (name := _name(items[i])) is not None and str(name) == token:
-            return i
-    if token.isdecimal() and token in (indices := [str(i) for i in range(len(items))]):
-        return indices.index(token)
-    names = {str(i): None for i in range(len(items))}
-    names |= {str(name): None for item in items if (name := _name(item)) is not None}
-    called = [name for name in names if not name.isdecimal()] or names
-    raise InputError(f"leads nowhere: there is no '{token}' in {where}; {suggest(token, called)}")
+    known = positions(items)
+    if token in known:
+        return known[token]
+    texts = [name for name in known if isinstance(name, str)]
+    remedy = suggest(str(token), [name for name in texts if not name.isdecimal()] or texts)
+    if dotted := next((name for name in texts if name.startswith(f"{token}.")), ""):
+        remedy = f"a path cannot hold the point in the name '{dotted}': write its index, {known[dotted]}"
+    raise InputError(f"leads nowhere: there is no '{token}' in {where}; {remedy}")
+
+
+def token_of(items: Sequence[Any], i: int) -> str:
+    """Return what stands for an item in a path: its name, or its index where it has none that a path can hold."""
+    name = _name(items[i])
+    return str(name) if name and "." not in str(name) else str(i)
 
 
 def _name(item: Any) -> Any:

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     Field,
@@ -24,7 +24,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from multilayer.arrays import Numeric
 from multilayer.bounds import CONTACTS, LAYERS
-from multilayer.config.kinds import OF_A_SIMULATION
+from multilayer.config.kinds import KEY, OF_A_SIMULATION
 from multilayer.config.validate import validate
 from multilayer.config.yaml12 import read_yaml
 from multilayer.errors import InputError, show, suggest
@@ -37,7 +37,7 @@ from multilayer.matrix.couplings import Contact
 from multilayer.media.gas import Gas, dry_air
 from multilayer.media.humid_air import humid_air
 from multilayer.models import InWords, Model, refuse
-from multilayer.paths import locate, with_values
+from multilayer.paths import locate, positions, with_values
 from multilayer.units import (
     DIMENSIONLESS,
     Density,
@@ -50,6 +50,7 @@ from multilayer.units import (
     asked_back,
 )
 
+_BEHIND = "termination"  # in contacts
 _COLDEST, _THINNEST = 180.0, 1e4  # K, Pa: air where hardly anybody measures
 _IN_KILOPASCAL = 200.0  # what is above is one atmosphere in hPa
 _ANOTHER_GAS = 0.03  # relative difference of its stiffness at rest and in pores: round numbers of air differ by 2 %
@@ -121,7 +122,10 @@ class FluidHalfSpace(Model):
 
 
 class LayerContact(Model):
-    """How two neighbours touch where it is not the default; each is a layer's name or index, or ``termination``."""
+    """How two neighbours touch where it is not the default; each is a layer's name or index, or ``termination``.
+
+    A number is an index; a text is a name and, where no layer has that name, an index.
+    """
 
     between: tuple[str | int, str | int]
     kind: Contact
@@ -149,6 +153,8 @@ class Stack(Model, metaclass=InWords):
 
     Read one with `load_stack`, change one with `replaced`.
     """
+
+    also_written: ClassVar[tuple[str, ...]] = (KEY, "library")
 
     version: Literal[1] = 1
     ambient: Ambient = Ambient()
@@ -179,25 +185,36 @@ class Stack(Model, metaclass=InWords):
 
     @model_validator(mode="after")
     def _names_and_contacts(self) -> Self:
-        refuse(self, [*self._names_twice(), *self._loose_contacts()])
+        refuse(self, [*self._unfit_names(), *self._unfit_contacts()])
         return self
 
-    def _names_twice(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
+    def _unfit_names(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
         seen = set[str]()
+        nameless = {str(i) for i, layer in enumerate(self.layers) if not layer.name}
         for i, layer in enumerate(self.layers):
             if (name := layer.name) is None:
                 continue
-            if name in seen:
-                yield ("layers", i, "name"), f"another layer is called '{name}' already; names must differ", name
+            place = ("layers", i, "name")
+            if name == _BEHIND:
+                yield place, f"'{name}' is what contacts call the wall behind; give the layer another name", name
+            elif name in nameless:
+                yield place, f"layer {name} has no name and goes by its index; give that one a name, too", name
+            elif name in seen:
+                yield place, f"another layer is called '{name}' already; names must differ", name
             seen.add(name)
 
-    def _loose_contacts(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
-        indices = self._indices()
+    def _unfit_contacts(self) -> Iterator[tuple[tuple[str | int, ...], str, Any]]:
+        known, taken = positions(self.layers), dict[int, int]()
         for i, contact in enumerate(self.contacts):
             try:
-                self._place(contact, indices)
+                place = self._place(contact, known)
             except InputError as error:
                 yield ("contacts", i, "between"), str(error), contact.between
+                continue
+            if taken.setdefault(place, i) != i:
+                front, back = contact.between
+                text = f"{front} and {back} have a contact already, in contacts.{taken[place]}; keep one of the two"
+                yield ("contacts", i), text, contact.between
 
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Give path and text of values that are allowed, and hardly ever meant."""
@@ -230,17 +247,12 @@ class Stack(Model, metaclass=InWords):
         InputError
             When there is no such layer.
         """
-        return _found(key, self._indices())
+        return _found(key, positions(self.layers))
 
-    def _indices(self) -> dict[str, int]:
-        """Return the positions of the layers by name, and by index as text."""
-        names = {layer.name or str(i): i for i, layer in enumerate(self.layers)}
-        return names | {str(i): i for i in range(len(self.layers))}
-
-    def _place(self, contact: LayerContact, indices: Mapping[str, int]) -> int:
+    def _place(self, contact: LayerContact, known: Mapping[str | int, int]) -> int:
         """Return the index of a contact's interface; 1 lies behind the first layer."""
         n = len(self.layers)
-        ends = sorted(n if end == "termination" else _found(end, indices) for end in contact.between)
+        ends = sorted(n if end == _BEHIND else _found(end, known) for end in contact.between)
         if ends[1] - ends[0] != 1:
             raise InputError(f"{contact.between[0]} and {contact.between[1]} are no neighbours")
         return ends[1]
@@ -249,9 +261,9 @@ class Stack(Model, metaclass=InWords):
     def interfaces(self) -> tuple[Contact, ...]:
         """Contact at every interface: excitation to first layer, between layers, last layer to termination."""
         kinds: list[Contact] = ["bonded"] * (len(self.layers) + 1)
-        indices = self._indices()
+        known = positions(self.layers)
         for contact in self.contacts:
-            kinds[self._place(contact, indices)] = contact.kind
+            kinds[self._place(contact, known)] = contact.kind
         return tuple(kinds)
 
     @property
@@ -300,10 +312,10 @@ class Stack(Model, metaclass=InWords):
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
-def _found(key: str | int, indices: Mapping[str, int]) -> int:
-    if str(key) not in indices:
-        raise InputError(f"there is no layer {show(str(key))}; {suggest(str(key), indices)}")
-    return indices[str(key)]
+def _found(key: str | int, known: Mapping[str | int, int]) -> int:
+    if key not in known:
+        raise InputError(f"there is no layer {show(str(key))}; {suggest(str(key), {str(name) for name in known})}")
+    return known[key]
 
 
 def load_stack(path: str | Path) -> Stack:

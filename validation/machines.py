@@ -54,6 +54,10 @@ Made by `make -s machines`: each case is diagnosed as it is, and again with othe
 NumPy, with two threads, in two processes, and with the data multiplied by 1 + {NOISE:g} noise. *same*: verdict, group
 and first experiment are, and the sizes of the effects named within {SAME:g} of themselves or of the width of their 90 %
 interval. The last column is the time of the first run, s.
+
+What is compared is whether machines agree. What a case *says* is by the rules of the day on which the page was
+made; verdicts by today's rules stand on the pages of [places](places.md) and of
+[measured tubes](diagnosis_tubes.md).
 """
 SHORT = ("as it is", "Nehalem, no AVX2", "noise 1e-12")
 SHORT_CASES = ("foam_b", "draw 149 of 7", "tube rear_air_gap")

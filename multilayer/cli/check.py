@@ -42,7 +42,8 @@ def check(
         return
     for one in checked:
         if not one.problems:
-            typer.echo(f"{one.file}: a {one.summary} without mistakes")
+            article = "an" if one.summary.startswith("o") else "a"  # an optimisation
+            typer.echo(f"{one.file}: {article} {one.summary} without mistakes")
     if problems := [problem for one in checked for problem in one.problems]:
         raise InputError(problems)
 

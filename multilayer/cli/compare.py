@@ -46,11 +46,12 @@ def compare(
     are sought leaves them out, and all else is written. Exit status: 0 done, whatever the misfit, 2 the input cannot be
     used (nothing is written), 130 stopped.
 
-    Example: multilayer compare examples/foam_absorption.yaml tube.csv
+    Example: multilayer compare examples/foam_tube/truth.yaml examples/foam_tube/tube.csv
     """
     from multilayer.cli.plugin_commands import STOPPED
     from multilayer.cli.progress import progress_bar
     from multilayer.cli.warned import tell
+    from multilayer.config.validate import placed_in
     from multilayer.executors import executor_for
     from multilayer.report.simulation import comparison_report
     from multilayer.simulation.closest_values import TOLD, fields_sought
@@ -62,10 +63,14 @@ def compare(
 
     simulation = load_simulation(file)
     spectra = read_measured(measured, known_quantity(quantity))
-    planned = plan(simulation, file.stem, spectra.grid(simulation.frequency))
-    refuse_not_predicted(spectra, planned)
+    with placed_in(measured):
+        grid = spectra.grid(simulation.frequency)
+    with placed_in(file):
+        planned = plan(simulation, file.stem, grid)
+        refuse_not_predicted(spectra, planned)
     folder = folder_for(out, file.stem)
-    comparison = compared(spectra, run_plan(planned, jobs, cluster))
+    with placed_in(file):
+        comparison = compared(spectra, run_plan(planned, jobs, cluster))
     tasks = searches(comparison, planned) if closest else {}
     steps = sum(len(fields_sought(task)) + TOLD for task in tasks.values())
     stopped = False

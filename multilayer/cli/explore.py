@@ -53,7 +53,7 @@ def explore(
 
     Example: multilayer explore examples/foam_tube
 
-    Example: multilayer explore results/diagnosis
+    Example: multilayer explore results/foam_b-diagnosis
     """
     from multilayer.cli.loudness import LOUDNESS
     from multilayer.explore.server import Server

@@ -40,7 +40,9 @@ def fit(
             autocompletion=completion.fitted_laws,
         ),
     ] = None,
-    elements: Annotated[int | None, typer.Option(help="Branches of laws that have them, as maxwell.")] = None,
+    elements: Annotated[
+        int | None, typer.Option(min=1, help="Branches of maxwell, frequencies of free_form, at least 1.")
+    ] = None,
     posterior: Annotated[
         str | None,
         typer.Option(
@@ -78,10 +80,11 @@ def fit(
 
     Or, of a stack-fit file, fields of stacks from tube, transmission, vibration and modulus data.
 
-    Writes moduli.csv, fit.json (joint.json), report.html and figures; of several campaigns each into a folder of its
-    own, as soon as it is done, and a summary. Exit status: 0 all accepted, 1 some have no accepted solution or cannot
-    be fitted (everything else is written all the same), 2 the input cannot be used (nothing is written), 130 stopped by
-    Ctrl-C (what is done stays).
+    Writes moduli.csv, fit.json (joint.json), report.html and figures. Of several campaigns, a mistake in the input of
+    one is told and nothing is fitted; then each is written into a folder of its own, as soon as it is done, and a
+    summary, which has those whose fit failed, too, with the reason. Exit status: 0 all accepted, 1 some have no
+    accepted solution or cannot be fitted (everything else is written all the same), 2 the input cannot be used (nothing
+    is written), 130 stopped by Ctrl-C (what is done stays).
 
     Example: multilayer fit examples/foam_b --out results/foam_b
 

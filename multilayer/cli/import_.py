@@ -20,7 +20,10 @@ _MOST_TOLD = 10
 
 def import_campaign(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILES...", help="Recordings: .tdms .uff .wav .mat .h5 .csv .txt .npz")
+        list[Path],
+        typer.Argument(
+            metavar="FILES...", help="Recordings: .tdms .uff .unv .wav .mat .h5 .hdf5 .csv .txt .npz, and of plugins"
+        ),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="CAMPAIGN", help="Folder of the campaign, not there yet.")],
     base: Annotated[

@@ -64,12 +64,14 @@ def materials(
 
 def _from_table(table: Path, names: list[str] | None, out: Path | None, *, as_json: bool) -> None:
     from multilayer.errors import InputError
-    from multilayer.exchange.materials import read_materials
+    from multilayer.exchange.materials import read_materials, refuse_library_of_others
     from multilayer.report.materials import materials_report
     from multilayer.writing.folders import write_file
 
     if out is not None and out.suffix.lower() not in (".yaml", ".yml"):
         raise InputError(f"{out}: a library is a YAML file; call it {out.with_suffix('.yaml').name}")
+    if out is not None:
+        refuse_library_of_others(out)
     imported = read_materials(table)
     if out is not None:
         write_file(out, imported.library)

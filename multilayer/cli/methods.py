@@ -108,7 +108,7 @@ def _list(as_json: bool) -> None:
             "method": name,
             "summary": kind.summary,
             "reads": kind.reads,
-            "options": [f"--{option}" for option in kind.options()],
+            "options": [kind.written(option) for option in kind.options()],
         }
         for name, kind in METHODS.working()
     ]

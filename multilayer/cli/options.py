@@ -80,8 +80,11 @@ def folder_for(out: Path | None, name: str) -> Path:
     ------
     InputError
     """
+    from multilayer.errors import InputError
     from multilayer.writing.folders import claim_folder
 
+    if out is None and name in (".", ".."):  # of files such as '...yaml'
+        raise InputError(f"results/{name} is no folder of its own; say --out DIR, or rename the file")
     folder = out or Path("results") / name
     claim_folder(folder)
     return folder

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multilayer.cli.options import folder_for
+
 if TYPE_CHECKING:
     from multilayer.rig.file import RigFile
     from multilayer.rig.synthesis import Measured, SyntheticCampaign, Task
@@ -39,11 +41,9 @@ def rig(
     from multilayer.json_text import json_text
     from multilayer.rig.file import load_rig
     from multilayer.rig.writer import refuse_foreign, write_campaign
-    from multilayer.writing.folders import claim_folder
 
     settings = load_rig(file)
-    folder = out or Path("results") / file.stem
-    claim_folder(folder)
+    folder = folder_for(out, file.stem)
     refuse_foreign(folder)
     made = _make(file, settings, seed, jobs)
     truth = write_campaign(made, folder, quiet=quiet_truth)

@@ -26,8 +26,8 @@ def schema(
 ) -> None:
     """Print the JSON Schema of a kind of file, by which editors complete and check it; plugins included.
 
-    An editor with a YAML language server takes it from the first line of a file:
-    # yaml-language-server: $schema=schemas/stack.json
+    An editor with a YAML language server takes it from the first line of a file, a comment:
+    `# yaml-language-server: $schema=schemas/stack.json`
 
     Example: multilayer schema stack
 

@@ -14,7 +14,8 @@ from pydantic import ValidationError
 from multilayer.bounds import YAML_NAMES
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.errors import InputError, PlausibilityWarning, Problem, show
-from multilayer.layers.base import LAYERS
+from multilayer.files import is_file
+from multilayer.layers.base import LAYERS, layer_type
 from multilayer.measurements.tables import Header, Table, read_text_table
 from multilayer.units import field_unit, parse_quantity
 from multilayer.writing.manifest import note_input
@@ -23,6 +24,7 @@ _THICKNESS = 0.05  # m; a library's material has none, and a layer to be checked
 _HEAVIEST = 2e4  # kg/m3, of a frame's material: beyond all but gold and platinum
 _TEXTS = ("source", "note", "model", "type")
 _SOLID_DENSITY, _SHEAR = "solid_density", "shear_modulus"
+_MADE = "# Made by `multilayer materials --from`\n"  # ahead of a library
 _UNITS_OF_OTHERS = {_SOLID_DENSITY: "kg/m^3", _SHEAR: "Pa"}
 
 NAMES: dict[str, tuple[str, ...]] = {
@@ -85,9 +87,32 @@ class Imported:
     @property
     def library(self) -> str:
         """The text of a library file."""
-        return dump_yaml(
-            {"kind": "library", "version": 1, "materials": {k: dict(v) for k, v in self.materials.items()}}
-        )
+        data = {"kind": "library", "version": 1, "materials": {k: dict(v) for k, v in self.materials.items()}}
+        return f"{_MADE}{dump_yaml(data)}"
+
+
+def refuse_library_of_others(file: Path) -> None:
+    """Refuse to replace a library that was not made of a table.
+
+    Parameters
+    ----------
+    file : Path
+        Where a library is to be written.
+
+    Raises
+    ------
+    InputError
+    """
+    if not is_file(file):
+        return
+    try:
+        with file.open("rb") as stream:
+            is_made = stream.read(len(_MADE)) == _MADE.encode()
+    except OSError:
+        is_made = False
+    if not is_made:
+        text = "there is such a file already, and it was not made of a table; choose another --out, or remove it first"
+        raise InputError(f"{file}: {text}")
 
 
 def read_materials(path: Path | str) -> Imported:
@@ -240,18 +265,18 @@ class _Row:
 
     def _check(self, fields: Mapping[str, Any]) -> None:
         """Validate the fields as a layer's."""
-        kind = fields["type"]
-        if kind not in LAYERS:
-            self.problem("type", f"there is no layer type {show(kind)}")
+        try:
+            kind = layer_type(fields["type"])
+        except InputError as error:
+            self.problem("type", str(error))
             return
-        layer_type = LAYERS[kind]
         of_layer = {key: value for key, value in fields.items() if key not in ("source", "note")}
-        taken = layer_type.fields_taken(of_layer)
+        taken = kind.fields_taken(of_layer)
         tried = {key: value for key, value in of_layer.items() if key in taken}
-        if "thickness" in layer_type.model_fields:
+        if "thickness" in kind.model_fields:
             tried["thickness"] = _THICKNESS
         try:
-            layer = layer_type.model_validate(tried)
+            layer = kind.model_validate(tried)
         except ValidationError as error:
             for details in error.errors(include_url=False):
                 key = str(details["loc"][0]) if details["loc"] else ""

@@ -178,7 +178,7 @@ def _place(layers: Sequence[Any], end: Any, n: int) -> int | None:
     if end == "termination":
         return n
     try:
-        return index_of(layers, str(end), "layers")
+        return index_of(layers, end if isinstance(end, int) else str(end), "layers")
     except InputError:
         return None
 

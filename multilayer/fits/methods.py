@@ -61,6 +61,11 @@ class Method(ABC, Generic[J]):
         """Return the names of the command line's options that it takes."""
         return (*cls.of_settings, *(field.name for field in fields(cls)))
 
+    @staticmethod
+    def written(option: str) -> str:
+        """Return an option as the command line has it: ``given`` is ``--with`` there, a word of Python itself."""
+        return "--with" if option == "given" else f"--{option}"
+
     @classmethod
     def with_options(cls, options: Mapping[str, Any]) -> Self:
         """Return it with those of the options that it takes and that are given, not None."""

@@ -106,7 +106,7 @@ class FitTask:
             if name not in kind.options():
                 takers = [other for other, method in METHODS.working() if name in method.options()]
                 remedy = "add --joint" if set(takers) <= {JOINT, STACKS} else "choose another --method"
-                text = f"--{'with' if name == 'given' else name} is of {' and '.join(takers)}, not of {kind.name}"
+                text = f"{kind.written(name)} is of {' and '.join(takers)}, not of {kind.name}"
                 raise InputError(f"{text}; {remedy}, or leave it out")
         return kind.with_options(self.options)
 

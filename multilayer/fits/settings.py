@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -11,6 +12,7 @@ from multilayer.errors import suggest
 from multilayer.experiments.two_plate.settings import RigSettings
 from multilayer.fits.methods import LEAST_SQUARES, METHODS, NELDER_MEAD
 from multilayer.json_schema import Written
+from multilayer.measurements.implausible import implausible_fields
 from multilayer.models import Model, refuse
 from multilayer.registry import RegistryError
 from multilayer.units import Duration, Frequency, Positive, Pressure, Ratio, Unit
@@ -132,6 +134,12 @@ class FitSettings(RigSettings):
                 mistakes.append((("termination",), "the finite model has no air above; leave it out", "ambient"))
         refuse(self, mistakes)
         return self
+
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        for field, text in self.ambient.implausible():
+            yield ("ambient", field), text
+        yield from implausible_fields(self)
 
     @property
     def open_rim(self) -> bool:

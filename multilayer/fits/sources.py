@@ -18,7 +18,7 @@ from multilayer.files import exists
 from multilayer.fits.methods import METHODS
 from multilayer.fits.settings import FitSettings, RigModel
 from multilayer.measurements.campaign import campaign_file, load_calibration, load_campaign, load_recordings
-from multilayer.measurements.description import Campaign
+from multilayer.measurements.description import FILE_NAME, Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
@@ -156,7 +156,11 @@ class Source:
         if not exists(path):
             text = f"there is no {path}; the path is relative to this file"
             raise InputError(Problem(text, field, file, *self.document.position((field,))))
-        return path
+        try:
+            return campaign_file(path)
+        except InputError as error:
+            place = self.document.position((field,))
+            raise InputError(Problem(str(error), field, file, *place)) from None
 
 
 def open_source(path: Path) -> Source:
@@ -175,10 +179,13 @@ def open_source(path: Path) -> Source:
     if not exists(path):
         raise InputError(f"{path}: there is no such file or folder; name a folder, or a stack, campaign or fit file")
     if path.is_dir() and not (path / FIT_FILE).is_file():
+        if not (path / FILE_NAME).is_file():
+            raise InputError(Problem(f"holds no {FILE_NAME} and no {FIT_FILE}; name a folder that does", file=path))
         return Source(path, read_yaml(campaign_file(path), keep_problems=True), "campaign")
     file = path / FIT_FILE if path.is_dir() else path
-    if file.suffix not in (".yaml", ".yml"):
-        raise InputError(f"{file}: this is no YAML file; name a campaign folder, its campaign.yaml, or a fit file")
+    if file.suffix.lower() not in (".yaml", ".yml"):
+        text = "this is no YAML file; name the stack, campaign or fit file that refers to it, or a campaign's folder"
+        raise InputError(f"{file}: {text}")
     document = read_yaml(file, keep_problems=True)
     return Source(path, document, kind_of_data(document.data))
 

@@ -14,44 +14,82 @@ A library file is YAML::
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, ValidationError
+from pydantic import AfterValidator, ValidationError, ValidationInfo
+from pydantic_core import InitErrorDetails
 
+from multilayer.config.kinds import KEY
 from multilayer.config.validate import read
 from multilayer.errors import InputError, suggest
-from multilayer.layers.base import LAYERS
-from multilayer.models import Model, mistake
+from multilayer.layers.base import LAYERS, layer_type
+from multilayer.models import Model, as_mistakes, mistake
 
 BUILT_IN = Path(__file__).with_name("library.yaml")
 TEXTS = ("source", "note")  # for the reader; no fields of a layer
 _OTHER = {*TEXTS, "type"}
 
 
-def _known_fields() -> set[str]:
+def known_fields() -> set[str]:
     """Return the fields of all layer types, a plugin that does not load left out."""
     return {field for _, kind in LAYERS.working() for field in kind.model_fields} - {"name"}
 
 
 def _check_names(material: dict[str, Any]) -> dict[str, Any]:
-    known = _known_fields() | _OTHER
-    problems = [
-        mistake("extra_forbidden", (name,), f"no layer has such a field; {suggest(name, known)}", value)
-        for name, value in material.items()
-        if name not in known
-    ]
+    return _sound(material, _wrong_names(material))
+
+
+def _check_values(material: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    return _sound(material, [*_wrong_names(material), *_wrong_values(material, info.context)])
+
+
+def _sound(material: dict[str, Any], problems: list[InitErrorDetails]) -> dict[str, Any]:
     if problems:
         raise ValidationError.from_exception_data("material", problems)
     return material
 
 
+def _wrong_names(material: Mapping[str, Any]) -> list[InitErrorDetails]:
+    known = known_fields() | _OTHER
+    return [
+        mistake("extra_forbidden", (name,), f"no layer has such a field; {suggest(name, known)}", value)
+        for name, value in material.items()
+        if name not in known
+    ]
+
+
+def _wrong_values(material: Mapping[str, Any], context: Any) -> list[InitErrorDetails]:
+    """Return what does not fit the fields of the material's type; a layer may give what is missing, and its type."""
+    if "type" not in material:
+        return []
+    try:
+        kind = layer_type(material["type"])
+    except InputError as error:
+        return [mistake("input", ("type",), str(error), material["type"])]
+    taken = kind.fields_taken(material)
+    try:
+        kind.model_validate({name: value for name, value in material.items() if name in taken}, context=context)
+    except ValidationError as error:
+        return as_mistakes(one for one in error.errors(include_url=False) if one["loc"] and one["loc"][0] in material)
+    return []
+
+
 class Library(Model):
     """The contents of a library file."""
 
+    also_written: ClassVar[tuple[str, ...]] = (KEY,)
+
     version: Literal[1] = 1
     materials: dict[str, Annotated[dict[str, Any], AfterValidator(_check_names)]]
+
+
+class _CheckedLibrary(Library):
+    """A library whose values are checked, too, those of materials that nobody asks for among them."""
+
+    materials: dict[str, Annotated[dict[str, Any], AfterValidator(_check_values)]]
 
 
 def load_library(path: str | Path | None = None) -> dict[str, dict[str, Any]]:
@@ -65,14 +103,44 @@ def load_library(path: str | Path | None = None) -> dict[str, dict[str, Any]]:
     Returns
     -------
     dict
-        Fields by the material's name, as they stand in the file.
+        Fields by the material's name, as they stand in the file; files that they name are looked for beside it.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the file, each with its line and column; values are left to the layers made of them.
+    """
+    file = BUILT_IN if path is None else Path(path)
+    materials = read(file, Library, "library").materials
+    return {name: _with_files_in(file.absolute().parent, fields) for name, fields in materials.items()}
+
+
+def _with_files_in(folder: Path, written: Any) -> Any:
+    """Return what stands in a material, the files that it names by whole paths."""
+    if isinstance(written, list):
+        return [_with_files_in(folder, value) for value in written]
+    if not isinstance(written, dict):
+        return written
+    return {
+        key: str(folder / value) if key == "file" and isinstance(value, str) else _with_files_in(folder, value)
+        for key, value in written.items()
+    }
+
+
+def check_library(path: str | Path) -> int:
+    """Read a library of materials, each value as the field of the material's type, and return how many there are.
+
+    Parameters
+    ----------
+    path : path
 
     Raises
     ------
     InputError
         With every mistake in the file, each with its line and column.
     """
-    return read(BUILT_IN if path is None else Path(path), Library, "library").materials
+    file = Path(path)
+    return len(read(file, _CheckedLibrary, "library", {"folder": file.parent}).materials)
 
 
 def material(name: str, user_library: str | Path | None = None) -> dict[str, Any]:
@@ -117,4 +185,4 @@ def _nearest(name: str, names: list[str]) -> str:
     return f"did you mean {' or '.join(repr(known) for known in holding)}?" if holding else suggest(name, names)
 
 
-__all__ = ["BUILT_IN", "Library", "find_material", "load_library", "material"]
+__all__ = ["BUILT_IN", "Library", "check_library", "find_material", "known_fields", "load_library", "material"]

@@ -72,7 +72,7 @@ def campaign_file(path: Path) -> Path:
     if not path.is_dir():
         return path
     if not (path / FILE_NAME).is_file():
-        raise InputError(Problem(f"there is no {FILE_NAME} in this folder", file=path))
+        raise InputError(Problem(f"holds no {FILE_NAME}; name a folder that does", file=path))
     return path / FILE_NAME
 
 

@@ -13,7 +13,7 @@ from multilayer.arrays import RealArray
 from multilayer.bounds import CHANNELS
 from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.readers import Reader
-from multilayer.measurements.tables import name_and_unit, read_text_table
+from multilayer.measurements.tables import name_and_unit, other_width, read_text_table
 from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
 from multilayer.signals.channels import Channel, Channels, rate_of_step
 from multilayer.units import parse_quantity
@@ -98,7 +98,7 @@ def _table(lines: Sequence[Line], layout: Layout, n_columns: int, file: Path) ->
     for row, (number, line) in zip(table, lines, strict=True):
         cells = layout.cells(line)
         if len(cells) != n_columns:
-            raise _error(file, f"has {len(cells)} cells where {n_columns} columns are named", number)
+            raise _error(file, other_width(len(cells), n_columns), number)
         row[:kept] = [_number(cell, layout, file, number) for cell in cells[:kept]]
     return table
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr, model_validator
 
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.implausible import implausible_fields
 from multilayer.models import Model, refuse
 from multilayer.units import (
     Acceleration,
@@ -162,6 +163,10 @@ class Campaign(Description):
         lists = [(("configurations", i), c.bursts) for i, c in enumerate(self.configurations)]
         refuse(self, [*names, *_too_fast(self.sampling_rate, lists)])
         return self
+
+    def implausible(self) -> Iterator[tuple[DataPath, str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        yield from implausible_fields(self)
 
     def configuration(self, name: str) -> Configuration:
         """Return the configuration of that name.

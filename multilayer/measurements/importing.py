@@ -108,6 +108,7 @@ def make_campaign(
 
 
 def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
+    from multilayer.signals.calibration import calibrate
     from multilayer.signals.disturbance import without_disturbances
     from multilayer.signals.quality import check_configuration
 
@@ -126,6 +127,8 @@ def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
         raise InputError(
             [*unfit, "bursts can be left out: --frequencies names those to take, as --frequencies 200,300"]
         )
+    if together:
+        calibrate(recordings, cycles=cycles)  # refuses what shows no common motion
 
 
 def _level(bursts: Sequence[CutBurst], cycles: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, show, suggest
 from multilayer.models import Model
-from multilayer.paths import index_of, locate, value_at, with_entry
+from multilayer.paths import index_of, locate, token_of, value_at, with_entry
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.sweep import value_mistakes
 from multilayer.stack import Stack
@@ -260,7 +260,7 @@ class Space:
         i = index_of(layers, token, "layers")
         if i not in places:
             return None
-        path = ".".join(["layers", str(places.index(i)), *rest])
+        path = ".".join(["layers", token_of(simulation.stack.layers, places.index(i)), *rest])
         try:
             locate(simulation, path)
         except InputError:
@@ -272,7 +272,7 @@ class Space:
         """Give the contacts of layers that are still neighbours."""
         for contact in contacts:
             ends = [
-                len(places) if end == "termination" else _place(index_of(layers, str(end), "layers"), places)
+                len(places) if end == "termination" else _place(index_of(layers, end, "layers"), places)
                 for end in contact["between"]
             ]
             if None not in ends and abs(ends[0] - ends[1]) == 1:
@@ -329,7 +329,7 @@ def _layers_named(place: tuple[str, ...], entry: Any, data: Any, mistakes: list[
     seen = set[int]()
     for k, name in enumerate(entry):
         try:
-            i = index_of(data["layers"], str(name), "layers")
+            i = index_of(data["layers"], name if isinstance(name, int) else str(name), "layers")
         except InputError as error:
             mistakes.append(((*place, k), str(error), name))
             continue

@@ -23,7 +23,7 @@ from multilayer.layers.base import Layer
 from multilayer.matrix.adjoint import solve_with_adjoint
 from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
 from multilayer.matrix.wave import Wave
-from multilayer.paths import Located, locate, value_at, with_values
+from multilayer.paths import Located, index_of, locate, token_of, value_at, with_values
 from multilayer.response.base_motion import velocity_of_top
 from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
 from multilayer.stack import Stack
@@ -98,7 +98,8 @@ class Variations:
     @cached_property
     def _found(self) -> list[tuple[int, Located]]:
         """The layer of each field, and the field."""
-        return [(self.stack.index(path.split(".")[1]), locate(self.stack, path)) for path in self.fields]
+        layers = self.stack.layers
+        return [(index_of(layers, path.split(".")[1], "layers"), locate(self.stack, path)) for path in self.fields]
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +262,7 @@ def _every(item: Any, path: tuple[str, ...]) -> Iterator[str]:
     """Give the paths of all quantities inside that are real numbers; layers go by their names."""
     if isinstance(item, tuple):
         for i, inner in enumerate(item):
-            yield from _every(inner, (*path, getattr(inner, "name", None) or str(i)))
+            yield from _every(inner, (*path, token_of(item, i)))
     elif isinstance(item, BaseModel):
         for name, info in type(item).model_fields.items():
             value = getattr(item, name)

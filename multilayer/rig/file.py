@@ -12,6 +12,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from multilayer.config.validate import read
 from multilayer.measurements.description import BurstShape, Uncertainty
+from multilayer.measurements.implausible import implausible_fields
 from multilayer.models import NO_BOOL, Model, refuse, refuse_unknown_keys
 from multilayer.rig.effect_base import Mistake, Mounting, Surroundings
 from multilayer.rig.effects import EFFECTS, EffectField
@@ -128,6 +129,10 @@ class RigFile(Model):
         refuse(self, [*self._idle_fields(), *self._effect_mistakes(), *self._ringing()])
         return self
 
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        yield from implausible_fields(self)
+
     @property
     def burst_frequencies(self) -> tuple[float, ...]:
         """Of every configuration, Hz, in the order of measurement."""
@@ -215,7 +220,11 @@ class RigFile(Model):
 
     def _ringing(self) -> Iterator[Mistake]:
         seconds = max(self._ring_down(mounting) for mounting in self.mountings)
-        if seconds > LONGEST_TAIL:
+        if seconds <= LONGEST_TAIL:
+            return
+        asked = [(path, text, None) for path, text in self.implausible()]
+        yield from asked
+        if not asked:
             text = f"a sample of so little loss rings for {seconds:.3g} s after a burst, more than {LONGEST_TAIL:g} s"
             yield ("specimen", "young_modulus"), f"{text}; give it a larger loss factor", None
 

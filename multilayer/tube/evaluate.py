@@ -75,7 +75,7 @@ class TubeResult:
         return (self.frequency >= self.working_range.low) & (self.frequency <= self.working_range.high)
 
     def tables(self) -> dict[str, str]:
-        """Return CSV files by name, which `simulate`, `compare`, `fit` and `diagnose` take as measured data."""
+        """Return CSV files by name, which `compare`, `fit`, `diagnose` and `explore --measured` take as measured."""
         head = {"frequency_hz": self.frequency, "in_range": self.in_range}
         more = {} if self.coherence is None else {"coherence": self.coherence}
         files = {f"{name}.csv": _csv({**head, **columns_of(dict(s)), **more}) for name, s in self.spectra.items()}

@@ -9,8 +9,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from multilayer.config.validate import validate
-from multilayer.config.yaml12 import read_yaml
+from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.errors import InputError, Problem, show
+from multilayer.files import exists
+from multilayer.measurements.leaves import leaves
 from multilayer.models import Model, refuse
 from multilayer.stack import Ambient
 from multilayer.units import Duration, Frequency, Length, Unit, asked_back
@@ -239,7 +241,7 @@ def tube_file(source: Path) -> Path:
 
 
 def load_tube(path: Path) -> TwoMicrophones | FourMicrophones:
-    """Read a tube file; its data are not looked at yet.
+    """Read a tube file; of its data only whether they are there.
 
     Raises
     ------
@@ -248,8 +250,19 @@ def load_tube(path: Path) -> TwoMicrophones | FourMicrophones:
     """
     document = read_yaml(path, keep_problems=True)
     data = document.data
-    method = data.get("method") if isinstance(data, dict) else None
+    method = data.get("method") if isinstance(data, dict) else "two_microphones"  # whatever it lacks, `validate` says
     if not isinstance(method, str) or method not in _MODELS:
         message = f"{show(method)} is not allowed; allowed: {_METHODS}"
         raise InputError(Problem(message, "method", path, *document.position(("method",))))
-    return validate(document, _MODELS[method], "tube")
+    file = validate(document, _MODELS[method], "tube")
+    if gone := list(_gone(file, document)):
+        raise InputError(gone)
+    return file
+
+
+def _gone(file: TubeFile, document: Document) -> Iterator[Problem]:
+    """Give a problem for every file of data that is not there."""
+    for path, named in leaves(file):
+        if isinstance(named, Path) and not exists(there := document.file.parent / named):
+            text = f"{there}: there is no such file; the path is relative to this file"
+            yield Problem(text, ".".join(map(str, path)), document.file, *document.position(path))

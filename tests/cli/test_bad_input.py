@@ -284,7 +284,14 @@ class TestFit:
         assert_refused(run("fit", gone, "--out", out), f"{gone}: there is no such file or folder; name a folder")
 
     def test_folder_without_a_campaign(self, tmp_path, out):
-        assert_refused(run("fit", tmp_path, "--out", out), f"{tmp_path}: there is no campaign.yaml in this folder")
+        assert_refused(run("fit", tmp_path, "--out", out), f"{tmp_path}: holds no campaign.yaml and no fit.yaml; name")
+
+    def test_fit_file_in_a_folder_without_a_campaign(self, tmp_path, out):
+        file = tmp_path / "fit.yaml"
+        file.write_text("version: 1\nmodel: finite\ncampaign: .\n")
+        text = f"{file}:3:11: campaign: {tmp_path}: holds no campaign.yaml; name a folder that does"
+        assert_refused(run("fit", file, "--out", out), text)
+        assert_refused(run("fit", tmp_path, "--out", out), text)
 
     def test_campaign_of_the_fit_file_is_missing(self, campaign, out):
         (campaign / "fit.yaml").write_text("version: 1\ncampaign: elsewhere\n")

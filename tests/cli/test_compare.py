@@ -245,7 +245,8 @@ class TestForms:
         assert done.status == 2
         assert f"112 Hz is no centre among those of {width}, or stands twice" in done.err
         twice = measured(table("frequency_hz, transmission_loss_db", [125.0, 500.0, 500.0], losses[:3]), "twice.csv")
-        assert "twice: 500 Hz is no centre" in run("compare", file, twice, "--out", tmp_path / "four").err
+        told = run("compare", file, twice, "--out", tmp_path / "four").err
+        assert told.startswith(f"{twice}: twice: 500 Hz is no centre")
 
     def test_tolerances_and_cases(self, foam, measured, wave, tmp_path):
         foam.write_text(
@@ -287,6 +288,20 @@ BAD = {
     "header only": ("f_hz, absorption\n", "holds no values below its header"),
     "no number": ("f_hz, absorption\n100, 0.5\n200, much\n", "tube.csv:3: 'much' is no number"),
     "decimal comma": ("f_hz; absorption\n100.0; 0,5\n", "'0,5' is no number; write decimals with a point"),
+    "decimal comma between commas": (
+        "f [Hz],alpha\n250,1\n500,0,31\n",
+        "tube.csv:3: has 3 cells where 2 columns are named; decimals have a point where commas separate columns",
+    ),
+    "more cells than names": ("f_hz, alpha,\n500, 0.3, 1\n", "tube.csv:2: has 3 cells where 2 columns are named"),
+    "point between thousands": (
+        "f [Hz];alpha\n500;0,31\n1.000;0,62\n",
+        "tube.csv:2: '0,31' is no number; write decimals with a point, as '1.000' in line 3 has one; a point between "
+        "thousands must go",
+    ),
+    "blanks": (
+        "f_hz absorption\n100 0.5\n",
+        "tube.csv:1: has blanks between its columns; columns are separated by commas, semicolons or tabs",
+    ),
     "not finite": ("f_hz, absorption\n100, nan\n", "tube.csv:2: 'nan' is not finite"),
     "short row": ("f_hz, absorption\n100\n", "tube.csv:2: has 1 cells and lacks some of the columns"),
     "frequency zero": ("f_hz, absorption\n0, 0.5\n", "tube.csv:2: a frequency of 0 Hz is not allowed"),
@@ -310,6 +325,10 @@ class TestBadInput:
         done = run("compare", foam, tmp_path / "tube.csv")
         assert done.status == 2
         assert "is no text that can be read" in done.err
+
+    def test_folder(self, foam, tmp_path):
+        done = run("compare", foam, tmp_path)
+        assert (done.status, done.err) == (2, f"{tmp_path}: is a folder; name the file in it\n")
 
     def test_missing(self, foam, tmp_path):
         done = run("compare", foam, tmp_path / "tube.csv")

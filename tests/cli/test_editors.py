@@ -101,6 +101,39 @@ class TestCheck:
         assert "holds none of tube.yaml, fit.yaml, campaign.yaml" in second
         assert "nothing in this file tells what it is" in third
 
+    def test_names_of_files_do_not_matter(self, tmp_path):
+        stack = {"kind": "stack", "layers": [{"type": "fluid", "thickness": "10 mm"}]}
+        names = ("STACK.YAML", "stack.json", "stack.txt", "stack")
+        for name in names:
+            (tmp_path / name).write_text(json.dumps(stack))
+        done = run("check", *names, cwd=tmp_path)
+        assert (done.status, done.out.splitlines()) == (0, [f"{name}: a stack without mistakes" for name in names])
+        (tmp_path / "broken.json").write_text('{"kind": "stack", "layers": [}')
+        (tmp_path / "broken.csv").write_text("a: [b, c\n1,2")
+        done = run("check", "broken.json", "broken.csv", "none.txt", cwd=tmp_path)
+        assert (done.status, done.out) == (2, "")
+        told = done.err.splitlines()
+        assert told[0].startswith("broken.json:1:30: ")
+        assert told[1].startswith("broken.csv: this is no YAML file")
+        assert told[2] == "none.txt: there is no such file"
+
+    def test_a_stack_file_with_keys_of_a_simulation_is_read_as_simulate_does(self, tmp_path):
+        text = "kind: stack\nversion: 1\ntermination: rigid\nlayers: [{type: fluid, thickness: 10 mm}]\n"
+        wrong, right = tmp_path / "wrong.yaml", tmp_path / "right.yaml"
+        wrong.write_text(f"{text}frequency: banana\nexcitation: 7\n")
+        right.write_text(f"{text}frequency: [100 Hz, 200 Hz]\n")
+        checked, simulated = run("check", wrong), run("simulate", wrong)
+        assert (checked.status, checked.err) == (simulated.status, simulated.err)
+        assert f"{wrong}:5:12: frequency: " in checked.err
+        assert run("check", right).out == f"{right}: a simulation of one case without mistakes\n"
+
+    def test_values_of_a_library(self, tmp_path):
+        file = tmp_path / "library.yaml"
+        file.write_text("kind: library\nmaterials:\n  bad: {type: fluid, density: 12 s}\n")
+        done = run("check", file)
+        assert done.status == 2
+        assert f"{file}:3:31: materials.bad.density: '12 s' has the wrong unit" in done.err
+
 
 class TestSchema:
     def test_prints_one(self):

@@ -3,6 +3,7 @@
 import csv
 import io
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,13 @@ def long_recording(noise=1e-3):
 
 BASE, TOP = long_recording()
 IN_V = {"ai0": BASE * SENSITIVITY["ai0"], "ai1": TOP * SENSITIVITY["ai1"]}
+
+
+def test_help_names_every_format():
+    ours = [one.name for one in entry_points(group="multilayer.readers") if one.dist.name == "multilayer"]
+    words = run("import", "--help").out.replace(",", " ").split()
+    assert ours
+    assert [name for name in ours if f".{name}" not in words] == []
 
 
 def moduli(campaign, folder):
@@ -180,6 +188,14 @@ class TestCampaign:
             assert found.amplitude_ratio == pytest.approx(1.02, rel=1e-3)
             assert found.time_shift == pytest.approx(5e-6, abs=5e-7)
         assert run("check", tmp_path / "calibration0" / "campaign.yaml").status == 0
+
+    def test_a_calibration_with_a_channel_of_the_wrong_sign(self, tmp_path):
+        pairs = [burst(f, response=lambda f: -np.ones_like(f)) for f in BURSTS]
+        channels = {name: np.concatenate([one[i].ravel() for one in pairs]) for i, name in enumerate(("base", "top"))}
+        path = write_tdms(tmp_path / "run.tdms", channels, RATE, {"base": "m/s^2", "top": "m/s^2"})
+        done = run("import", path, "--out", tmp_path / "calibration", "--calibration")
+        assert_refused(done, "the calibration burst at 200 Hz shows no motion common to both channels", "same sign")
+        assert not (tmp_path / "calibration").exists()
 
     def test_asks_on_a_terminal(self, tmp_path, monkeypatch, expected):
         class Terminal(io.StringIO):

@@ -104,6 +104,8 @@ class TestOptions:
             (("--method", "stacks"), "--method: 'stacks' fits no campaigns, but what a stack-fit file says"),
             (("--method", "nelder-mead", "--model", "finite"), "--method: nelder-mead is the paper's method with"),
             (("--joint", "--law", "zenner"), "--law: there is no law 'zenner'; did you mean 'zener'?"),
+            (("--joint", "--law", "maxwell", "--elements", "0"), "Invalid value for '--elements': "),
+            (("--joint", "--law", "free_form"), "say how many `elements` (add --elements N), or"),
         ],
     )
     def test_that_do_not_fit(self, sound_campaign, tmp_path, options, words):
@@ -136,6 +138,11 @@ class TestList:
         assert found["stacks"] | {"summary": ""} == {
             "method": "stacks", "summary": "", "reads": "stack-fit", "options": ["--posterior"],
         }  # fmt: skip
+        assert found["joint"]["options"] == ["--model", "--law", "--elements", "--posterior", "--with"]
+
+    def test_options_are_those_of_the_command(self):
+        options = run("fit", "--help").out
+        assert all(option in options for one in json.loads(run("methods", "--json").out) for option in one["options"])
 
 
 class TestSingleFile:

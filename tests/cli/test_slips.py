@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -67,6 +68,70 @@ def test_what_is_hardly_meant_is_asked_back_once(tmp_path, layer, rest, told):
     assert all(text in line for text, line in zip(told, lines, strict=True))
 
 
+CAMPAIGN_SLIPS = {
+    "density: 87\n": ("density: 0.087\n", "specimen.density: a density of 0.087 kg/m3", "0.087 g/cm3"),
+    "density: 7850,": ("density: 7.85,", "top_plate.density: a density of 7.85 kg/m3", "7.85 g/cm3"),
+    "young_modulus: 7.0e+10": ("young_modulus: 70", "base_plate.young_modulus: a Young's modulus of 70 Pa", "70 GPa"),
+    "specimen_thickness: 0.025": ("specimen_thickness: 25", "specimen_thickness: a length of 25 m", "25 mm"),
+    "top_plate_thickness: 0.001": ("top_plate_thickness: 1", "top_plate_thickness: a length of 1 m", "1 mm"),
+    "specimen_radius: 0.0225": ("specimen_radius: 22.5", "specimen_radius: a length of 22.5 m", "22.5 mm"),
+}
+
+
+def told_of(file):
+    done = run("check", file)
+    return done.status, [line for line in done.err.splitlines() if "is '" in line and "numbers without a unit" in line]
+
+
+def test_numbers_of_a_campaign_in_other_units_are_asked_back(tmp_path):
+    shutil.copytree(EXAMPLES / "foam_b", tmp_path / "foam")
+    file = tmp_path / "foam" / "campaign.yaml"
+    text = file.read_text(encoding="utf-8")
+    assert told_of(tmp_path / "foam") == (0, [])
+    for right, (wrong, _, _) in CAMPAIGN_SLIPS.items():
+        assert text.count(right) == 1
+        text = text.replace(right, wrong)
+    file.write_text(text, encoding="utf-8")
+    status, lines = told_of(tmp_path / "foam")
+    assert (status, len(lines)) == (0, len(CAMPAIGN_SLIPS))
+    for line, (_, what, meant) in zip(lines, CAMPAIGN_SLIPS.values(), strict=True):
+        assert line.startswith(f"warning: {file}:")
+        assert what in line
+        assert line.endswith(f"is '{meant}' meant?")
+
+
+@pytest.mark.parametrize(
+    ("field", "told"),
+    [
+        ("bounds: {storage_modulus: [1, 1000]}", ":4:28: bounds.storage_modulus.0: a modulus of 1 Pa;"),
+        ("sensor_mass: 1", ":4:14: sensor_mass: a mass of 1 kg;"),
+        (
+            "pores: {porosity: 0.9, flow_resistivity: 20}",
+            ":4:42: pores.flow_resistivity: a flow resistivity of 20 N s/m4;",
+        ),
+        ("ambient: {temperature: 20}", ":4:24: ambient.temperature: a temperature of 20 K;"),
+    ],
+)
+def test_numbers_of_a_fit_file_in_other_units_are_asked_back(tmp_path, field, told):
+    file = tmp_path / "fit.yaml"
+    file.write_text(f"kind: fit\nversion: 1\ncampaign: {EXAMPLES / 'foam_b'}\n{field}\n", encoding="utf-8")
+    status, (line,) = told_of(file)
+    assert (status, f"{file}{told}" in line) == (0, True), line
+
+
+def test_numbers_of_a_rig_file_in_other_units_are_asked_back_in_place_of_a_wrong_remedy(tmp_path):
+    text = (EXAMPLES / "virtual_rig.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "rig.yaml"
+    file.write_text(text.replace("80 kg/m^3", "0.08"), encoding="utf-8")
+    status, (line,) = told_of(file)
+    assert (status, "specimen.density: a density of 0.08 kg/m3;" in line) == (0, True), line
+    file.write_text(text.replace("[12.5 mm, 25 mm]", "[12.5, 25]"), encoding="utf-8")
+    status, lines = told_of(file)
+    assert (status, len(lines)) == (2, 2)
+    assert "configurations.thicknesses.1: a length of 25 m;" in lines[1]
+    assert "loss factor" not in run("check", file).err
+
+
 def test_energy_that_a_model_makes_outside_its_range_is_told_by_its_name(tmp_path):
     layer = "{type: equivalent_fluid, model: delany_bazley, thickness: 50 mm, flow_resistivity: 60 kN s/m^4}"
     file = written(tmp_path, layer, "termination: rigid\nfrequency: [20 Hz, 500 Hz]\n")
@@ -102,6 +167,21 @@ def test_slips_of_writing_get_one_message(tmp_path, text, told):
     done = run("simulate", tmp_path / "slip.yaml")
     (line,) = [line for line in done.err.splitlines() if "slip.yaml" in line]
     assert (done.status, told in line) == (2, True), done.err
+
+
+@pytest.mark.parametrize("command", ["fit", "explore", "diagnose"])
+def test_a_table_where_a_file_that_names_it_is_wanted(tmp_path, command):
+    table = tmp_path / "h12.csv"
+    table.write_text("frequency_hz,alpha\n500,0.3\n")
+    done = run(command, table)
+    told = "this is no YAML file; name the stack, campaign or fit file that refers to it, or a campaign's folder"
+    assert (done.status, done.err) == (2, f"{table}: {told}\n")
+    assert "1:1: must hold fields" in run("tube", table).err
+
+
+def test_an_optimisation_has_its_article():
+    done = run("check", EXAMPLES / "best_absorber.yaml")
+    assert f"{EXAMPLES / 'best_absorber.yaml'}: an optimisation of " in done.out
 
 
 PLUGIN = """\

@@ -253,7 +253,7 @@ class TestRefused:
             ("two_microphones", "3_microphones", ("tube.yaml:2:9: method: '3_microphones' is not allowed", "four_")),
             ("diameter: 40 mm", "width: 40 mm", ("tube.yaml:3:7: tube: give the 'diameter'",)),
             ("45 mm", "45 kg", ("spacing: '45 kg' has the wrong unit",)),
-            ("h12.csv", "none.csv", ("none.csv: there is no such file",)),
+            ("h12.csv", "none.csv", ("tube.yaml:6:21: measurement.file: ", "none.csv: there is no such file; the")),
             ("{file: h12.csv}", "{}", ("measurement: give either 'file'",)),
             ("{file: h12.csv}", "{recording: run.tdms}", ("measurement: a recording needs 'channels'",)),
             ("45 mm", "2 m", ("no frequency is left to evaluate", "this tube works from 8.581 to 77.23 Hz")),

@@ -167,7 +167,7 @@ class TestDescription:
         assert (problem.path, problem.message) == ("configurations.0.bursts", "must not be empty")
 
     def test_nothing_there(self, tmp_path):
-        assert "no campaign.yaml in this folder" in problems_of(load_campaign, tmp_path)[0].message
+        assert "holds no campaign.yaml; name a folder that does" in problems_of(load_campaign, tmp_path)[0].message
         assert "no such file" in problems_of(load_campaign, tmp_path / "other.yaml")[0].message
 
     def test_scipy_is_not_loaded_for_a_description(self):

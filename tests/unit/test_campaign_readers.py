@@ -199,6 +199,7 @@ class TestCsv:
         ("line", "text", "message"),
         [
             (7, "1.0,2.0", "7: has 2 cells where 5 columns are named"),
+            (7, "0,000195312,1,2,3,4", "7: has 6 cells where 5 columns are named; decimals have a point where commas"),
             (7, "0.000195312,1,2,x,4", "7: 'x' is no number"),
             (7, "0.000195312,1,2,,4", "7: '' is no number"),
             (7, None, "7: time steps by 7.8125e-05 s here and by 3.90625e-05 s elsewhere"),

@@ -54,6 +54,14 @@ def assert_same(found, expected, rtol=1e-7):
     assert np.max(np.abs(found - expected)) <= rtol * np.max(np.abs(expected))
 
 
+def test_layers_called_by_numbers() -> None:
+    named = plane_wave_derivatives(stack(PLATE, WOOL, RUBBER), None, FREQUENCY, ANGLE)
+    layers = [{**layer, "name": name} for name, layer in zip("123", (PLATE, WOOL, RUBBER), strict=True)]
+    found = plane_wave_derivatives(stack(*layers), None, FREQUENCY, ANGLE)
+    assert found.fields[0].startswith("layers.1.")
+    np.testing.assert_array_equal(found.reflection, named.reflection)
+
+
 @pytest.mark.parametrize("termination", ["ambient", "rigid"])
 def test_every_quantity_of_a_plane_wave(termination: str) -> None:
     panel = stack(PLATE, WOOL, RUBBER, termination=termination)
@@ -81,6 +89,11 @@ def test_all_fields_are_those_with_a_quantity() -> None:
         "layers.rubber.young_modulus.order", "layers.rubber.poisson_ratio", "layers.rubber.loss_factor",
         "layers.rubber.thickness", "layers.rubber.density",
     )  # fmt: skip
+
+
+def test_a_name_that_no_path_can_hold_stands_as_an_index() -> None:
+    named = Stack.model_validate({"layers": [{"type": "fluid", "name": "gap 1.5", "thickness": 0.1}]})
+    assert real_fields(named, None) == ("layers.0.thickness",)
 
 
 def test_a_shaken_base() -> None:

@@ -150,6 +150,15 @@ class TestCommand:
         )
         assert run("check", out).status == 0
 
+    def test_a_library_written_by_hand_stays(self, tmp_path: Path) -> None:
+        table, out = self.table(tmp_path), tmp_path / "ours.yaml"
+        assert [run("materials", "--from", table, "--out", out).status for _ in range(2)] == [0, 0]  # its own
+        out.write_text("kind: library\nmaterials: {}\n")
+        done = run("materials", "--from", table, "--out", out)
+        told = "there is such a file already, and it was not made of a table; choose another --out, or remove it first"
+        assert (done.status, done.out, done.err) == (2, "", f"{out}: {told}\n")
+        assert out.read_text() == "kind: library\nmaterials: {}\n"
+
     def test_without_a_file_nothing_is_written(self, tmp_path: Path) -> None:
         done = run("materials", "foam", "--from", self.table(tmp_path), "--json")
         assert '"flow_resistivity": 10500.0' in done.out

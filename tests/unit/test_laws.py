@@ -1,5 +1,7 @@
 """Modulus laws that relax: limiting cases, against each other and against integrals, and what is refused."""
 
+import re
+
 import mpmath
 import numpy as np
 import pytest
@@ -8,11 +10,56 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from multilayer.media.laws import FractionalZener, FreeForm, HavriliakNegami, Maxwell, Zener
+from multilayer.media.laws import FractionalZener, FreeForm, HavriliakNegami, Maxwell, Table, Zener, read_modulus_table
 from multilayer.media.laws.spectral import step_relaxation
 
 FREQUENCIES = np.geomspace(1e-3, 1e9, 49)
 PLATEAUS = {"relaxed_modulus": 1e5, "unrelaxed_modulus": 3e6, "relaxation_time": 2e-4}
+
+
+HERTZ_AND_PASCAL = ([1e3, 2e3], [1e6, 2e6], [1e5, 3e5])
+
+
+class TestTableInAFile:
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "frequency,E1,E2\n1e3,1e6,1e5\n2e3,2e6,3e5\n",
+            "frequency [kHz],E1 [MPa],E2 [kPa]\n1,1,100\n2,2,300\n",
+            "f_khz,e1_mpa,e2_pa\n1,1,1e5\n2,2,3e5\n",
+            "f/kHz;E1 / N/mm2;E2 (MPa)\n1;1;0,1\n2;2;0,3\n",
+            "# of lot 7\nf [Hz]\tE1\tE2\n\n1e3\t1e6\t1e5  # damp\n2e3\t2e6\t3e5\n",
+        ],
+    )
+    def test_units_of_its_header(self, text, tmp_path):
+        (tmp_path / "rubber.csv").write_text(text)
+        assert_allclose(read_modulus_table(tmp_path / "rubber.csv"), HERTZ_AND_PASCAL, rtol=1e-14)
+        law = Table.model_validate({"file": "rubber.csv"}, context={"folder": tmp_path})
+        assert law.storage_modulus == pytest.approx((1e6, 2e6))
+
+    @pytest.mark.parametrize(
+        ("text", "told"),
+        [
+            (
+                "1,2,3\n2,3,4\n3,4,5\n",
+                "1: begins with numbers; the first line that is no comment must name three columns",
+            ),
+            ("f,E1\n1,2\n2,3\n", "1: has 2 columns; the first line that is no comment must name three columns"),
+            ("f [s],E1,E2\n1,2,3\n2,3,4\n", "1: column 'f [s]': '1 s' has the wrong unit"),
+            ("f,E1,E2\n1,2,3\n2,x,4\n", "3: 'x' is no number"),
+            ("f,E1,E2\n1,2,-3\n2,3,4\n", "2: frequency and E1 must be above 0, E2 at least 0"),
+            ("f,E1,E2\n1,2,3\n", " needs two rows of values at least"),
+        ],
+    )
+    def test_what_is_no_such_table(self, text, told, tmp_path):
+        file = tmp_path / "rubber.csv"
+        file.write_text(text)
+        with pytest.raises(ValueError, match=f"^{re.escape(f'{file}:{told}')}"):
+            read_modulus_table(file)
+
+    def test_a_file_beside_columns(self):
+        with pytest.raises(ValidationError, match="file stands beside frequency; give the file, or the three columns"):
+            Table.model_validate({"file": "rubber.csv", "frequency": [1, 2]})
 
 
 class TestSpecialCases:

@@ -11,7 +11,8 @@ from multilayer.layers import LAYERS
 from multilayer.layers.equivalent_fluid import EquivalentFluid
 from multilayer.layers.limp import Limp
 from multilayer.layers.poroelastic import Poroelastic
-from multilayer.materials import TEXTS, load_library, material
+from multilayer.materials import BUILT_IN as BUILT_IN_FILE
+from multilayer.materials import TEXTS, check_library, load_library, material
 from multilayer.stack import Stack, load_stack
 
 BUILT_IN = load_library()
@@ -227,6 +228,71 @@ class TestInAStack:
         ]
         (told,) = self.mistakes(files, "{material: wool, thickness: 1}", library="bad.yaml")
         assert "no layer has such a field" in told[3]
+
+    def test_files_of_a_library_are_looked_for_beside_it(self, files, tmp_path, monkeypatch):
+        (tmp_path / "ours").mkdir()
+        (tmp_path / "ours" / "rubber.csv").write_text("f [Hz],E1 [Pa],E2 [Pa]\n1,1e6,1e5\n1e4,2e6,2e5\n")
+        law = "{law: shifted, modulus: {law: table, file: rubber.csv}, reference_temperature: 20 degC}"
+        (tmp_path / "ours" / "library.yaml").write_text(
+            "materials:\n  rubber: {type: elastic_solid, density: 1100, poisson_ratio: 0.45,\n"
+            f"    young_modulus: {law.replace('}, ref', '}, activation_energy: 1e5, temperature: 30 degC, ref')}}}\n"
+        )
+        monkeypatch.chdir(tmp_path)
+        (rubber,) = files("{material: rubber, thickness: 1 cm}", library="ours/library.yaml").layers
+        assert rubber.young_modulus.modulus.storage_modulus == (1e6, 2e6)
+        assert check_library("ours/library.yaml") == 1
+
+    def test_values_of_a_library_are_checked_where_it_is_asked_for(self, tmp_path):
+        (tmp_path / "bad.yaml").write_text(
+            "materials:\n"
+            "  gas: {type: nonsense, density: 12 s}\n"
+            "  foam: {type: limp, porosity: banana, frame_density: 12 s, porsity: 1, source: a book}\n"
+            "  part: {type: poroelastic, porosity: 0.9, thermal_permeability: 1e-9, model: jca}\n"
+            "  wool: {porosity: 0.9}\n"
+            "  mat: {type: elastic_solid, young_modulus: {law: complex, storage_modulus: 1e6}}\n"
+        )
+        with pytest.raises(InputError) as caught:
+            check_library(tmp_path / "bad.yaml")
+        told = [(p.line, p.path, p.message.partition(";")[0]) for p in caught.value.problems]
+        assert told == [
+            (2, "materials.gas.type", "there is no layer type 'nonsense'"),
+            (3, "materials.foam.porosity", "'banana' is no number"),
+            (3, "materials.foam.frame_density", "'12 s' has the wrong unit: this is a quantity in kg/m^3, as 2700 or "
+                                                "'2700 kg/m^3'"),
+            (3, "materials.foam.porsity", "no layer has such a field"),
+            (6, "materials.mat.young_modulus.loss_modulus", "is missing"),
+        ]  # fmt: skip
+        assert check_library(BUILT_IN_FILE) == len(BUILT_IN)
+
+    def test_keys_that_are_misspelt(self, tmp_path):
+        (tmp_path / "ours.yaml").write_text("materials:\n  air: {type: fluid}\n")
+        file = tmp_path / "stack.yaml"
+        file.write_text(
+            "libary: ours.yaml\n"
+            "layers:\n"
+            "- {materal: air, thickness: 1 cm}\n"
+            f"- {{type: poroelastic, Material: {FOAM}, thickness: 1 cm}}\n"
+        )
+        with pytest.raises(InputError) as caught:
+            load_stack(file)
+        assert [(p.line, p.path, p.message) for p in caught.value.problems] == [
+            (1, "libary", "there is no such field; did you mean 'library'?"),
+            (3, "layers.0.materal", "there is no such field; did you mean 'material'?"),
+            (4, "layers.1.Material", "there is no such field; did you mean 'material'?"),
+        ]
+
+    def test_a_second_damping_that_the_material_brings(self, files):
+        ((*_, told),) = self.mistakes(
+            files, f"{{material: {FOAM}, thickness: 2 cm, young_modulus: 1e5+1e4j}}", library=""
+        )
+        assert told == (
+            f"with what its material '{FOAM}' gives: loss_factor stands beside a young_modulus that has losses "
+            "already; give one of the two, or write 'loss_factor: 0'"
+        )
+        (foam,) = files(
+            f"{{material: {FOAM}, thickness: 2 cm, young_modulus: 1e5+1e4j, loss_factor: 0}}", library=""
+        ).layers
+        assert foam.young_modulus == 1e5 + 1e4j
 
     def test_without_materials_nothing_changes(self, files):
         assert files("{type: fluid, thickness: 1}", library=None).layers[0].type == "fluid"

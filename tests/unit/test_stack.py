@@ -8,6 +8,7 @@ from multilayer.errors import InputError
 from multilayer.layers.fluid import Fluid
 from multilayer.matrix.couplings import CouplingError
 from multilayer.media.gas import dry_air
+from multilayer.paths import locate
 from multilayer.response import base_motion, plane_wave
 from multilayer.response.fields import fields, power_balance
 from multilayer.stack import Ambient, FluidHalfSpace, Stack, load_stack
@@ -54,6 +55,29 @@ def test_two_layers_of_one_name():
     assert "names must differ" in told
 
 
+def numbered():
+    """Return a stack whose layers are called by numbers, which are the indices of others."""
+    return [{**layer, "name": name} for name, layer in zip("1234", (AIR, SOLID, SOLID, SOLID), strict=True)]
+
+
+def test_a_number_is_an_index_and_a_text_a_name_first():
+    panel = stack(*numbered(), contacts=[{"between": ["2", "3"], "kind": "slip"}])
+    assert [panel.index(key) for key in (0, 1, "1", "2", "0")] == [0, 1, 0, 1, 0]
+    assert locate(panel, "layers.2.thickness").owner is panel.layers[panel.index("2")]
+    assert panel.interfaces == ("bonded", "bonded", "slip", "bonded", "bonded")
+    by_index = stack(*numbered(), contacts=[{"between": [2, 3], "kind": "slip"}])
+    assert by_index.interfaces == ("bonded", "bonded", "bonded", "slip", "bonded")
+
+
+def test_a_name_that_is_the_index_of_a_layer_without_one():
+    told = words(layers=[{**AIR, "name": "1"}, SOLID])
+    assert told == "layer 1 has no name and goes by its index; give that one a name, too"
+
+
+def test_no_layer_is_called_as_the_wall_behind():
+    assert "'termination' is what contacts call the wall behind" in words(layers=[{**AIR, "name": "termination"}])
+
+
 def test_no_layers():
     assert "must not be empty" in words(layers=[])
 
@@ -65,6 +89,14 @@ def test_a_layer_of_no_type():
     assert "has no 'type'; allowed: " in words(layers=[{"thickness": 1.0}])
     assert "there is no layer type 'fluit'; did you mean 'fluid'?" in words(layers=[{"type": "fluit"}])
     assert "must be a mapping such as {type: fluid" in words(layers=["fluid"])
+    assert words(layers=[{"Type": "fluid", "thickness": 1.0}]) == "there is no such field; did you mean 'type'?"
+    assert "has no 'type'; allowed: " in words(layers=[{"type": None, "thickness": 1.0}])
+
+
+def test_keys_beside_the_fields_are_suggested_as_well():
+    assert "allowed: ambient, contacts, kind, layers, library, termination, version" in words(foo=1)
+    assert "did you mean 'kind'?" in words(knid="stack")
+    assert ", material, " in words(layers=[{**AIR, "foo": 1}])
 
 
 def test_layers_made_in_python_stay_as_they_are():
@@ -100,6 +132,15 @@ def test_contacts_that_cannot_be():
     assert "0 and termination are no neighbours" in told((0, "termination"))
     assert "there is no layer 'skim'" in told((0, "skim"))
     assert "allowed: 'bonded' or 'slip'" in told((0, 1), "glued")
+
+
+@pytest.mark.parametrize("again", [("b", "a"), (0, 1), ("a", 1)])
+def test_two_contacts_of_one_interface(again):
+    layers = [{**SOLID, "name": "a"}, {**SOLID, "name": "b"}, SOLID]
+    contacts = [{"between": ["a", "b"], "kind": "slip"}, {"between": [1, 2], "kind": "slip"}]
+    told = words(layers=layers, contacts=[*contacts, {"between": again, "kind": "bonded"}])
+    assert told == f"{again[0]} and {again[1]} have a contact already, in contacts.0; keep one of the two"
+    assert stack(*layers, contacts=contacts).interfaces == ("bonded", "slip", "slip", "bonded")
 
 
 def test_a_contact_without_meaning_names_both_layers():
@@ -144,6 +185,13 @@ def test_replaced_on_a_path_that_leads_nowhere(path, message):
     with pytest.raises(InputError) as caught:
         rubber_on_air().replaced({path: 1.0})
     assert message in str(caught.value)
+
+
+def test_a_path_through_a_name_with_a_point():
+    panel = stack(AIR, {**SOLID, "name": "foam 1.5"})
+    with pytest.raises(InputError, match=r"a path cannot hold the point in the name 'foam 1\.5': write its index, 1$"):
+        panel.replaced({"layers.foam 1.5.thickness": 0.02})
+    assert panel.replaced({"layers.1.thickness": 0.02}).layers[1].thickness == 0.02
 
 
 # what surrounds it

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -12,12 +13,14 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from multilayer.arrays import ArrayLike, ComplexArray, RealArray
-from multilayer.bounds import TEXT_BYTES
 from multilayer.errors import InputError
-from multilayer.files import ENDLESS, is_endless
+from multilayer.files import exists
 from multilayer.media.laws.base import LossModulus, ModulusLaw
+from multilayer.tables import Header, read_text_table
+from multilayer.text_lines import Layout
 from multilayer.units import Frequency, Pressure
-from multilayer.writing.manifest import note_input
+
+_UNITS = {"frequency": "Hz", "storage_modulus": "Pa", "loss_modulus": "Pa"}  # of the columns, in this order
 
 
 class Table(ModulusLaw):
@@ -25,8 +28,8 @@ class Table(ModulusLaw):
 
     It is as causal as its values are (`kramers_kronig.check_kramers_kronig`).
 
-    In an input, `file` may name a CSV file (beside the YAML file) with the columns frequency (Hz), E1, E2 (Pa);
-    its values then stand in the fields.
+    In an input, `file` may name a CSV file (beside the YAML file) with the columns frequency, E1, E2; its values then
+    stand in the fields. See `read_modulus_table`.
     """
 
     causal: ClassVar[bool] = False
@@ -50,11 +53,12 @@ class Table(ModulusLaw):
     def _read_file(cls, data: Any, info: ValidationInfo) -> Any:
         if not isinstance(data, Mapping) or "file" not in data:
             return data
+        if beside := [name for name in _UNITS if name in data]:
+            raise ValueError(f"file stands beside {', '.join(beside)}; give the file, or the three columns")
         folder = (info.context or {}).get("folder", Path())
         columns = read_modulus_table(Path(folder) / str(data["file"]))
-        names = ("frequency", "storage_modulus", "loss_modulus")
         rest = {key: value for key, value in data.items() if key != "file"}
-        return {**rest, **{name: column.tolist() for name, column in zip(names, columns, strict=True)}}
+        return {**rest, **{name: column.tolist() for name, column in zip(_UNITS, columns, strict=True)}}
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -78,30 +82,45 @@ class Table(ModulusLaw):
 
 
 def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
-    """Return frequency (Hz), E1 and E2 (Pa) from a CSV file with one header line and three columns.
+    """Return frequency (Hz), E1 and E2 (Pa) from a CSV file with one header line and these three columns.
+
+    Their units stand in the header, as ``E1 [MPa]``; where it has none, they are Hz and Pa.
 
     Raises
     ------
     ValueError
         When the file is missing or is not such a table.
     """
-    wanted = "a modulus table has one header line and the columns frequency (Hz), E1 and E2 (Pa)"
-    note_input(path)
+    if not exists(path):
+        raise ValueError(f"there is no file {path}; the path is relative to the YAML file")
     try:
-        if is_endless(path):
-            raise ValueError(f"it {ENDLESS}")
-        if (size := path.stat().st_size) > TEXT_BYTES.most:
-            raise ValueError(str(TEXT_BYTES.refusal(size)))
-        lines = path.read_text(encoding="utf-8").splitlines()[1:]
-        rows = [[float(cell) for cell in line.split(",")] for line in lines if line.strip() and line[0] != "#"]
-        columns = np.array(rows, dtype=float).reshape(len(rows), 3)
-    except OSError:
-        raise ValueError(f"there is no file {path}; the path is relative to the YAML file") from None
+        frequency, storage, loss = _columns(path)
+    except InputError as error:
+        raise ValueError(str(error)) from None
+    return frequency, storage, loss
+
+
+def _columns(path: Path) -> list[RealArray]:
+    table = read_text_table(path)
+    wanted = "the first line that is no comment must name three columns, as 'frequency [Hz], E1 [Pa], E2 [Pa]'"
+    if len(table.headers) != len(_UNITS):
+        raise table.error(f"has {len(table.headers)} columns; {wanted}", table.line)
+    if Layout(None, 0).is_row(table.names):
+        raise table.error(f"begins with numbers; {wanted}", table.line)
+    try:
+        factors = [_factor(header, unit) for header, unit in zip(table.headers, _UNITS.values(), strict=True)]
     except ValueError as error:
-        raise ValueError(f"{path} is no table ({error}); {wanted}") from None
-    for number, row in enumerate(columns, start=1):
-        if not (np.all(np.isfinite(row)) and row[0] > 0 and row[1] > 0 and row[2] >= 0):
-            raise ValueError(f"{path}, row {number}: frequency and E1 must be above 0, E2 at least 0")
-    if len(columns) < 2:
-        raise ValueError(f"{path} has {len(columns)} rows, at least two are needed; {wanted}")
-    return columns[:, 0], columns[:, 1], columns[:, 2]
+        raise table.error(str(error), table.line) from None
+    numbers = table.numbers(range(len(factors)))
+    columns = [numbers[i] * factor for i, factor in enumerate(factors)]
+    for (line, _), frequency, storage, loss in zip(table.rows, *columns, strict=True):
+        if not (frequency > 0 and storage > 0 and loss >= 0):
+            raise table.error("frequency and E1 must be above 0, E2 at least 0", line)
+    if len(table.rows) < 2:
+        raise table.error("needs two rows of values at least")
+    return columns
+
+
+def _factor(header: Header, unit: str) -> float:
+    """Return what 1 in a column is in SI, which its numbers are in where the header tells no unit."""
+    return replace(header, unit=header.unit or header.text.partition("/")[2].strip()).factor(unit)

@@ -37,6 +37,7 @@ def law_template(law: str | type[ModulusLaw] | ModulusLaw, elements: int | None,
         return kind.spread(elements, float(f.min()), float(f.max()))
     names = [name for name in kind.model_fields if name != "law"]
     if any(get_args(kind.model_fields[name].annotation) for name in names):
-        raise InputError(f"{kind.__name__} has lists of entries; say how many `elements`, or give a law to start from")
+        text = f"{kind.__name__} has lists of entries; say how many `elements` (add --elements N)"
+        raise InputError(f"{text}, or give a law to start from")
     ones: dict[str, Any] = dict.fromkeys(names, 1.0)
     return kind.model_construct(**ones)
