@@ -15,7 +15,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
-from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, warn_of_settings, with_usual_uncertainty
+from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, warn_of_settings
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.free_rim import free_rim
@@ -26,6 +26,7 @@ from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.experiments.two_plate.campaign import CampaignProblem
+from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.explore.curves import rounded
 from multilayer.explore.questions import Answer, Questions
 from multilayer.fits.joint.samples import about, for_samples, leaves_sample_open, solid_of, stated_samples

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from multilayer.arrays import ComplexArray
+from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact
 from multilayer.matrix.faces import Faces, mirrored
 from multilayer.matrix.families import FLUID
@@ -46,21 +44,24 @@ def reflections(layers: Sequence[Faces], impedance: float, *, closed: bool = Fal
     return stack_entries([[r, t_back], [t, r_back]])
 
 
-def side_by_side(shares: Sequence[float], parts: Sequence[ComplexArray], impedance: float) -> Faces:
+def side_by_side(shares: Sequence[Numeric], parts: Sequence[ComplexArray], impedance: float) -> Faces:
     """Return the face matrices of parts that share the pressures at both faces.
 
     Parameters
     ----------
-    shares : sequence of float
+    shares : sequence of float or array
         Of the area; they sum up to 1.
     parts : sequence of complex array, shape (2, 2, ...)
-        Their scattering matrices, see `reflections`.
+        Their scattering matrices, see `reflections`; what follows the entries broadcasts, with the shares, too.
     impedance : float
         Of those, Pa s/m.
     """
     # velocities into the sheet over pressures, times the impedance: (1 - S) / (1 + S)
-    admittance = sum(share * _cayley(part) for share, part in zip(shares, parts, strict=True))
-    scattered = _cayley(np.asarray(admittance))
+    of_parts = [_cayley(part) for part in parts]
+    admittance = stack_entries([
+        [sum(share * part[i, j] for share, part in zip(shares, of_parts, strict=True)) for j in (0, 1)] for i in (0, 1)
+    ])  # fmt: skip
+    scattered = _cayley(admittance)
     (r, t_back), (t, r_back) = scattered
     front = stack_entries([[1 + r, t_back], [(1 - r) / impedance, -t_back / impedance]])
     back = stack_entries([[t, 1 + r_back], [t / impedance, (r_back - 1) / impedance]])

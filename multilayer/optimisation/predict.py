@@ -111,7 +111,7 @@ class Predictor:
         values = variant.values(x)
         good = np.ones(len(x), dtype=bool)
         if values:
-            good = np.asarray(allowed({path: locate(variant.stack, path) for path in values}, values))
+            good = np.asarray(allowed({path: locate(variant.stack, path) for path in values}, values, variant.stack))
         spectra = self._designs(variant, x, good) if self.has_spectra else {}
         sizes = self.measures(variant, x)
         for size in sizes.values():

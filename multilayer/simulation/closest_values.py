@@ -22,7 +22,7 @@ from multilayer.bounds import magnitudes
 from multilayer.errors import MultilayerError
 from multilayer.executors import as_done, call
 from multilayer.inference.least_squares import trust_region
-from multilayer.paths import Located, locate
+from multilayer.paths import locate
 from multilayer.response.linearised import real_fields
 from multilayer.simulation.linearised import linearised
 from multilayer.simulation.settings import DiffuseIncidence
@@ -103,6 +103,7 @@ def closest_values(
     quantity : str
         That the task predicts of sound: no level of an excitation, no free wave.
     measured : array, shape (n_frequency,)
+        NaN where nothing was.
     executor : Executor, optional
         Where fields are searched; this process when left out.
     progress : callable, optional
@@ -120,8 +121,9 @@ def closest_values(
     All other fields are taken as they are stated: the value is where this field would have to be, not what it probably
     is. A fit tells that, with its uncertainty.
     """
-    whole = _of_sound(task)
-    paths = [path for path in fields_sought(task) if _Axis(locate(task.stack, path)).is_free]
+    there = ~np.isnan(measured)
+    whole, measured = replace(_of_sound(task), frequency=task.frequency[there]), measured[there]
+    paths = [path for path in fields_sought(task) if _Axis(task.stack, path).is_free]
     rows = np.unique(np.linspace(0, len(measured) - 1, _ROWS).round().astype(int))
     effort = _ROUGH if isinstance(task.incidence, DiffuseIncidence) else {}
     points = whole.frequency[rows]
@@ -211,7 +213,7 @@ class _Search:
                 return None
 
     def _found(self) -> _Found | None:
-        axis = _Axis(locate(self.task.stack, self.path))
+        axis = _Axis(self.task.stack, self.path)
         start = self._best_tried(axis) if self.start is None else axis.coordinate(self.start)
 
         def residual(x: RealArray) -> tuple[RealArray, RealArray]:
@@ -271,8 +273,9 @@ class _Axis:
     Of a field that is 0, a share of what is usual.
     """
 
-    def __init__(self, field: Located) -> None:
-        self.field, self.stated = field, float(field.value)
+    def __init__(self, stack: Stack, path: str) -> None:
+        self.stack, self.path, self.field = stack, path, (field := locate(stack, path))
+        self.stated = float(field.value)
         self.usual = magnitudes(field.unit or "").usual
         sides = field_bounds(type(field.owner).model_fields[field.field])
         least = max((end for side, end in sides if side in ("gt", "ge")), default=-math.inf)
@@ -285,7 +288,7 @@ class _Axis:
 
     @property
     def is_free(self) -> bool:
-        """Whether the field may have another value: not one that is 0 where others say the same, as losses."""
+        """Whether the field may have another value: no share of a pattern, no loss where another field states it."""
         near = [x for x in (-_NEAR, _NEAR) if self.bounds[0] <= x <= self.bounds[1]]
         return any(self.allows(self.at(x)[0]) for x in near)
 
@@ -301,8 +304,8 @@ class _Axis:
         return value / self.usual if self.stated == 0 else math.log(value / self.stated)
 
     def allows(self, value: float) -> bool:
-        """Tell whether the model that holds the field takes the value."""
-        return bool(allowed({"": self.field}, {"": np.array([value])})[0])
+        """Tell whether the models that hold the field take the value."""
+        return bool(allowed({self.path: self.field}, {self.path: np.array([value])}, self.stack)[0])
 
 
 def _real(values: NDArray[Any]) -> RealArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import BoolArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError
 from multilayer.simulation.closest_values import ClosestValue, closest_values, fields_sought
@@ -31,11 +31,12 @@ class Misfit:
     ----------
     case, quantity : str
     rms, largest : float
-        Of the difference, of its absolute value where it is complex; in the unit of the quantity.
+        Of the difference, of its absolute value where it is complex; in the unit of the quantity. Where nothing was
+        measured, or is predicted (no free wave), it is left out.
     worst_frequency : float
         Hz, where the difference is largest.
     inside : float or None
-        Share of the measured values between the 5 and 95 % percentiles; None without tolerances.
+        Share of the measured values between the 5 and 95 % percentiles; None without these.
     """
 
     case: str
@@ -68,18 +69,25 @@ class Comparison:
     sought: tuple[str, ...] = ()
     not_sought: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def quantities(self) -> list[str]:
         """Names of the quantities that are both measured and predicted, in the order of `QUANTITIES`."""
-        return [name for name in QUANTITIES if name in self.measured.quantities and self._is_predicted(name)]
+        predicted = [_predicted(case, self.measured) for case in self.predicted.cases]
+        common = set(self.measured.quantities).intersection(*predicted)
+        return [name for name in QUANTITIES if name in common]
 
     @property
     def left_out(self) -> list[str]:
-        """Names of the quantities that are measured but not predicted."""
-        return [name for name in self.measured.quantities if not self._is_predicted(name)]
-
-    def _is_predicted(self, name: str) -> bool:
-        return all(name in case.quantities for case in self.predicted.cases)
+        """What is measured but not predicted: names of quantities, of others at how many frequencies of all cases."""
+        told = [name for name in self.measured.quantities if name not in self.quantities]
+        for name in self.quantities:
+            there = ~np.isnan(self.measured.quantities[name])
+            missing = sum(np.count_nonzero(np.isnan(case.quantities[name][there])) for case in self.predicted.cases)
+            if missing:
+                n = len(self.predicted.cases)
+                of_cases = f" of {n} cases" if n > 1 else ""
+                told.append(f"{name} at {missing} of {n * np.count_nonzero(there)} frequencies{of_cases}")
+        return told
 
     @cached_property
     def misfits(self) -> list[Misfit]:
@@ -89,25 +97,33 @@ class Comparison:
     @property
     def best(self) -> dict[str, Misfit]:
         """By quantity, the misfit of the case that predicts it best."""
-        of_quantity = {name: self.misfits[i :: len(self.quantities)] for i, name in enumerate(self.quantities)}
-        return {name: min(misfits, key=lambda misfit: misfit.rms) for name, misfits in of_quantity.items()}
+        return {name: self._of_quantity(name)[case] for name, case in self.best_case.items()}
+
+    @property
+    def best_case(self) -> dict[str, int]:
+        """By quantity, which case predicts it best."""
+        return {name: int(np.argmin([misfit.rms for misfit in self._of_quantity(name)])) for name in self.quantities}
+
+    def _of_quantity(self, name: str) -> list[Misfit]:
+        return [misfit for misfit in self.misfits if misfit.quantity == name]
 
     def _misfit(self, case: CaseResult, name: str) -> Misfit:
         difference = np.abs(case.quantities[name] - self.measured.quantities[name])
-        worst = int(np.argmax(difference))
-        rms = float(np.sqrt(np.mean(difference**2)))
+        worst = int(np.nanargmax(difference))
+        rms = float(np.sqrt(np.nanmean(difference**2)))
         frequency = float(self.predicted.frequency[worst])
         return Misfit(case.label, name, rms, float(difference[worst]), frequency, self._inside(case, name))
 
     def _inside(self, case: CaseResult, name: str) -> float | None:
         if not case.percentiles:
             return None
-        measured = QUANTITIES[name].parts(self.measured.quantities[name])
-        within = [
-            (case.percentiles[column][0] <= values) & (values <= case.percentiles[column][-1])
-            for column, values in measured.items()
-        ]
-        return float(np.mean(within))
+        within: list[BoolArray] = []
+        for column, values in QUANTITIES[name].parts(self.measured.quantities[name]).items():
+            low, *_, high = case.percentiles[column]
+            known = ~(np.isnan(low) | np.isnan(high) | np.isnan(values))
+            within.append(((low <= values) & (values <= high))[known])
+        inside = np.concatenate(within)
+        return float(np.mean(inside)) if inside.size else None
 
     def _columns(self, case: CaseResult) -> dict[str, RealArray]:
         """Return the measured values, as ``NAME_measured``, and the predicted ones, as ``NAME_predicted``."""
@@ -169,43 +185,62 @@ def compare(measured: Measured, predicted: SimulationResult) -> Comparison:
     Raises
     ------
     InputError
-        When the simulation predicts nothing of what was measured.
+        When the simulation predicts nothing of what was measured in all of its cases.
     """
-    comparison = Comparison(measured, predicted)
-    if not comparison.quantities:
-        raise _nothing(measured, predicted.cases[0].quantities)
-    return comparison
+    _refuse_nothing_common(measured, ((case.label, _predicted(case, measured)) for case in predicted.cases))
+    return Comparison(measured, predicted)
+
+
+def _predicted(case: CaseResult, measured: Measured) -> list[str]:
+    """Return the names of what a case predicts; of what was measured, where it was at one frequency at least."""
+    numbers = {name: values - measured.quantities.get(name, 0.0) for name, values in case.quantities.items()}
+    return [name for name, values in numbers.items() if not np.all(np.isnan(values))]
 
 
 def refuse_not_predicted(measured: Measured, plan: Plan) -> None:
-    """Refuse what `compare` would refuse, before everything is computed: the first case is at one frequency or band.
+    """Refuse what `compare` would refuse, before everything is computed: cases are at one frequency or band.
+
+    Of cases that predict the same quantities the first is.
 
     Raises
     ------
     InputError
-        When it predicts nothing of what was measured, or cannot be computed.
+        When they predict nothing in common of what was measured, or cannot be computed.
     """
-    first = plan.tasks[0]
-    predicted = run_task(replace(first, frequency=first.frequency[:1], deviations={})).quantities
-    if not set(measured.quantities) & set(predicted):
-        raise _nothing(measured, predicted)
+    different = {_kind(task): task for task in reversed(_nominal(plan))}
+    alone = (replace(task, frequency=task.frequency[:1], deviations={}) for task in reversed(different.values()))
+    _refuse_nothing_common(measured, ((task.label, run_task(task).quantities) for task in alone))
 
 
-def _nothing(measured: Measured, predicted: Iterable[str]) -> InputError:
-    return InputError(
-        f"{measured.name} holds {', '.join(measured.quantities)}, and this simulation predicts "
-        f"{', '.join(predicted)}; change its termination, incidence, frequency or reference"
-    )
+def _nominal(plan: Plan) -> list[Task]:
+    """Return the tasks of the cases themselves, in their order."""
+    return [task for task in plan.tasks if not task.samples]
+
+
+def _kind(task: Task) -> tuple[Any, ...]:
+    """Return what of a case decides which quantities it predicts."""
+    kinds = [type(part) for part in (task.stack, task.incidence, task.excitation, task.duct)]
+    return (str(task.stack.termination), *kinds)
+
+
+def _refuse_nothing_common(measured: Measured, predicted: Iterable[tuple[str, Collection[str]]]) -> None:
+    """Refuse a measurement of which cases, by their labels, predict nothing in common."""
+    common = list(measured.quantities)
+    for label, names in predicted:
+        left = [name for name in common if name in names]
+        if not left:
+            which = f"the case {label}" if label else "this simulation"
+            remedy = "change its termination, incidence, frequency or reference"
+            remedy += ", or leave it out of the sweep" if label else ""
+            held, told = ", ".join(common), ", ".join(names)
+            raise InputError(f"{measured.name} holds {held}, and {which} predicts {told}; {remedy}")
+        common = left
 
 
 def searches(comparison: Comparison, plan: Plan) -> dict[str, Task]:
     """Return by quantity of sound the task of the case that predicts it best, whose fields can be sought."""
-    labels = [case.label for case in comparison.predicted.cases]
-    best = {
-        name: plan.tasks[plan.case_of.index(labels.index(misfit.case))]
-        for name, misfit in comparison.best.items()
-        if name in OF_SOUND
-    }
+    nominal = _nominal(plan)
+    best = {name: nominal[case] for name, case in comparison.best_case.items() if name in OF_SOUND}
     return {name: task for name, task in best.items() if fields_sought(task)}
 
 

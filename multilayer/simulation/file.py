@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -19,7 +19,7 @@ from pydantic import (
 
 from multilayer.bounds import SAMPLES
 from multilayer.config.validate import read
-from multilayer.errors import InputError, show
+from multilayer.errors import InputError
 from multilayer.models import NO_BOOL, as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.response.construction import Construction
@@ -34,7 +34,7 @@ from multilayer.simulation.settings import (
     Incidence,
     PlaneIncidence,
 )
-from multilayer.simulation.sweep import expand, mistakes
+from multilayer.simulation.sweep import expand, mistakes, set_twice, texts
 from multilayer.simulation.tolerances import Tolerance, parse_tolerance
 from multilayer.stack import Stack, StackField
 
@@ -51,25 +51,17 @@ class Case:
         The swept value by path; empty without a sweep.
     simulation : SimulationFile
         The file with these values, and without a sweep.
+    shown : mapping
+        The values as text, by path without ``layers.``: numbers with the unit of their field.
     """
 
     values: Mapping[str, Any]
     simulation: SimulationFile
-
-    @cached_property
-    def shown(self) -> dict[str, str]:
-        """The values as text, by path without ``layers.``: numbers with the unit of their field."""
-        return {path.removeprefix("layers."): self._shown(path, value) for path, value in self.values.items()}
-
-    def _shown(self, path: str, value: Any) -> str:
-        if isinstance(value, str):
-            return value
-        unit = unit_of(self.simulation, path) if isinstance(value, int | float) else None
-        return f"{value:g} {unit}" if unit else show(value)
+    shown: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
-        """The values as text, as ``foam.thickness = 10 mm``."""
+        """The values as text, as ``foam.thickness = 10 mm``; no two cases of a sweep have the same."""
         return ", ".join(f"{path} = {value}" for path, value in self.shown.items())
 
 
@@ -142,8 +134,16 @@ class SimulationFile(SimulatedStack, Construction):
         if wrong:
             raise ValidationError.from_exception_data(cls.__name__, wrong)
         read_once = single if model.reference is None else {**single, "reference": model.reference}
-        model._cases = tuple(Case(values, case) for values, case in expand(read_once, model.sweep, validated))
+        model._cases = _cases(model.sweep, expand(read_once, model.sweep, validated))
         return model
+
+    def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
+        """Give path and text of values that are allowed, and hardly ever meant."""
+        yield from super().implausible()
+        swept = {path.partition(".")[0] for path in self.sweep}
+        if not self.beside and "beside" not in swept and (self.area is not None or "area" in swept):
+            place = ("sweep", "area") if self.area is None else ("area",)
+            yield place, "changes nothing, as nothing lies beside the stack; list that in 'beside', or leave it out"
 
     @model_validator(mode="after")
     def _is_of_a_stack_alone(self) -> Self:
@@ -159,18 +159,19 @@ class SimulationFile(SimulatedStack, Construction):
         return self
 
     def _parsed_tolerances(self) -> dict[str, Tolerance]:
-        tolerances: dict[str, Tolerance] = {}
+        stack, tolerances = self.stack, dict[str, Tolerance]()
         wrong: list[tuple[tuple[str, ...], str, Any]] = []
         for path, written in self.tolerances.items():
             try:
-                field = locate(self.stack, path)
+                found = locate(stack, path)
             except InputError as error:
                 wrong.append((("tolerances", path, "[key]"), str(error), path))
                 continue
             try:
-                tolerances[path] = parse_tolerance(written, field)
+                tolerances[path] = parse_tolerance(written, found)
             except InputError as error:
                 wrong.append((("tolerances", path), str(error), written))
+        wrong += [(("tolerances", path, "[key]"), text, path) for path, text in set_twice(stack, tolerances)]
         refuse(self, wrong)
         return tolerances
 
@@ -189,6 +190,19 @@ class SimulationFile(SimulatedStack, Construction):
         """The stack alone; a `Construction` where something lies beside it."""
         kind = Stack if self.is_plain else Construction
         return kind(**{name: getattr(self, name) for name in kind.model_fields})
+
+
+def _cases(
+    sweep: Mapping[str, Sequence[Any]], expanded: Sequence[tuple[Mapping[str, Any], SimulationFile]]
+) -> tuple[Case, ...]:
+    """Return the cases of a sweep, in the order of `expand`, with their values as text."""
+    first = expanded[0][1]  # a path leads to fields of one unit in all of them
+    shown = product(*(texts(values, unit_of(first, path)) for path, values in sweep.items()))
+    names = [path.removeprefix("layers.") for path in sweep]
+    return tuple(
+        Case(values, simulation, dict(zip(names, told, strict=True)))
+        for (values, simulation), told in zip(expanded, shown, strict=True)
+    )
 
 
 def load_simulation(path: str | Path) -> SimulationFile:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from typing import Any, TypeVar
@@ -13,7 +14,7 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 from multilayer.bounds import CASES, SWEPT_VALUES
 from multilayer.errors import InputError, show, suggest
 from multilayer.models import mistake
-from multilayer.paths import with_entry
+from multilayer.paths import index_of, with_entry
 
 T = TypeVar("T")
 SWEPT = (
@@ -61,6 +62,96 @@ def _with_entries(data: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
     return changed
 
 
+def texts(values: Sequence[Any], unit: str | None) -> list[str]:
+    """Return the values of a swept path as text, no two alike: in few digits and words where these tell them apart.
+
+    Of numbers that look alike all digits are shown, of mappings what they do not all hold; what still does is numbered.
+
+    Parameters
+    ----------
+    values : sequence
+        As written.
+    unit : str or None
+        Of the field, which is put behind numbers.
+    """
+    shown = [_text(value, unit) for value in values]
+    for text in [text for text, count in Counter(shown).items() if count > 1]:
+        alike = [i for i, other in enumerate(shown) if other == text]
+        for i, longer in zip(alike, _told_apart([values[i] for i in alike], unit), strict=True):
+            shown[i] = longer
+    seen = Counter[str]()
+    for i, text in enumerate(shown):
+        seen[text] += 1
+        if seen[text] > 1:
+            shown[i] = f"{text} ({seen[text]})"
+    return shown
+
+
+def _text(value: Any, unit: str | None) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:g} {unit}" if unit and isinstance(value, int | float) else show(value)
+
+
+def _told_apart(values: Sequence[Any], unit: str | None) -> list[str]:
+    if not all(isinstance(value, Mapping) for value in values):
+        return [
+            f"{value!r} {unit}" if unit and isinstance(value, int | float) else _text(value, unit) for value in values
+        ]
+    first, *others = values
+    shared = {key for key in first if all(key in other and other[key] == first[key] for other in others)}
+    return [show({key: part for key, part in value.items() if key not in shared}) for value in values]
+
+
+def place(data: Any, path: str) -> tuple[str, ...]:
+    """Return the tokens of a path with indices in place of names: the same for all paths that lead to one field.
+
+    Parameters
+    ----------
+    data : object
+        A model, or what stands in a file.
+    path : str
+        As ``layers.foam.thickness``.
+
+    Raises
+    ------
+    InputError
+        When a list has no such entry.
+    """
+    tokens = path.split(".")
+    for at, token in enumerate(tokens):
+        if isinstance(data, list | tuple):
+            i = index_of(data, token, "")
+            tokens[at], data = str(i), data[i]
+        else:
+            data = data.get(token) if isinstance(data, Mapping) else getattr(data, token, None)
+    return tuple(tokens)
+
+
+def set_twice(data: Any, paths: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Give each path that sets again what one before it sets, and a message that names both.
+
+    Parameters
+    ----------
+    data : object
+        A model, or what stands in a file.
+    paths : iterable of str
+        In their order. One that leads nowhere is left to those who read it.
+    """
+    places: dict[str, tuple[str, ...]] = {}
+    for path in paths:
+        try:
+            here = place(data, path)
+        except InputError:
+            continue
+        for before, there in places.items():
+            if there == here:
+                yield path, f"'{path}' and '{before}' lead to the same field; leave one of them out"
+            elif there[: len(here)] == here:
+                yield path, f"'{path}' replaces what '{before}' sets in it; write it before that, or leave one out"
+        places[path] = here
+
+
 def mistakes(
     data: Mapping[str, Any], sweep: Any, validated: Callable[[Any], Any], without_sweep: Sequence[ErrorDetails]
 ) -> Iterator[InitErrorDetails]:
@@ -84,6 +175,8 @@ def mistakes(
         if count > bound.most:
             yield mistake("input", ("sweep",), str(bound.refusal(count, remedy="sweep fewer values")), sweep)
             return
+    for path, text in set_twice(data, lists):
+        yield mistake("input", ("sweep", path, "[key]"), text, path)
     for path, values in lists.items():
         if path.partition(".")[0] not in SWEPT:
             text = f"leads to nothing that can be swept; {suggest(path.partition('.')[0], SWEPT)}"

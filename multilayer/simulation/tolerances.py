@@ -11,14 +11,17 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.errors import InputError, show
-from multilayer.paths import Located, locate
+from multilayer.errors import InputError, Problem, show
+from multilayer.paths import Located, locate, with_values
+from multilayer.simulation.sweep import place
+from multilayer.stack import Stack
 from multilayer.units import parse_quantity
 
 _FORMS = "'5 %', a quantity such as '1 mm', {normal: '5 %'}, {normal: [mean, std]} or {uniform: [low, high]}"
 _MOST_ROUNDS = 50
 # round after which nine draws of ten that are still refused, and so many of them, will not all be allowed by the last
 _HOPELESS, _MANY = 10, 100
+_ASKED = 20  # refused draws that are asked why
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,12 @@ def _shown(value: Any) -> Any:
 def _parse(written: Any, field: Located) -> Tolerance:
     assert field.unit is not None
     if not isinstance(written, Mapping):
-        return _about_nominal("uniform", written, field.unit)
+        return _about("uniform", field.value, written, field.unit)
     if len(written) != 1 or next(iter(written)) not in ("normal", "uniform"):
         raise ValueError(f"{show(dict(written))} is no tolerance; write {_FORMS}")
     (shape, given), *_ = written.items()
     if not isinstance(given, list | tuple):
-        return _about_nominal(shape, given, field.unit)
+        return _about(shape, field.value, given, field.unit)
     if len(given) != 2 or isinstance(field.value, complex):
         about = "a complex value scatters by a share, as '5 %'" if len(given) == 2 else "two values are needed"
         raise ValueError(f"{show(list(given))} is no tolerance here: {about}")
@@ -86,13 +89,16 @@ def _parse(written: Any, field: Located) -> Tolerance:
     if shape == "uniform":
         last = _finite(given[1], field.unit)
         return Tolerance("uniform", (first + last) / 2, _positive((last - first) / 2, "high must lie above low"))
-    about_mean = _about_nominal("normal", given[1], field.unit)
+    about_mean = _about("normal", first, given[1], field.unit)
     width = about_mean.width * abs(first) if about_mean.relative else about_mean.width
     return Tolerance("normal", first, width)
 
 
-def _about_nominal(shape: Literal["uniform", "normal"], written: Any, unit: str) -> Tolerance:
+def _about(shape: Literal["uniform", "normal"], centre: complex, written: Any, unit: str) -> Tolerance:
+    """Return a tolerance about the nominal value, from its half width or standard deviation about `centre`."""
     if isinstance(written, str) and written.strip().endswith("%"):
+        if centre == 0:
+            raise ValueError(f"{written.strip()} of 0 is 0; write an absolute one{f' in {unit}' if unit else ''}")
         return Tolerance(shape, None, _positive(parse_quantity(written, ""), "it must be above 0 %"), relative=True)
     if not isinstance(written, str | int | float) or isinstance(written, bool):
         raise ValueError(f"{show(written)} is no tolerance; write {_FORMS}")
@@ -122,7 +128,7 @@ def _positive(width: float, otherwise: str) -> float:
 def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, seed: int) -> dict[str, Any]:
     """Return `samples` values of each field within its tolerance, independent of each other.
 
-    Values that the model refuses, such as a porosity above 1, are drawn again.
+    Values that the model refuses, such as a porosity above 1, or a patch larger than its wall, are drawn again.
 
     Parameters
     ----------
@@ -144,16 +150,26 @@ def draw(model: BaseModel, tolerances: Mapping[str, Tolerance], samples: int, se
     drawn = _draw(fields, tolerances, samples, rng)
     bad = np.ones(samples, dtype=bool)
     for number in range(_MOST_ROUNDS):
-        bad[bad] = ~allowed(fields, {path: values[bad] for path, values in drawn.items()})
+        bad[bad] = ~allowed(fields, {path: values[bad] for path, values in drawn.items()}, model)
         if not bad.any():
             return drawn
         if number == _HOPELESS and np.count_nonzero(bad) > max(0.9 * samples, _MANY):
             break
         for path, values in _draw(fields, tolerances, int(bad.sum()), rng).items():
             drawn[path][bad] = values
-    raise InputError(
-        f"tolerances: of {', '.join(tolerances)} hardly any draw is allowed; narrow the tolerances, or move their means"
-    )
+    refused = {path: values[bad][:_ASKED] for path, values in drawn.items()}
+    text = f"of {', '.join(tolerances)} hardly any draw is allowed ({_why_refused(fields, refused, model)})"
+    raise InputError(Problem(f"{text}; narrow the tolerances, or move their means", "tolerances"))
+
+
+def _why_refused(fields: Mapping[str, Located], drawn: Mapping[str, Any], model: BaseModel) -> str:
+    """Return what is wrong with one of some draws, of those that get farthest."""
+    left, why = [*range(len(next(iter(drawn.values()))))], ""
+    for holder, inside in _holders(fields, drawn, model):
+        told = {i: _refusal(holder, _row(inside, i)) for i in left}
+        why = next(filter(None, told.values()), why)
+        left = [i for i in left if not told[i]]
+    return why
 
 
 def _draw(
@@ -167,7 +183,7 @@ def _draw(
     }
 
 
-def allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArray:
+def allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any], model: BaseModel | None = None) -> BoolArray:
     """Return which draws are valid for every model that holds one of the fields.
 
     Parameters
@@ -176,17 +192,46 @@ def allowed(fields: Mapping[str, Located], drawn: Mapping[str, Any]) -> BoolArra
         By path.
     drawn : mapping
         Values by path, arrays of one length.
+    model : BaseModel, optional
+        From which the paths lead: what lies between, as the layer whose patches have shares, must be valid, too.
     """
-    n = len(next(iter(drawn.values())))
-    good = np.ones(n, dtype=bool)
-    for owner in {id(field.owner): field.owner for field in fields.values()}.values():
-        inside = {field.field: drawn[path] for path, field in fields.items() if field.owner is owner}
-        if not _all_fit(owner, inside, n):
-            good &= [_fits(owner, {name: values[i].item() for name, values in inside.items()}) for i in range(n)]
+    good = np.ones(len(next(iter(drawn.values()))), dtype=bool)
+    for holder, inside in _holders(fields, drawn, model):
+        left = {path: values[good] for path, values in inside.items()}
+        n = int(good.sum())
+        if n and not _all_fit(holder, left, n):
+            good[good] = [_fits(holder, _row(left, i)) for i in range(n)]
     return good
 
 
-def _all_fit(owner: BaseModel, drawn: Mapping[str, Any], n: int) -> bool:
+def _row(drawn: Mapping[str, Any], i: int) -> dict[str, Any]:
+    return {path: values[i].item() for path, values in drawn.items()}
+
+
+def _holders(
+    fields: Mapping[str, Located], drawn: Mapping[str, Any], model: BaseModel | None
+) -> list[tuple[BaseModel, dict[str, Any]]]:
+    """Return the models that hold fields, the innermost first, each with what is drawn by the paths from there."""
+    if model is None:
+        owners = {id(field.owner): (field.owner, dict[str, Any]()) for field in fields.values()}
+        for path, field in fields.items():
+            owners[id(field.owner)][1][field.field] = drawn[path]
+        return list(owners.values())
+    found: dict[tuple[str, ...], tuple[BaseModel, dict[str, Any]]] = {}
+    for path, values in drawn.items():
+        item: Any = model
+        tokens = place(model, path)
+        for i, token in enumerate(tokens):
+            if isinstance(item, BaseModel):
+                if type(item) is not Stack:  # whose own rules are of names and contacts
+                    found.setdefault(tokens[:i], (item, {}))[1][".".join(tokens[i:])] = values
+                item = getattr(item, token)
+            else:
+                item = item[int(token)]
+    return [found[at] for at in sorted(found, key=len, reverse=True)]
+
+
+def _all_fit(holder: BaseModel, drawn: Mapping[str, Any], n: int) -> bool:
     """Return whether every corner of the box that draws span is valid, where that is quicker to tell than each draw.
 
     Then so is what lies between: a rule of a model bounds a field or compares fields, is monotone in each or convex
@@ -195,7 +240,7 @@ def _all_fit(owner: BaseModel, drawn: Mapping[str, Any], n: int) -> bool:
     if 2 ** len(drawn) >= n:
         return False
     corners = product(*(_extremes(values) for values in drawn.values()))
-    return all(_fits(owner, dict(zip(drawn, corner, strict=True))) for corner in corners)
+    return all(_fits(holder, dict(zip(drawn, corner, strict=True))) for corner in corners)
 
 
 def _extremes(values: Any) -> tuple[Any, Any]:
@@ -204,9 +249,16 @@ def _extremes(values: Any) -> tuple[Any, Any]:
     return values[np.argmin(along)].item(), values[np.argmax(along)].item()
 
 
-def _fits(owner: BaseModel, values: Mapping[str, Any]) -> bool:
+def _fits(holder: BaseModel, values: Mapping[str, Any]) -> bool:
+    return not _refusal(holder, values)
+
+
+def _refusal(holder: BaseModel, values: Mapping[str, Any]) -> str:
+    """Return what is wrong with a model that has other values at some paths; nothing if it is valid."""
+    deeper = {path: value for path, value in values.items() if "." in path}
+    own = {name: value for name, value in values.items() if name not in deeper}  # in a dict, which is faster
     try:
-        type(owner).model_validate({**dict(owner), **values})
-    except ValidationError:
-        return False
-    return True
+        type(holder).model_validate({**dict(with_values(holder, deeper)), **own})
+    except ValidationError as error:
+        return error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+    return ""

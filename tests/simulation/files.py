@@ -25,3 +25,17 @@ layers:
   - {{type: elastic_plate, name: back, {_PLATE}}}
 termination: ambient
 """
+FOAM_BESIDE_CHAMBER = """\
+version: 1
+layers:
+  - type: patches
+    name: mix
+    period: 60 mm
+    patches:
+      - name: foam
+        share: 70 %
+        layers: [{type: equivalent_fluid, model: miki, thickness: 50 mm, flow_resistivity: 10 kN s/m^4}]
+      - {name: chamber, share: 30 %, closed: true, layers: [{type: fluid, thickness: 200 mm}]}
+termination: rigid
+frequency: [400, 1000]
+"""

@@ -17,7 +17,7 @@ from multilayer.simulation.file import load_simulation
 from multilayer.simulation.run import plan
 from multilayer.simulation.tasks import run_task
 from multilayer.units import Length
-from tests.simulation.files import FOAM, PANEL
+from tests.simulation.files import FOAM, FOAM_BESIDE_CHAMBER, PANEL
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BANDS = {"third_octaves": ["250 Hz", "1 kHz"]}
@@ -121,6 +121,23 @@ def test_rules_between_fields_hold():
     task = task_of(PANEL.replace("70 GPa", "70+1j GPa").replace(", loss_factor: 0.01", ""), incidence=60)
     data = run_task(task).quantities["absorption"] * 1.5
     assert not [item for item in sought(task, "absorption", data) if item.field.endswith("loss_factor")]
+
+
+def test_no_single_share_of_a_pattern_is_sought():
+    """The shares make 1: another value of one alone is no pattern."""
+    task = task_of(FOAM_BESIDE_CHAMBER)
+    data = np.clip(run_task(task).quantities["absorption"] * 1.2, 0, 1)
+    fields = [item.field for item in sought(task, "absorption", data)]
+    assert fields
+    assert not [field for field in fields if field.endswith("share")]
+
+
+def test_frequencies_at_which_nothing_was_measured_are_left_out():
+    task = task_of(FOAM)
+    data = measured(task, "absorption", foam__thickness=0.06)
+    data[3::4] = np.nan
+    best = sought(task, "absorption", data)[0]
+    assert (best.field, best.value) == ("foam.thickness", pytest.approx(0.06, rel=1e-6))
 
 
 def test_a_field_that_is_0_is_sought_too():

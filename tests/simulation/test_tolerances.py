@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, uniform
 
+from multilayer.config import parse_yaml
 from multilayer.errors import InputError
 from multilayer.paths import locate
 from multilayer.simulation import SimulationFile, tolerances
 from multilayer.simulation.tolerances import allowed, draw
-from tests.simulation.files import FOAM
+from multilayer.stack import Stack
+from tests.cli.command import run
+from tests.simulation.files import FOAM, FOAM_BESIDE_CHAMBER
 
 THICKNESS, POROSITY = "layers.foam.thickness", "layers.foam.porosity"
 LAW = "layers.foam.young_modulus"
@@ -17,7 +20,6 @@ LAW = "layers.foam.young_modulus"
 @pytest.fixture
 def simulation(tmp_path):
     """Give a function that returns the foam with tolerances."""
-    from multilayer.config import parse_yaml
 
     def read(tolerances, **fields):
         data = parse_yaml(FOAM, tmp_path / "foam.yaml").data
@@ -82,6 +84,37 @@ def test_hardly_any_is_allowed(simulation):
         drawn(simulation({POROSITY: {"normal": [3, "1 %"]}}))
 
 
+_PLATE = "{type: elastic_plate, thickness: 6 mm, density: 2500, young_modulus: 70 GPa, poisson_ratio: 0.22}"
+WINDOW = f"""\
+version: 1
+layers: [{_PLATE}]
+termination: ambient
+area: 10 m2
+beside:
+  - {{type: patch, name: window, area: 9.5 m2, stack: {{layers: [{_PLATE}], termination: ambient}}}}
+frequency: [100, 500]
+"""
+
+
+@pytest.mark.parametrize("share", ["5 %", "50 %"])
+def test_shares_that_no_longer_make_a_whole(tmp_path, share):
+    (tmp_path / "mix.yaml").write_text(f"{FOAM_BESIDE_CHAMBER}tolerances: {{layers.mix.patches.0.share: {share}}}\n")
+    done = run("simulate", tmp_path / "mix.yaml", "--out", tmp_path / "out")
+    assert done.status == 2
+    assert done.err.startswith(f"{tmp_path / 'mix.yaml'}:13:13: tolerances: of layers.mix.patches.0.share hardly any")
+    assert "is allowed (the shares sum up to " in done.err
+
+
+@pytest.mark.parametrize("path", ["area", "beside.window.area"])
+def test_what_the_wall_refuses_is_drawn_again(path):
+    file = SimulationFile.model_validate(
+        {**parse_yaml(WINDOW, "wall.yaml").data, "tolerances": {path: {"normal": "10 %"}}}
+    )
+    values = drawn(file, 500)[path]
+    assert np.all(values > 9.5 if path == "area" else values < 10)
+    assert np.std(values) > 0.3
+
+
 def test_few_samples_may_take_many_rounds(simulation):
     # one draw in ten is allowed: two samples may be refused for longer than many would be without hope
     rare = simulation({POROSITY: {"normal": [1.0256, 0.02]}})
@@ -100,6 +133,16 @@ def test_seed(simulation):
 def test_independent(simulation):
     thickness, porosity = drawn(simulation({THICKNESS: "10 %", POROSITY: "1 %"})).values()
     assert abs(np.corrcoef(thickness, porosity)[0, 1]) < 0.05
+
+
+def test_one_instance_in_two_places_is_two_layers():
+    plate = SimulationFile.model_validate(parse_yaml(WINDOW, "wall.yaml").data).layers[0]
+    stack = Stack(layers=[plate, {"type": "fluid", "thickness": 0.1}, plate], termination="ambient")
+    file = SimulationFile.model_validate(
+        {**dict(stack), "tolerances": {"layers.0.thickness": {"normal": [0.001, 0.001]}, "layers.2.thickness": "1 %"}}
+    )
+    values = drawn(file, 500)
+    assert np.all(values["layers.0.thickness"] > 0)
 
 
 @pytest.mark.parametrize(
@@ -126,3 +169,13 @@ def test_draws_within_bounds_are_not_checked_one_by_one(simulation, monkeypatch)
     monkeypatch.setattr(tolerances, "_fits", lambda owner, values: checked.append(values) or True)
     drawn(simulation({THICKNESS: "10 %", LAW: "10 %"}, young_modulus="1e5+2e4j"), 100_000)
     assert len(checked) == 4  # corners of a box of two fields
+
+
+def test_draws_in_a_wall_are_checked_at_their_corners_too(monkeypatch):
+    checked, fits = [], tolerances._fits
+    monkeypatch.setattr(tolerances, "_fits", lambda owner, values: checked.append(values) or fits(owner, values))
+    file = SimulationFile.model_validate(
+        {**parse_yaml(WINDOW, "wall.yaml").data, "tolerances": {"area": "1 %", "layers.0.thickness": "5 %"}}
+    )
+    drawn(file, 100_000)
+    assert len(checked) == 6  # of the layer's field, and of both in the wall

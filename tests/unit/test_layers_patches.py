@@ -10,8 +10,11 @@ from multilayer.layers.patches import Patches
 from multilayer.matrix.faces import mirrored
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import dry_air
+from multilayer.paths import locate
 from multilayer.response import plane_wave, power_balance
 from multilayer.stack import Stack
+from tests.cli.command import run
+from tests.simulation.files import FOAM_BESIDE_CHAMBER
 
 FREQUENCY, ANGLE = np.array([50.0, 500.0, 2000.0]), np.array([0.0, 50.0, 80.0])
 WOOL = {
@@ -77,6 +80,36 @@ def test_air_beside_wool_shares_the_pressure_behind():
     made = pattern({"share": 0.5, "layers": [weak]}, {"share": 0.5, "layers": [strong]})
     expected = 1 / (0.5 / 100 + 0.5 / 5000) + 1 / admittance(cavity)
     assert_allclose(1 / admittance(made, cavity), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "varied",
+    [("patches.0.layers.0.thickness",), ("patches.1.layers.1.thickness",), ("patches.0.share", "patches.1.share")],
+)
+def test_arrays_in_place_of_fields_are_each_value_by_itself(varied):
+    closed = {"share": 0.3, "layers": [{"type": "screen", "flow_resistance": 400.0}, Fluid(thickness=0.2)]}
+    stack = Stack(layers=(pattern({"share": 0.7, "layers": [WOOL]}, {**closed, "closed": True}), Fluid(thickness=0.02)))
+    factors = np.array([0.9, 1.0, 1.2])
+    nominal = [locate(stack, f"layers.0.{path}").value for path in varied]
+    each = [np.array(factors * value if i == 0 else 1 - factors * nominal[0]) for i, value in enumerate(nominal)]
+
+    def reflection(values):
+        changed = {f"layers.0.{path}": value for path, value in zip(varied, values, strict=True)}
+        return plane_wave(stack.replaced(changed), FREQUENCY, 30.0).reflection
+
+    together = reflection([values[:, None] for values in each])
+    alone = [reflection([float(values[i]) for values in each]) for i in range(len(factors))]
+    assert_allclose(together, alone, rtol=1e-12)
+
+
+@pytest.mark.parametrize("path", ["foam.layers.0.thickness", "chamber.layers.0.thickness"])
+def test_tolerances_inside(tmp_path, path):
+    (tmp_path / "mix.yaml").write_text(
+        f"{FOAM_BESIDE_CHAMBER}tolerances: {{layers.mix.patches.{path}: 5 %}}\nsamples: 20\n"
+    )
+    done = run("simulate", tmp_path / "mix.yaml", "--out", tmp_path / "out", "--no-figures")
+    assert (done.status, done.err) == (0, "")
+    assert f"mix.patches.{path}" in done.out
 
 
 def test_power_is_kept():

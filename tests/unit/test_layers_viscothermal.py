@@ -83,8 +83,6 @@ class TestFields:
             surface(ViscothermalFluid(thickness=0.05, tube_radius=5e-6))
         with (
             pytest.warns(ValidityWarning, match=r"up to 10000; here it is 1\.643e\+04 \(3000 Hz\)"),
-            pytest.warns(
-                ValidityWarning, match=r"width of a tube / wavelength up to 0\.5; .* \(1000 to 3000 Hz\)"
-            ),
+            pytest.warns(ValidityWarning, match=r"width of a tube / wavelength up to 0\.5; .* \(1000 to 3000 Hz\)"),
         ):
             surface(ViscothermalFluid(thickness=0.05, tube_radius=0.1))
