@@ -31,7 +31,7 @@ class LawFit:
     parameters : dict
         Value by name, in SI; entries of lists as ``relaxation_time.0``.
     covariance : array, shape (n, n)
-        Of the natural logarithms of `parameters`; zero for those on a bound.
+        Of the natural logarithms of `parameters`; zero for those on a bound, NaN where it is not known.
     on_bound : tuple of str
         Parameters that end on a bound of the search or of the passive range.
     frequency, modulus, modelled : array
@@ -51,7 +51,7 @@ class LawFit:
 
     @property
     def std(self) -> dict[str, float]:
-        """Standard deviations of the parameters, in their units."""
+        """Standard deviations of the parameters, in their units; NaN where there are as many unknowns as data."""
         relative = np.sqrt(np.diag(self.covariance))
         return {name: value * float(s) for (name, value), s in zip(self.parameters.items(), relative, strict=True)}
 
@@ -94,7 +94,8 @@ def fit_law(
     modulus : array, shape (n,)
         E1 + i E2, Pa.
     relative_std : float or array, optional
-        Standard deviation of either part over abs(E); without it, estimated from the residual.
+        Standard deviation of either part over abs(E); without it, estimated from the residual, which tells none where
+        there are as many unknowns as data.
     elements : int, optional
         Number of branches or steps of laws that have them.
     fixed : mapping, optional
@@ -126,7 +127,7 @@ def fit_law(
     points = space.points(_CANDIDATES, np.random.default_rng(seed))
     best = np.argsort(np.sum(residual(points) ** 2, axis=-1), kind="stable")[:starts]
     found = sorted((_refine(residual, space, z) for z in (space.first(f, e), *points[best])), key=lambda pair: pair[1])
-    per_datum = found[0][1] ** 2 / max(2 * f.size - space.low.size, 1) if relative_std is None else 1.0
+    per_datum = 1.0 if relative_std is not None else _variance(found[0][1], 2 * f.size - space.low.size)
     misfits = np.array([misfit for _, misfit in found]) / np.sqrt(2 * f.size)
     return _result(found[0][0], space, residual, per_datum, misfits, f, e)
 
@@ -139,6 +140,11 @@ def _checked(frequency: ArrayLike, modulus: ArrayLike) -> tuple[RealArray, Compl
     if not np.all(good):
         raise InputError(f"entry {int(np.argmin(good)) + 1}: frequency and E1 must be finite and above 0; leave it out")
     return f, e
+
+
+def _variance(misfit: float, freedom: int) -> float:
+    """Return the variance of the residual, of norm `misfit`; NaN where no degree of freedom tells it."""
+    return misfit**2 / freedom if freedom > 0 else float("nan")
 
 
 def _refine(residual: Residual, space: LawSpace, start: RealArray) -> tuple[RealArray, float]:
@@ -163,4 +169,6 @@ def _result(
     response = by_logs @ np.linalg.pinv(by_residual)
     values = dict(zip(space.names, np.exp(space.logs(z)).tolist(), strict=True))
     on_bound = tuple(name for name, on in zip(space.names, held, strict=True) if on)
-    return LawFit(law, values, per_datum * response @ response.T, on_bound, f, e, law(f), misfits)
+    covariance = response @ response.T
+    covariance[covariance != 0] *= per_datum
+    return LawFit(law, values, covariance, on_bound, f, e, law(f), misfits)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import logsumexp
 
+from multilayer.arrays import IndexArray, RealArray
 from multilayer.errors import InputError, suggest
 from multilayer.inference.identifiability import Derived, Identifiability, identifiability
 from multilayer.inference.nested_sampling import nested, require_sampler
-from multilayer.inference.posterior import GaussianMixture, Posterior, laplace
+from multilayer.inference.posterior import GaussianMixture, Posterior, distinct_modes, laplace
 from multilayer.inference.problem import Minimum, Problem
 from multilayer.inference.profile import Profile, profile_likelihood
 
@@ -20,6 +22,7 @@ METHODS = (LAPLACE, "profile", "nested")
 _DRAWS = 8000  # quantiles of samples are then exact to 0.025 standard deviations
 _LEAST_SHARE = 0.3  # effective share of draws below which a reader is warned
 _OUTER = 0.9
+_FAINT = 1e-3  # probability of a mode below which no profile is taken of it
 Tell = Callable[[str], None]
 
 
@@ -100,8 +103,8 @@ def summarise(
     minima : sequence of Minimum
         The most probable first.
     method : {'laplace', 'profile', 'nested'}
-        ``profile`` follows every parameter that is not a nuisance; curves then come from the profile that departs most
-        from the Gaussian.
+        ``profile`` follows every parameter that is not a nuisance, from every mode that counts; curves then come from
+        the profile that departs most from the Gaussians.
     derived : sequence of Derived
         Quantities to report in place of coordinates.
     draws : int
@@ -122,15 +125,52 @@ def summarise(
     if method == LAPLACE:
         identified = identifiability(problem, minima[0], posterior=gaussian, derived=derived)
         return PosteriorSummary(method, gaussian, identified)
+    chances = zip(distinct_modes(minima), gaussian.weights, strict=True)
+    modes = [mode for mode, chance in chances if chance >= _FAINT]
     profiles = []
     for number, parameter in enumerate(problem.parameters):
         if not parameter.nuisance:
-            profiles.append(profile_likelihood(problem, minima[0], number, draws=draws, seed=seed))
+            found = [profile_likelihood(problem, mode, number, draws=draws, seed=seed) for mode in modes]
+            profiles.append(found[0] if len(found) == 1 else _mixed(found, modes, np.random.default_rng(seed)))
             if tell is not None:
                 tell(f"profile of {parameter.name}")
     chosen = max(profiles, key=lambda profile: _departure(profile, gaussian), default=gaussian)
     identified = identifiability(problem, minima[0], posterior=chosen, profiles=profiles, derived=derived)
     return PosteriorSummary(method, chosen, identified)
+
+
+def _mixed(profiles: Sequence[Profile], modes: Sequence[Minimum], rng: np.random.Generator) -> Profile:
+    """Return the profiles along one parameter from several modes as one, by evidence.
+
+    Each counts where its own mode is the nearest: a profile may lead on from one mode into another, and none may count
+    twice. Along the parameter the lowest of the profiles counts.
+    """
+    first, draws = profiles[0], len(profiles[0].samples)
+    samples = np.concatenate([profile.samples for profile in profiles])
+    own = np.repeat(np.arange(len(profiles)), draws) == _nearest(samples, modes)
+    logs = np.where(own, np.repeat([profile.log_evidence for profile in profiles], draws), -np.inf) - np.log(draws)
+    evidence = float(logsumexp(logs))
+    share = np.exp(logs - evidence)
+    along = samples[:, first.index(first.name)]
+    order = np.argsort(along)
+    marginal = np.stack([along[order], np.cumsum(share[order]) - share[order] / 2])
+    z = np.unique(np.concatenate([profile.z for profile in profiles]))
+    costs, misfits = (
+        np.array([np.interp(z, p.z, getattr(p, name), left=np.inf, right=np.inf) for p in profiles])
+        for name in ("cost", "misfit")
+    )
+    lowest = np.argmin(costs, axis=0), np.arange(len(z))
+    drawn = samples[rng.choice(len(samples), size=draws, p=share / share.sum())]
+    return replace(
+        first, samples=drawn, log_evidence=evidence, z=z, cost=costs[lowest], misfit=misfits[lowest], marginal=marginal
+    )
+
+
+def _nearest(samples: RealArray, modes: Sequence[Minimum]) -> IndexArray:
+    """Return to which mode each sample is nearest, in the standard deviations of that mode."""
+    apart = [samples - mode.z for mode in modes]
+    squares = [np.einsum("ki,ij,kj->k", d, mode.precision, d) for d, mode in zip(apart, modes, strict=True)]
+    return np.asarray(np.argmin(squares, axis=0))
 
 
 def _departure(profile: Profile, gaussian: GaussianMixture) -> float:

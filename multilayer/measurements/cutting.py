@@ -24,7 +24,7 @@ _QUIET = 1e-3  # of the top's crest: a ring-down is followed down to this,
 _ABOVE_NOISE = 1.5  # or to the noise, by its mean over
 _SMOOTH = 2.0  # periods of the burst
 _TURN = 0.01  # rad of the tone: what a repeat may be off without being shifted between samples
-_SAME_FREQUENCY = 0.01  # relative distance below which the bursts of two files are repeats
+_SAME_FREQUENCY = 0.01  # relative distance up to which two bursts are repeats, where no frequencies are known
 _MARGIN = 256  # samples on both sides of what is shifted, where the shift of a record's ends fades
 _FEWEST = 16  # samples that a level is taken of
 _LEAST = 0.02  # of a burst: quiet ahead of it and behind it, without which it counts as cut
@@ -111,7 +111,7 @@ def cut_bursts(
     Raises
     ------
     InputError
-        When there is no burst.
+        When there is no burst, or without known frequencies bursts that may be repeats or neighbours.
     """
     repeats: list[_Repeat] = []
     left_out: list[str] = []
@@ -163,20 +163,38 @@ def _reason(pair: Pair, burst: FoundBurst, what: str) -> str:
 
 
 def _groups(repeats: Sequence[_Repeat], known: tuple[float, ...], left_out: list[str]) -> dict[float, list[_Repeat]]:
-    """Return the repeats by stated frequency."""
-    ordered = sorted(repeats, key=lambda repeat: repeat.burst.frequency)
-    clusters: list[list[_Repeat]] = []
-    for repeat in ordered:
-        near = clusters and repeat.burst.frequency <= (1 + _SAME_FREQUENCY) * clusters[-1][-1].burst.frequency
-        clusters = [*clusters[:-1], [*clusters[-1], repeat]] if near else [*clusters, [repeat]]
+    """Return the repeats by stated frequency: of the known ones that of each burst by itself."""
     groups: dict[float, list[_Repeat]] = {}
-    for cluster in clusters:
+    for cluster in [[repeat] for repeat in repeats] if known else _clusters(repeats):
         stated = stated_frequency(_median_frequency(cluster), known)
         if stated is None:
             left_out += [_reason(repeat.pair, repeat.burst, "is none of the frequencies given") for repeat in cluster]
         else:
             groups.setdefault(stated, []).extend(cluster)
     return groups
+
+
+def _clusters(repeats: Sequence[_Repeat]) -> list[list[_Repeat]]:
+    """Return the repeats by frequency; refuse a chain of neighbours that is wider than one frequency can be."""
+    clusters: list[list[_Repeat]] = []
+    for repeat in sorted(repeats, key=lambda repeat: repeat.burst.frequency):
+        near = clusters and _are_repeats(clusters[-1][-1], repeat)
+        clusters = [*clusters[:-1], [*clusters[-1], repeat]] if near else [*clusters, [repeat]]
+    wide = [cluster for cluster in clusters if not _are_repeats(cluster[0], cluster[-1])]
+    if wide:
+        raise InputError([_of_chain(cluster) for cluster in wide])
+    return clusters
+
+
+def _are_repeats(low: _Repeat, high: _Repeat) -> bool:
+    return high.burst.frequency <= (1 + _SAME_FREQUENCY) * low.burst.frequency
+
+
+def _of_chain(cluster: Sequence[_Repeat]) -> str:
+    low, high = (repeat.burst.frequency for repeat in (cluster[0], cluster[-1]))
+    span = f"{len(cluster)} bursts are found from {low:.5g} to {high:.5g} Hz"
+    text = f"{span}, each within {_SAME_FREQUENCY:.0%} of the next"
+    return f"{text}: which are repeats of one frequency cannot be told; list those that were played in --frequencies"
 
 
 def _median_frequency(group: Sequence[_Repeat]) -> float:

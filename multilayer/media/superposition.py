@@ -17,6 +17,7 @@ from multilayer.arrays import ArrayLike, RealArray
 from multilayer.errors import InputError
 
 _OFF_THE_POLE = 1.0  # K
+_SMALLEST = 1e-12  # of the largest variance: what is below is rounding
 
 
 def wlf_log_shift(temperature: ArrayLike, reference: float, c1: float, c2: float) -> RealArray:
@@ -129,7 +130,8 @@ class ShiftFit:
     ----------
     name : {'wlf', 'arrhenius'}
     parameters, std : dict
-        ``c1`` (decades) and ``c2`` (K), or ``activation_energy`` (J/mol).
+        ``c1`` (decades) and ``c2`` (K), or ``activation_energy`` (J/mol); the standard deviations NaN where there are
+        as many parameters as shifts whose own errors are not known.
     residual : array
         Shift minus formula at each temperature, decades.
     """
@@ -145,8 +147,10 @@ class ShiftFit:
         return float(np.sqrt(np.mean(self.residual**2)))
 
 
-def fit_wlf(temperature: ArrayLike, log_shift: ArrayLike, reference: float) -> ShiftFit:
-    """Fit c1 and c2 of Williams, Landel and Ferry to shifts log10 a_T.
+def fit_wlf(
+    temperature: ArrayLike, log_shift: ArrayLike, reference: float, covariance: ArrayLike | None = None
+) -> ShiftFit:
+    """Fit c1 and c2 of Williams, Landel and Ferry to shifts log10 a_T, by generalised least squares.
 
     Parameters
     ----------
@@ -155,32 +159,56 @@ def fit_wlf(temperature: ArrayLike, log_shift: ArrayLike, reference: float) -> S
     log_shift : array, shape (m,)
         Decades.
     reference : float
-        K.
+        K; the shift there is 0 and no datum.
+    covariance : array, shape (m, m), optional
+        Of the shifts, decades squared. Standard deviations follow from it, widened by the root of chi-square per degree
+        of freedom where the formula misses by more; without it all shifts count alike, as uncertain as their residual.
     """
     t, wanted = np.asarray(temperature, dtype=float), np.asarray(log_shift, dtype=float)
     pole = max(reference - float(t.min()), 0.0) + _OFF_THE_POLE
+    whiten = _whitening(t, reference, covariance)
 
     def residual(x: RealArray) -> RealArray:
         return wanted - wlf_log_shift(t, reference, x[0], x[1])
 
-    fit = least_squares(residual, [10.0, pole + 50.0], bounds=([0.0, pole], [np.inf, np.inf]), x_scale=[1.0, 10.0])
-    return _shift_fit("wlf", ("c1", "c2"), fit.x, np.asarray(fit.jac), fit.fun)
+    def whitened(x: RealArray) -> RealArray:
+        return np.asarray(whiten @ residual(x))
+
+    fit = least_squares(whitened, [10.0, pole + 50.0], bounds=([0.0, pole], [np.inf, np.inf]), x_scale=[1.0, 10.0])
+    std = _std(fit.fun, np.asarray(fit.jac), covariance is not None)
+    return _shift_fit("wlf", ("c1", "c2"), fit.x, std, residual(fit.x))
 
 
-def fit_arrhenius(temperature: ArrayLike, log_shift: ArrayLike, reference: float) -> ShiftFit:
+def fit_arrhenius(
+    temperature: ArrayLike, log_shift: ArrayLike, reference: float, covariance: ArrayLike | None = None
+) -> ShiftFit:
     """Fit an activation energy to shifts log10 a_T; parameters as for `fit_wlf`."""
-    per_joule = arrhenius_log_shift(temperature, reference, 1.0)
-    energy = float(per_joule @ np.asarray(log_shift) / (per_joule @ per_joule))
-    residual = np.asarray(log_shift, dtype=float) - energy * per_joule
-    return _shift_fit("arrhenius", ("activation_energy",), np.array([energy]), -per_joule[:, np.newaxis], residual)
+    t, wanted = np.asarray(temperature, dtype=float), np.asarray(log_shift, dtype=float)
+    per_joule = arrhenius_log_shift(t, reference, 1.0)
+    whiten = _whitening(t, reference, covariance)
+    slope, target = whiten @ per_joule, whiten @ wanted
+    energy = float(slope @ target / (slope @ slope))
+    std = _std(target - energy * slope, slope[:, np.newaxis], covariance is not None)
+    return _shift_fit("arrhenius", ("activation_energy",), np.array([energy]), std, wanted - energy * per_joule)
 
 
-def _shift_fit(name: str, names: tuple[str, ...], x: RealArray, jacobian: RealArray, residual: RealArray) -> ShiftFit:
-    variance = float(residual @ residual) / max(residual.size - 1 - x.size, 1)  # the reference's 0 is no datum
-    std = np.sqrt(variance * np.diag(np.linalg.pinv(jacobian.T @ jacobian)))
-    return ShiftFit(
-        name,
-        dict(zip(names, x.tolist(), strict=True)),
-        dict(zip(names, std.tolist(), strict=True)),
-        residual,
-    )
+def _whitening(temperature: RealArray, reference: float, covariance: ArrayLike | None) -> RealArray:
+    """Return the map of shifts to independent numbers of one variance, 1 by the covariance, without the reference's."""
+    others: RealArray = np.eye(temperature.size)[temperature != reference]
+    if covariance is None:
+        return others
+    variance, directions = np.linalg.eigh(others @ np.asarray(covariance, dtype=float) @ others.T)
+    return np.asarray((directions / np.sqrt(np.maximum(variance, _SMALLEST * variance[-1]))).T @ others)
+
+
+def _std(residual: RealArray, jacobian: RealArray, stated: bool) -> RealArray:
+    """Return the standard deviations of parameters by whitened residual and Jacobian; of variance 1 where stated."""
+    freedom = residual.size - jacobian.shape[1]
+    variance = float(residual @ residual) / freedom if freedom > 0 else float("nan")
+    widened = np.fmax(variance, 1.0) if stated else variance
+    return np.asarray(np.sqrt(widened * np.diag(np.linalg.pinv(jacobian.T @ jacobian))))
+
+
+def _shift_fit(name: str, names: tuple[str, ...], x: RealArray, std: RealArray, residual: RealArray) -> ShiftFit:
+    parameters, spreads = (dict(zip(names, values.tolist(), strict=True)) for values in (x, std))
+    return ShiftFit(name, parameters, spreads, residual)

@@ -80,7 +80,9 @@ def _verdicts(comparison: MethodComparison, configuration: str) -> Listing:
             f"{100 * apart[m].storage_difference:+.1f} %" if m in apart else "-"
         ),
         "E2": lambda m: f"{100 * apart[m].loss_difference:+.1f} %" if m in apart else "-",
-        "within 2 s": lambda m: f"{100 * apart[m].within:.0f} %" if m in apart else "-",
+        "within 2 s": lambda m: (
+            f"{100 * apart[m].within:.0f} %" if m in apart and math.isfinite(apart[m].within) else "-"
+        ),
         "why": lambda m: _why(checks.get(m)),
     }
     return Listing.of(comparison.methods, columns, notes=(rod,) if math.isfinite(limit) else ())

@@ -1,12 +1,17 @@
 """Several methods on one campaign: what bursts far below the resonance say, and what two points say of each other."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from multilayer.fits.classical.compare import compare_methods, number_of_steps_of_all
 from multilayer.fits.classical.comparison import MethodComparison, MethodPoint, causality_check
+from multilayer.fits.classical.methods import QuasiStatic
+from multilayer.fits.result import BurstFit
 from multilayer.fits.settings import FitSettings
-from multilayer.measurements.description import Campaign
+from multilayer.fits.sources import FitJob
+from multilayer.measurements.description import Campaign, Uncertainty
 from multilayer.media.rod import rod_transmissibility
 from multilayer.rig.shape_factor import static_shape_factor
 from multilayer.signals.bursts import hann_burst
@@ -64,6 +69,34 @@ def test_bursts_far_below_the_resonance_are_a_quasi_static_test() -> None:
     assert nu == pytest.approx(NU, abs=0.01)
 
 
+def test_what_is_stated_moves_slow_moduli_as_said() -> None:
+    """Every cause of its own, by evaluating the same signals with it."""
+    campaign, recordings = stiff_campaign()
+    known = Uncertainty(channel_gain=1e-6, thickness=1e-4, density=0.02, top_plate_mass=0.003)
+    flat = campaign.configurations[1]
+    campaign = campaign.model_copy(update={"configurations": [flat]})
+
+    def slow(**update: Any) -> BurstFit:
+        job = FitJob(campaign.model_copy(update=update), recordings, FitSettings(), None)
+        (burst,) = QuasiStatic().run(job, lambda text: None).bursts
+        return burst
+
+    step = 0.1
+    sample, plate = campaign.specimen, campaign.top_plate
+    moved = [
+        {"configurations": [flat.model_copy(update={"specimen_thickness": 0.0125 + step * known.thickness})]},
+        {"specimen": sample.model_copy(update={"density": sample.density * (1 + step * known.density)})},
+        {"top_plate": plate.model_copy(update={"density": plate.density * (1 + step * known.top_plate_mass)})},
+    ]
+    alone, stated = slow(), slow(uncertainty=known)
+    shifts = np.array([slow(**update).storage_modulus / alone.storage_modulus - 1 for update in moved]) / step
+    own = np.sqrt(stated.storage_modulus_std**2 - alone.storage_modulus_std**2) / alone.storage_modulus
+    assert own == pytest.approx(np.linalg.norm(shifts), rel=0.03)
+    of_loss = np.sqrt(stated.loss_modulus_std**2 - alone.loss_modulus_std**2) / alone.loss_modulus
+    assert of_loss == pytest.approx(own, rel=1e-6)
+    assert stated.loss_factor_std == alone.loss_factor_std
+
+
 def _points(method: str, storage: complex, std: float, reliable: bool = True) -> list[MethodPoint]:
     f = np.arange(100.0, 1600.0, 100.0)
     e = storage * (f / 100) ** (2 / np.pi * np.angle(storage))
@@ -80,6 +113,15 @@ def test_agreement_counts_in_standard_deviations_of_both() -> None:
     assert (apart.method, apart.reference, apart.n_points) == ("plane-wave", "finite", 15)
     assert (apart.storage_difference, apart.within) == (pytest.approx(-0.2), 0.0)
     assert (close.loss_difference, close.within) == (pytest.approx(0.01), 1.0)
+
+
+def test_an_unknown_standard_deviation_is_no_disagreement() -> None:
+    points = _points("finite", 2e5 + 4e4j, 0.01)
+    stated, half = (_points("quasi-static", 2e5 + 4e4j, std) for std in (float("nan"), 0.01))
+    (none,) = MethodComparison("c", points + stated).agreements()
+    assert np.isnan(none.within)
+    (some,) = MethodComparison("c", [*points, *stated[:5], *half[5:]]).agreements()
+    assert (some.n_points, some.within) == (15, 1.0)
 
 
 def test_unreliable_points_count_nowhere() -> None:

@@ -113,6 +113,16 @@ class TestUncertainty:
         wide, narrow = (fit_law(Zener, FREQUENCIES, noisy(Zener(**PLATEAUS), s), starts=1) for s in (0.02, 0.01))
         assert narrow.std["relaxation_time"] == pytest.approx(wide.std["relaxation_time"] / 2, rel=0.02)
 
+    def test_is_not_known_with_as_many_unknowns_as_data(self):
+        f = np.array([100.0, 1000.0])
+        e = FractionalZener(relaxed_modulus=1e5, unrelaxed_modulus=1e6, relaxation_time=2e-5, order=0.4)(f)
+        measured = e * np.exp([0.01 - 0.02j, -0.015 + 0.01j])
+        found = fit_law("fractional_zener", f, measured)
+        assert not found.on_bound
+        assert np.all(np.isnan(list(found.std.values())))
+        stated = fit_law("fractional_zener", f, measured, relative_std=0.02)
+        assert min(stated.std.values()) > 0
+
     def test_of_a_parameter_on_a_bound_is_not_told(self):
         found = fit_law("havriliak_negami", FREQUENCIES, SKEWED(FREQUENCIES), bounds={"order": (0.7, 1.0)})
         assert found.on_bound == ("order",)

@@ -18,6 +18,7 @@ from multilayer.inference.nested_sampling import nested
 from multilayer.inference.posterior import Posterior, laplace
 from multilayer.inference.priors import Prior
 from multilayer.inference.profile import profile_likelihood
+from multilayer.inference.summary import summarise
 from multilayer.measurements.description import Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 from tests.fits.gaussian import Plain, linear, linear_evidence, parameters, quadrature, quantiles, standard
@@ -154,6 +155,35 @@ def test_several_minima_are_weighted_by_evidence() -> None:
     # the same hump found twice does not count twice
     again = laplace(problem, [*minima, minima[0]])
     assert again.log_evidence == posterior.log_evidence
+
+
+def test_profiles_hold_every_mode() -> None:
+    """Of unequal humps, far apart along one parameter and hardly so along the other."""
+    problem = Plain(
+        lambda z: np.stack([(z[..., 0] ** 2 - 1) / 0.15, z[..., 0] / 2 + 0.5, 2 * (z[..., 1] - z[..., 0])], axis=-1),
+        standard(2),
+    )
+    truth, grid, density = quadrature(problem)
+    minima = search(problem, n_candidates=32, n_best=6)
+    summary = summarise(problem, minima, "profile")
+    assert summary.posterior.log_evidence == pytest.approx(truth, abs=0.02)
+    for number, finding in enumerate(summary.identifiability.findings):
+        assert finding.posterior_90 == pytest.approx(quantiles(grid, density[number], 0.05, 0.95), abs=0.05)
+        assert finding.median == pytest.approx(quantiles(grid, density[number], 0.5)[0], abs=0.05)
+    # the same hump found twice does not count twice
+    again = summarise(problem, [*minima, minima[0]], "profile")
+    assert again.posterior.log_evidence == summary.posterior.log_evidence
+
+
+def test_a_profile_that_leads_into_another_mode_counts_none_twice() -> None:
+    problem = Plain(lambda z: np.stack([(z[..., 0] ** 2 - 1) / 0.4, 2 * z[..., 1]], axis=-1), standard(2))
+    truth, grid, density = quadrature(problem)
+    minima = search(problem, n_candidates=32, n_best=6)
+    assert len(laplace(problem, minima, checked=0).weights) == 2
+    summary = summarise(problem, minima, "profile")
+    assert summary.posterior.log_evidence == pytest.approx(truth, abs=0.02)
+    for number, finding in enumerate(summary.identifiability.findings):
+        assert finding.posterior_90 == pytest.approx(quantiles(grid, density[number], 0.05, 0.95), abs=0.05)
 
 
 def test_a_direction_the_data_do_not_see_keeps_its_prior() -> None:

@@ -5,10 +5,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from multilayer.errors import InputError
+from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.experiments.stacks.columns import read_values
 from multilayer.experiments.stacks.file import load_stack_fit
-from tests.fits.stack_fits import IN_A_TUBE, PORES, write
+from tests.fits.stack_fits import IN_A_TUBE, ON_A_SHAKER, PORES, write
 from tests.recorders import SPECTRA_WRITERS, write_uff_spectra
 
 FREQUENCY = np.array([250.0, 500.0, 1000.0, 250.0, 500.0, 1000.0])
@@ -37,3 +37,35 @@ def test_rows_are_chosen_in_every_format(tmp_path, suffix):
 def test_rows_that_are_not_there(tmp_path, suffix):
     with pytest.raises(InputError, match=r"no row has '4\.5' as sample; did you mean '3\.5'"):
         read_values(measurement(tmp_path, suffix, {"angle": "0.5", "sample": "4.5"}), tmp_path)
+
+
+MODULI = "configuration,frequency_hz,E1_pa,E1_std_pa,E2_pa,E2_std_pa,accepted\n"
+
+
+def moduli(folder, *rows, **more):
+    """Return a measurement of moduli as a fit of a campaign writes them."""
+    (folder / "moduli.csv").write_text(MODULI + "\n".join(rows))
+    one = {"kind": "modulus", "layer": "foam", "file": "moduli.csv", **more}
+    unknowns = {"layers.foam.young_modulus.order": {"uniform": [0.2, 0.9]}}
+    return load_stack_fit(write(folder, ON_A_SHAKER, {}, [one], unknowns)).measurements[0]
+
+
+def test_noise_of_moduli_is_in_columns_of_usual_names(tmp_path):
+    rows = ("a,100,200000,6000,60000,3000,true", "a,200,200000,5000,60000,4000,true")
+    found = read_values(moduli(tmp_path, *rows), tmp_path)
+    np.testing.assert_allclose(found.values, 2e5 + 6e4j)
+    np.testing.assert_allclose(found.noise.real, [6000, 5000])
+    np.testing.assert_allclose(found.noise.imaginary, [3000, 4000])
+
+
+def test_moduli_that_were_not_found_or_not_accepted_are_left_out(tmp_path):
+    good = ["a,100,200000,6000,60000,3000,true", "a,500,210000,6000,60000,3000,True"]
+    bad = ["a,200,900000,6000,60000,3000,False", "a,300,,,,,false", "a,400,200000,,60000,,true"]
+    with pytest.warns(PlausibilityWarning, match="rows left out of 5: 2 not accepted, 1 with an empty cell"):
+        found = read_values(moduli(tmp_path, *good, *bad), tmp_path)
+    np.testing.assert_array_equal(found.frequency, [100, 500])
+    with pytest.raises(InputError, match="holds no row to fit; left out: 2 not accepted, 1 with an empty cell"):
+        read_values(moduli(tmp_path, *bad), tmp_path)
+    np.testing.assert_array_equal(
+        read_values(moduli(tmp_path, bad[0], rows={"accepted": "False"}), tmp_path).values, [9e5 + 6e4j]
+    )

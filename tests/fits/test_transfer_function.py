@@ -191,6 +191,21 @@ class TestStandardDeviations:
         loss = (np.array(moved).imag / np.array(moved).real - again().imag / again().real) / step
         assert point.loss_factor_std == pytest.approx(np.linalg.norm(loss), rel=1e-3)
 
+    def test_the_thickness_moves_a_glued_disc_by_its_shape_too(self):
+        nu, frequency, known = 0.45, 150.0, Uncertainty(thickness=5e-5)
+        data = replace(burst(Truth(2e5, 0.3, frequency), rig()), noise=Noise(0.0, 0.0))
+        of_bonded, of_held = (
+            transfer_function(campaign_of((frequency,), known, poisson_ratio=nu), [data], lateral)[0]
+            for lateral in ("bonded", "held")
+        )
+        factors = [static_shape_factor(nu, 0.0225 / (2 * h)) for h in (0.025 - 1e-4, 0.025 + 1e-4)]
+        by_thickness = -np.log(factors[1] / factors[0]) / 2e-4 * known.thickness
+        model_error = rod_error(rim_inertia(nu, 0.0225 / 0.05), of_bonded.wavelengths)
+        of_rod = of_held.storage_modulus_std / of_held.modulus.real
+        said = np.sqrt((of_bonded.storage_modulus_std / of_bonded.modulus.real) ** 2 - model_error**2)
+        assert by_thickness > 0.1 * of_rod
+        assert said == pytest.approx(of_rod + by_thickness, rel=0.03)
+
     def test_noise_scatters_as_said(self):
         f, model = 300.0, rig()
         data = [burst(Truth(2e5, 0.3, f, noise=0.02, seed=k), model) for k in range(80)]

@@ -156,3 +156,11 @@ class TestCut:
         result = cut_bursts([pair(recording([(0.1, 300, 5), (0.2, 500, 5)], 0.4))], Window(10), (301.0,))
         assert [b.frequency for b in result.bursts] == [301]
         assert result.left_out == ("run.tdms, 0.200 s: what is found at 500 Hz is none of the frequencies given",)
+
+    def test_known_frequencies_nearer_than_a_per_cent_stay_apart(self):
+        close = (1000.0, 1008.0, 1016.0, 1024.0, 1032.0)
+        one = pair(recording([(0.1 * (k + 1), f, 5) for k, f in enumerate(close)], 0.7))
+        result = cut_bursts([one, one], Window(10), close)
+        assert [(b.frequency, b.recording.n_repeats) for b in result.bursts] == [(f, 2) for f in close]
+        with pytest.raises(InputError, match=r"10 bursts are found from 1000 to 1032 Hz.*played in --frequencies"):
+            cut_bursts([one, one], Window(10))

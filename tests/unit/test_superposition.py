@@ -72,3 +72,44 @@ class TestFormulae:
         wrong = fit_arrhenius(TEMPERATURES, LOG_SHIFTS, REFERENCE_K)
         assert wrong.rms > 0.1
         assert wrong.std["activation_energy"] > 0
+
+
+class TestGeneralisedLeastSquares:
+    """Shifts are sums of steps from neighbour to neighbour, away from the reference; one step is hardly known."""
+
+    steps = np.array([0.01, 0.02, 1.0, 0.01, 0.02, 0.01])  # decades; the third step lies next to the reference
+
+    def covariance(self):
+        sums = np.zeros((7, 6))
+        for k in range(3):
+            sums[: k + 1, k] = 1.0
+            sums[k + 4 :, k + 3] = 1.0
+        return sums * self.steps, (sums * self.steps) @ (sums * self.steps).T
+
+    @pytest.mark.parametrize(
+        ("fit", "truth"), [(fit_wlf, {"c1": 12.0, "c2": 90.0}), (fit_arrhenius, {"activation_energy": 2e5})]
+    )
+    def test_standard_deviations_cover_the_truth(self, fit, truth):
+        root, covariance = self.covariance()
+        shifts = LOG_SHIFTS if fit is fit_wlf else arrhenius_log_shift(TEMPERATURES, REFERENCE_K, 2e5)
+        rng = np.random.default_rng(0)
+        scores = []
+        for _ in range(100):
+            found = fit(TEMPERATURES, shifts + root @ rng.standard_normal(6), REFERENCE_K, covariance)
+            scores.append([(found.parameters[name] - value) / found.std[name] for name, value in truth.items()])
+        assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(0.9, abs=0.2)  # widened by chance, never narrowed
+
+    def test_a_formula_that_misses_is_less_certain(self):
+        covariance = self.covariance()[1]
+        right = fit_arrhenius(
+            TEMPERATURES, arrhenius_log_shift(TEMPERATURES, REFERENCE_K, 2e5), REFERENCE_K, covariance
+        )
+        wrong = fit_arrhenius(TEMPERATURES, LOG_SHIFTS, REFERENCE_K, covariance)
+        assert wrong.std["activation_energy"] > 5 * right.std["activation_energy"]
+
+    def test_as_many_shifts_as_parameters(self):
+        chosen = slice(3, 6)  # of the reference and two more
+        t, shifts = TEMPERATURES[chosen], LOG_SHIFTS[chosen]
+        assert np.isnan(list(fit_wlf(t, shifts, REFERENCE_K).std.values())).all()
+        known = fit_wlf(t, shifts, REFERENCE_K, self.covariance()[1][chosen, chosen])
+        assert min(known.std.values()) > 0

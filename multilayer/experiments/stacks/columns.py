@@ -6,18 +6,28 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.errors import suggest
-from multilayer.experiments.stacks.measurements import COMPLEX, POLAR, REAL, SPREADS, Measurement, Stiffness
+from multilayer.errors import PlausibilityWarning, suggest
+from multilayer.experiments.stacks.measurements import (
+    COMPLEX,
+    POLAR,
+    REAL,
+    SPREADS,
+    DynamicModulus,
+    Measurement,
+    Stiffness,
+)
 from multilayer.inference.whitening import ValueNoise
 from multilayer.measurements.columns import FREQUENCY, Column, Places, called_column, column_values, find_columns
 from multilayer.measurements.readers import read_spectra
 from multilayer.measurements.tables import Table
 
+_VERDICT = "accepted"  # a column of our tables of moduli
 _NEEDED = "its first line must name the columns"
 
 
@@ -52,6 +62,8 @@ def read_values(measurement: Measurement, folder: Path) -> MeasuredValues:
     places = find_columns(table, _wanted(measurement), _NEEDED, measurement.columns)
     _refuse_missing(table, places, measurement)
     table = _wanted_rows(table, measurement)
+    if isinstance(measurement, DynamicModulus):
+        table = _found_rows(table, places, judged=_VERDICT not in measurement.rows)
     return _chosen(table, measurement, column_values(table, places))
 
 
@@ -88,6 +100,24 @@ def _wanted_rows(table: Table, measurement: Measurement) -> Table:
             raise table.error(f"no row has '{text}' as {name}; {suggest(text, set(cells))}", table.line)
         table = replace(table, rows=kept)
     return table
+
+
+def _found_rows(table: Table, places: Places, *, judged: bool) -> Table:
+    """Return the rows with moduli that were found and, if `judged`, accepted: a fit writes the others too."""
+    verdicts = table.text(table.names.index(_VERDICT)) if judged and _VERDICT in table.names else [""] * len(table.rows)
+    cells = zip(*(table.text(index) for index, _ in places.values()), strict=True)
+    rejected = np.array([verdict.lower() == "false" for verdict in verdicts], dtype=bool)
+    empty = np.array([not all(row) for row in cells], dtype=bool) & ~rejected
+    counts = {"not accepted": int(rejected.sum()), "with an empty cell": int(empty.sum())}
+    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
+    if not told:
+        return table
+    kept = tuple(row for row, out in zip(table.rows, rejected | empty, strict=True) if not out)
+    if not kept:
+        raise table.error(f"holds no row to fit; left out: {told}", table.line)
+    text = f"{table.file}: rows left out of {len(table.rows)}: {told}"
+    warn(text, PlausibilityWarning, stacklevel=3)
+    return replace(table, rows=kept)
 
 
 def _chosen(table: Table, measurement: Measurement, values: dict[str, RealArray]) -> MeasuredValues:

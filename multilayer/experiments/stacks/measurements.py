@@ -97,7 +97,7 @@ class Measurement(Model, populate_by_name=True):
             spread = self.spread
         except ValueError as error:
             return [(("noise",), str(error), self.noise)]
-        if needed and not any(spread) and not set(SPREADS) & set(self.columns):
+        if needed and not any(spread) and not set(SPREADS) & {*self.columns, *self.roles}:
             text = f"without noise nothing can be weighed; {_NOISE}, or name a column 'std'"
             return [((), f"noise: {text}", None)]
         return []

@@ -108,7 +108,8 @@ class Agreement:
     storage_difference, loss_difference : float
         Median of method over reference, less one.
     within : float
-        Share of the values that differ by no more than two standard deviations of both together.
+        Share of the values that differ by no more than two standard deviations of both together; of those whose
+        standard deviations are known, NaN where there are none.
     """
 
     configuration: str
@@ -238,11 +239,11 @@ def _agreement(own: Sequence[MethodPoint], reference: Sequence[MethodPoint]) -> 
     values = np.array([[[getattr(p, name) for name in quantities] for p in pair] for pair in pairs])
     stds = np.array([[[getattr(p, f"{name}_std") for name in quantities] for p in pair] for pair in pairs])
     e1, e2 = np.median(values[:, 0] / values[:, 1] - 1, axis=0)
-    near = np.abs(values[:, 0] - values[:, 1]) <= 2 * np.linalg.norm(stds, axis=1)
-    first = pairs[0]
-    return Agreement(
-        first[0].configuration, first[0].method, first[1].method, len(pairs), float(e1), float(e2), float(near.mean())
-    )
+    both = np.linalg.norm(stds, axis=1)
+    known = np.isfinite(both)
+    near = (np.abs(values[:, 0] - values[:, 1]) <= 2 * both)[known]
+    within, first = float(near.mean()) if known.any() else float("nan"), pairs[0]
+    return Agreement(first[0].configuration, first[0].method, first[1].method, len(pairs), float(e1), float(e2), within)
 
 
 def _point_dict(point: MethodPoint) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from multilayer.fits.classical.quasi_static import (
     BurstStiffness,
     Compression,
     burst_stiffness,
+    slope_by_shape,
     two_shapes,
     young_modulus,
 )
@@ -22,7 +23,7 @@ from multilayer.fits.classical.transfer_function import Lateral, RodPoint, frequ
 from multilayer.fits.methods import CampaignMethod, Progress
 from multilayer.fits.result import BurstFit, FitResult, number_or_none
 from multilayer.fits.settings import FitSettings
-from multilayer.measurements.description import Configuration, Uncertainty
+from multilayer.measurements.description import Campaign, Configuration, Uncertainty
 
 if TYPE_CHECKING:
     from multilayer.fits.sources import FitJob
@@ -138,8 +139,8 @@ class QuasiStatic(CampaignMethod):
                 for configuration in job.campaign.configurations
             ]
         slow = _slow_bursts(job)
-        if (nu := job.campaign.specimen.poisson_ratio) >= 0:
-            bursts += [_of_slow(c, stiffness, nu) for c, stiffnesses in slow for stiffness in stiffnesses]
+        if job.campaign.specimen.poisson_ratio >= 0:
+            bursts += [_of_slow(job.campaign, c, stiffness) for c, stiffnesses in slow for stiffness in stiffnesses]
         notes = _of_two_shapes(slow, job.campaign.uncertainty)
         if not bursts and not notes:
             raise InputError("no quasi_static values in a fit file, and no burst below a tenth of the resonance")
@@ -150,13 +151,18 @@ def _slow_bursts(job: FitJob) -> list[tuple[Configuration, list[BurstStiffness]]
     """Return the stiffnesses that bursts far below the resonance show, by configuration."""
     campaign, slow = job.campaign, []
     for configuration in campaign.configurations:
-        area = np.pi * configuration.specimen_radius**2
-        top = area * configuration.top_plate_thickness * campaign.top_plate.density
-        sample = area * configuration.specimen_thickness * campaign.specimen.density
+        top, sample = _masses(campaign, configuration)
         measured = [measure(b, campaign.uncertainty) for b in job.bursts if b.configuration == configuration.name]
         shown = [burst_stiffness(m, top, sample) for m in measured]
         slow.append((configuration, [s for s in shown if s.quasi_static and s.stiffness.real > 0]))
     return slow
+
+
+def _masses(campaign: Campaign, configuration: Configuration) -> tuple[float, float]:
+    """Return the masses of top plate and sample, kg."""
+    area = np.pi * configuration.specimen_radius**2
+    top = area * configuration.top_plate_thickness * campaign.top_plate.density
+    return top, area * configuration.specimen_thickness * campaign.specimen.density
 
 
 def _of_two_shapes(slow: Sequence[tuple[Configuration, list[BurstStiffness]]], known: Uncertainty) -> list[str]:
@@ -182,12 +188,32 @@ def _disc(configuration: Configuration, slow: BurstStiffness, known: Uncertainty
     return Compression(slow.stiffness, radius, thickness, std, thickness_std=known.thickness / thickness)
 
 
-def _of_slow(configuration: Configuration, slow: BurstStiffness, poisson_ratio: float) -> BurstFit:
+def _of_slow(campaign: Campaign, configuration: Configuration, slow: BurstStiffness) -> BurstFit:
     radius, thickness = configuration.specimen_radius, configuration.specimen_thickness
-    e = young_modulus(slow.stiffness, radius, thickness, poisson_ratio)
+    e = young_modulus(slow.stiffness, radius, thickness, campaign.specimen.poisson_ratio)
     loss = e.imag / e.real
+    stated = _stated_std(campaign, configuration)
     note = f"from a burst far below the resonance of {slow.resonance:.4g} Hz"
     return BurstFit(
-        configuration.name, slow.frequency, e.real, slow.relative_std * e.real, e.imag, slow.loss_std * e.real, loss,
+        configuration.name, slow.frequency, e.real, float(np.hypot(slow.relative_std, stated)) * e.real,
+        e.imag, float(np.hypot(slow.loss_std * e.real, stated * e.imag)), loss,
         float(np.hypot(slow.loss_std, loss * slow.relative_std)), notes=[note],
     )  # fmt: skip
+
+
+def _stated_std(campaign: Campaign, configuration: Configuration) -> float:
+    """Return the relative standard deviation of E from what is stated of masses and thickness.
+
+    ``E = w^2 (M + m/2) T/(T - 1) h/(pi R^2 g(nu, R/2h))``, m growing with the thickness h; E2/E1 does not move.
+    """
+    top, sample = _masses(campaign, configuration)
+    of_sample = sample / 2 / (top + sample / 2)
+    known, thickness = campaign.uncertainty, configuration.specimen_thickness
+    by_shape = slope_by_shape(campaign.specimen.poisson_ratio, configuration.specimen_radius / (2 * thickness))
+    by_thickness = 1 + by_shape + of_sample
+    parts = (
+        (1 - of_sample) * known.top_plate_mass,
+        of_sample * known.density,
+        by_thickness * known.thickness / thickness,
+    )
+    return float(np.linalg.norm(parts))

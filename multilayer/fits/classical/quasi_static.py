@@ -215,10 +215,28 @@ def _poisson_ratio_std(discs: Sequence[Compression], spread: float) -> float:
 
 def _apparent_stds(disc: Compression) -> RealArray:
     """Return relative standard deviations of (apparent modulus)/g from stiffness, radius and thickness."""
-    shapes = disc.shape * np.exp([-_STEP, _STEP])
-    by_shape = _log_rise(*(_factor(_MIDDLE_NU, shape, _COARSE) for shape in shapes)) / (2 * _STEP)
+    by_shape = slope_by_shape(_MIDDLE_NU, disc.shape)
     powers = np.array([1.0, -2.0 - by_shape, 1.0 + by_shape])
     return powers * [disc.stiffness_std, disc.radius_std, disc.thickness_std]
+
+
+def slope_by_shape(poisson_ratio: float, shape: float) -> float:
+    """Return d ln g/d ln S of the shape factor g(nu, S): what an error of the geometry does to it.
+
+    Parameters
+    ----------
+    poisson_ratio : float
+        0 <= nu < 0.5.
+    shape : float
+        S = radius/(2 thickness).
+
+    Raises
+    ------
+    InputError
+        For values out of range.
+    """
+    shapes = shape * np.exp([-_STEP, _STEP])
+    return _log_rise(*(_factor(poisson_ratio, one, _COARSE) for one in shapes)) / (2 * _STEP)
 
 
 def _log_rise(low: float, high: float) -> float:

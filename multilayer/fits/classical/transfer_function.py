@@ -15,6 +15,7 @@ from multilayer.arrays import ComplexArray
 from multilayer.errors import InputError, suggest
 from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.experiments.two_plate.transmissibility import Transmissibility, measure
+from multilayer.fits.classical.quasi_static import slope_by_shape
 from multilayer.fits.classical.rod_branches import QUARTER, Rod, Solutions, follow_branch, motion, solve
 from multilayer.fits.classical.rod_limit import longest_rod, rim_inertia, rod_error
 from multilayer.fits.settings import Bounds
@@ -176,6 +177,7 @@ class _Inversion:
     bounds: Bounds
     known: Uncertainty
     thickness_std: float
+    by_shape: float
     inertia: float
 
     @classmethod
@@ -184,8 +186,10 @@ class _Inversion:
         rod = Rod(campaign.specimen.density, configuration.specimen_thickness, mass)
         factor, known = lateral_factor(campaign, configuration, lateral), campaign.uncertainty
         shape = configuration.specimen_radius / (2 * configuration.specimen_thickness)
-        inertia = rim_inertia(campaign.specimen.poisson_ratio, shape) if lateral != "held" else 0.0
-        return cls(configuration.name, rod, factor, bounds, known, known.thickness / rod.length, inertia)
+        nu, thickness_std = campaign.specimen.poisson_ratio, known.thickness / rod.length
+        by_shape = slope_by_shape(nu, shape) if lateral == "bonded" else 0.0
+        inertia = rim_inertia(nu, shape) if lateral != "held" else 0.0
+        return cls(configuration.name, rod, factor, bounds, known, thickness_std, by_shape, inertia)
 
     @property
     def reach(self) -> float:
@@ -222,11 +226,11 @@ class _Inversion:
         theta, r = self.rod.phase(measured.frequency, modulus), self.rod.mass_ratio
         _, slope = motion(np.array(theta), r)
         by_motion = 2 / (theta * measured.value * slope * np.exp(abs(theta.imag)))
-        # at fixed T a heavier mass asks for a stiffer rod; r = M/(rho l), E = rho (w l/theta)^2
+        # at fixed T a heavier mass asks for a stiffer rod; r = M/(rho l), E = rho (w l/theta)^2/g(nu, R/2l)
         by_ratio = -2 * r * np.sin(theta) / (slope * np.exp(abs(theta.imag)))
         stated = [
             (1 - by_ratio) * self.known.density,
-            (2 - by_ratio) * self.thickness_std,
+            (2 - by_ratio + self.by_shape) * self.thickness_std,
             by_ratio * self.known.top_plate_mass,
         ]
         return np.concatenate([by_motion * measured.log_shifts, np.array(stated, dtype=complex)])

@@ -37,8 +37,10 @@ class MasterCurve:
         Its temperature, K.
     temperature : array, shape (m,)
         The temperatures measured at, K, increasing.
-    log_shift, log_shift_std : array, shape (m,)
-        log10 a_T and its standard deviation.
+    log_shift : array, shape (m,)
+        log10 a_T.
+    log_shift_covariance : array, shape (m, m)
+        Its covariance; zero for the reference.
     vertical : array, shape (m,)
         b_T.
     index : array of int, shape (n,)
@@ -54,12 +56,17 @@ class MasterCurve:
     reference: float
     temperature: RealArray
     log_shift: RealArray
-    log_shift_std: RealArray
+    log_shift_covariance: RealArray = field(repr=False)
     vertical: RealArray
     index: IndexArray = field(repr=False)
     frequency: RealArray = field(repr=False)
     modulus: ComplexArray = field(repr=False)
     law: FreeForm = field(repr=False)
+
+    @property
+    def log_shift_std(self) -> RealArray:
+        """Standard deviation of log10 a_T."""
+        return np.asarray(np.sqrt(np.diag(self.log_shift_covariance)))
 
     @property
     def relative_error(self) -> RealArray:
@@ -80,7 +87,8 @@ class MasterCurve:
     def wlf(self, above: float = 0.0) -> ShiftFit:
         """Return Williams, Landel and Ferry's formula fitted to the shifts `above` a temperature (K).
 
-        It holds from the glass transition up; see `superposition.wlf_log_shift`.
+        It holds from the glass transition up; see `superposition.wlf_log_shift`. By the covariance of the shifts: one
+        across a gap counts little, and errors that all beyond it share are known as such.
         """
         return self._shift_fit(fit_wlf, above)
 
@@ -88,13 +96,14 @@ class MasterCurve:
         """Return Arrhenius' law fitted to the shifts `above` a temperature (K)."""
         return self._shift_fit(fit_arrhenius, above)
 
-    def _shift_fit(self, fit: Callable[[RealArray, RealArray, float], ShiftFit], above: float) -> ShiftFit:
+    def _shift_fit(self, fit: Callable[[RealArray, RealArray, float, RealArray], ShiftFit], above: float) -> ShiftFit:
         chosen = self.temperature >= above
         if np.count_nonzero(chosen) < 4:
             raise InputError(
                 f"{np.count_nonzero(chosen)} temperatures lie above {above:g} K: four are needed for a fit"
             )
-        return fit(self.temperature[chosen], self.log_shift[chosen], self.reference)
+        covariance = self.log_shift_covariance[np.ix_(chosen, chosen)]
+        return fit(self.temperature[chosen], self.log_shift[chosen], self.reference, covariance)
 
 
 def master_curve(
@@ -152,12 +161,12 @@ def master_curve(
     start = _matched(index, f, e.real, middle)
     moved = np.delete(np.arange(levels.size), middle)
     problem = _Superposition(f, e, index, moved, _nodes(f * np.exp(start[index])))
-    x, std = problem.solve(start[moved])
+    x, covariance = problem.solve(start[moved])
     if vertical == "free":
         noise = float(np.sqrt(np.mean(problem.residual(x) ** 2)))
         problem = replace(problem, prior=noise / vertical_std)
-        x, std = problem.solve(np.concatenate([x, np.zeros_like(x)]))
-    return _warned(problem.result(x, std, levels, float(levels[middle]), known))
+        x, covariance = problem.solve(np.concatenate([x, np.zeros_like(x)]))
+    return _warned(problem.result(x, covariance, levels, float(levels[middle]), known))
 
 
 def _warned(curve: MasterCurve) -> MasterCurve:
@@ -271,20 +280,20 @@ class _Superposition:
         return np.concatenate([jacobian, np.concatenate([np.zeros_like(from_mean), from_mean], axis=1)])
 
     def solve(self, start: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the best shifts and their standard deviations."""
+        """Return the best shifts and their covariance."""
         found = trust_region(lambda x: (self.residual(x), self.jacobian(x)), start)
         active = int(np.count_nonzero(self.weights(found.z)[0]))
         freedom = max(2 * self.frequency.size - active - start.size, 1)
-        variance = found.misfit / freedom * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
-        return found.z, np.sqrt(variance)
+        covariance = found.misfit / freedom * np.linalg.pinv(found.jacobian.T @ found.jacobian)
+        return found.z, np.asarray(covariance, dtype=float)
 
     def result(
-        self, x: RealArray, std: RealArray, levels: RealArray, reference: float, known: RealArray
+        self, x: RealArray, covariance: RealArray, levels: RealArray, reference: float, known: RealArray
     ) -> MasterCurve:
         """Return the master curve of the shifts x; `known` is the vertical shift already taken out."""
         (a, b), (f, e) = self.shifts(x), self.reduced(x)
-        spread = np.zeros(levels.size)
-        spread[self.moved] = std[: self.moved.size] / _DECADE
+        spread = np.zeros((levels.size, levels.size))
+        spread[np.ix_(self.moved, self.moved)] = covariance[: self.moved.size, : self.moved.size] / _DECADE**2
         spring, *rises = self.weights(x)[0].tolist()
         least = _LEAST_SPRING * float(np.min(np.abs(e)))  # a liquid's spring is 0, which no solid's law may have
         law = FreeForm(relaxed_modulus=max(spring, least), frequency=tuple(self.nodes.tolist()), rise=tuple(rises))

@@ -44,6 +44,17 @@ class TestMadeUp:
             scores.append(((curve.log_shift - LOG_SHIFTS) / np.where(moved, curve.log_shift_std, 1.0))[moved])
         assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(1.0, abs=0.35)
 
+    def test_standard_deviations_of_wlf_cover_the_truth(self):
+        """One decade at each temperature: the shifts of all beyond a gap have most of their error in common."""
+        scores = []
+        for seed in range(10):
+            with pytest.warns(ValidityWarning, match="do not overlap"):
+                curve = master_curve(*data(0.01, band=(0.1, 3.0), seed=seed), reference=REFERENCE_K)
+            found = curve.wlf()
+            values, stds = ([part[name] for name in ("c1", "c2")] for part in (found.parameters, found.std))
+            scores.append((np.array(values) - WLF) / stds)
+        assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(1.0, abs=0.4)
+
     def test_the_reduced_data_lie_on_the_curve(self):
         curve = master_curve(*data(), reference=REFERENCE_K)
         assert_allclose(curve.modulus, LAW(curve.frequency), rtol=0.02)
