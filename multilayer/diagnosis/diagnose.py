@@ -53,10 +53,11 @@ from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.burst import BurstData
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
+from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import cut_where_records_end, plane_wave_problem
-from multilayer.fits.joint.search import refuse_none, solve_joint
+from multilayer.fits.joint.search import N_BEST, laws_of_bursts, refuse_none, solve_joint
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
@@ -64,11 +65,10 @@ from multilayer.inference.least_squares import distinct, minimise
 from multilayer.inference.problem import Minimum
 from multilayer.log import logged
 from multilayer.measurements.campaign import load_recordings
-from multilayer.measurements.description import FILE_NAME, USUAL_UNCERTAINTY, Campaign, Uncertainty
+from multilayer.measurements.description import Campaign
 from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
-_UNITS = {"channel_delay": " s", "thickness": " m"}  # of uncertainties; the others are relative
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
 _REACH = float(ndtri(0.95))  # standard deviations from a value to the end of its 90 % interval
 N_STEPS = steps.N_STEPS + 1  # the places besides
@@ -182,21 +182,6 @@ def diagnose_campaign(
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
 
 
-def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Return a campaign that states all uncertainties, and warnings of what it did not state: that is taken as usual.
-
-    Nobody knows gains, heights and masses exactly: taken as exact, their errors would be told as a gap of the model.
-    """
-    usual = {name: getattr(USUAL_UNCERTAINTY, name) for name in campaign.uncertainty.unstated}
-    if not usual:
-        return campaign, []
-    stated = Uncertainty(**(campaign.uncertainty.model_dump() | usual))
-    values = ", ".join(f"{name} {value:g}{_UNITS.get(name, '')}" for name, value in usual.items())
-    text = f"{FILE_NAME}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
-    remedy = "state what yours is, 0 where a value is exact"
-    return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
-
-
 def warn_of_settings(settings: FitSettings, given: Sequence[Acting] = ()) -> None:
     """Warn of what a fit file says of the rig and a diagnosis does not take from it, but for effects that are given."""
     says = {
@@ -225,7 +210,8 @@ def fit_nominal(
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     others = tuple(effect for effect in given if not effect.needs_finite_elements)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR, given=others)
-    minima = solve_joint(joint, seed=seed, tolerance=COARSE, executor=executor)
+    starts = laws_of_bursts(joint)
+    minima = solve_joint(joint, starts, n_best=N_BEST - len(starts), seed=seed, tolerance=COARSE, executor=executor)
     joint, minima = with_complete_records(joint, minima, [problem.data for problem in problems])
     if len(others) == len(given):
         return fit(joint, minima[0].z), minima

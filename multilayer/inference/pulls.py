@@ -15,13 +15,15 @@ from multilayer.chi2 import exceeding
 from multilayer.inference.priors import Parameter
 
 _FAR = 3.0  # standard deviations
+_TOLD = 0.05  # of the stated variance: what the data take of it at least, for the pull to be tested
 
 
 class Pull(NamedTuple):
-    """A stated quantity, and by how many of its stated standard deviations a solution moves it."""
+    """A stated quantity, by how many of its stated standard deviations a solution moves it, and chance would."""
 
     parameter: Parameter
     deviations: float
+    by_chance: float = 1.0
 
 
 def _nuisances(parameters: Sequence[Parameter]) -> BoolArray:
@@ -50,12 +52,62 @@ def nuisance_p_value(parameters: Sequence[Parameter], z: RealArray) -> float:
     return exceeding(float(pulls @ pulls), len(pulls)) if len(pulls) else 1.0
 
 
-def largest_pulls(parameters: Sequence[Parameter], z: RealArray) -> list[Pull]:
-    """Return the pulls beyond three standard deviations, or else the largest pull alone; the largest first."""
+def spreads_by_chance(covariance: RealArray) -> RealArray:
+    """Return the standard deviations of pulls where all is as stated; infinite where the data hardly tell a quantity.
+
+    A solution is then spread about what is stated by ``1 - C``, C being its covariance, in coordinates of unit prior.
+
+    Parameters
+    ----------
+    covariance : array, shape (k, k)
+        Of the stated quantities' coordinates.
+    """
+    variance = 1 - np.diag(covariance)
+    return np.sqrt(np.where(variance >= _TOLD, variance, np.inf))
+
+
+def pulls_p_value(pulls: RealArray, covariance: RealArray) -> float:
+    """Return the probability that chance moves stated quantities as far: one of them, or all of them together.
+
+    Each by its spread, times their number; and chi-square of all, in the directions that the data tell; the less
+    probable of both, times two. As many degrees of freedom as quantities would leave room for what never moves.
+
+    Parameters
+    ----------
+    pulls : array, shape (k,)
+    covariance : array, shape (k, k)
+        As for `spreads_by_chance`.
+    """
+    if not len(pulls):
+        return 1.0
+    spreads = spreads_by_chance(covariance)
+    count = int(np.count_nonzero(np.isfinite(spreads)))
+    of_one = max(count, 1) * exceeding(float(np.max((pulls / spreads) ** 2)), 1)
+    variance, directions = np.linalg.eigh(np.eye(len(pulls)) - covariance)
+    told = variance >= _TOLD
+    if not told.any():
+        return 1.0
+    chi_square = float(np.sum((directions.T @ pulls)[told] ** 2 / variance[told]))
+    return min(2 * min(of_one, exceeding(chi_square, int(np.count_nonzero(told)))), 1.0)
+
+
+def largest_pulls(parameters: Sequence[Parameter], z: RealArray, by_chance: RealArray | None = None) -> list[Pull]:
+    """Return the pulls beyond three times what chance makes of them, or else the largest alone; the largest first.
+
+    Parameters
+    ----------
+    parameters : sequence of Parameter
+        Those marked as nuisances count.
+    z : array, shape (n,)
+        Standard normal coordinates.
+    by_chance : array, shape (n,), optional
+        See `spreads_by_chance`; 1 when left out.
+    """
+    spreads = np.ones(len(z)) if by_chance is None else by_chance
     pulls = [
-        Pull(parameter, float(value))
-        for parameter, value, is_nuisance in zip(parameters, z, _nuisances(parameters), strict=True)
+        Pull(parameter, float(value), float(spread))
+        for parameter, value, spread, is_nuisance in zip(parameters, z, spreads, _nuisances(parameters), strict=True)
         if is_nuisance
     ]
-    pulls.sort(key=lambda pull: -abs(pull.deviations))
-    return [pull for pull in pulls if abs(pull.deviations) > _FAR] or pulls[:1]
+    pulls.sort(key=lambda pull: -abs(pull.deviations) / pull.by_chance)
+    return [pull for pull in pulls if abs(pull.deviations) > _FAR * pull.by_chance] or pulls[:1]

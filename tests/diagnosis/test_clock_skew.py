@@ -13,6 +13,7 @@ from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import Term
 from multilayer.experiments.two_plate.burst import BurstData
+from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.rig.effects.clock_skew import resampled
 from multilayer.signals.spectra import Noise
 from multilayer.testing import check_place
@@ -88,6 +89,6 @@ def test_the_noise_of_a_long_record_is_no_skew():
         fractional_zener(1.2e5, 12 * 1.2e5, 2e-5, 0.45), frequencies=tuple(range(100, 1501, 100)),
         thicknesses=(0.0125, 0.025), top_plates=(0.001, 0.003), tail=1.0, noise=(0.004, 0.004), seed=3,
     )  # fmt: skip
-    nominal, _ = diagnose.fit_nominal(diagnose.with_usual_uncertainty(campaign)[0], recordings)
+    nominal, _ = diagnose.fit_nominal(with_usual_uncertainty(campaign)[0], recordings)
     for name, place in fit_places(nominal, names=["reading", "beside"]).items():
         assert place.log_evidence < tolerant_evidence(nominal) + 2, name

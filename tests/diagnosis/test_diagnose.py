@@ -16,7 +16,6 @@ from multilayer.diagnosis.diagnose import (
     fit_nominal,
     fits_one_by_one,
     warn_of_settings,
-    with_usual_uncertainty,
 )
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Setting, Values
@@ -28,6 +27,7 @@ from multilayer.diagnosis.places.plate import InCentre, TopPlate
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError, PlausibilityWarning, PluginWarning
 from multilayer.experiments.places import SimpleLaw, Term
+from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit

@@ -3,19 +3,22 @@
 Data of rods (`rods.py`): another forward model than the project's, laws of its own.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from multilayer.diagnosis.effects import EFFECTS
 from multilayer.errors import InputError
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
 from multilayer.fits.joint.fit import fit_joint, number_of_steps
-from multilayer.fits.joint.laws import LAWS_COMPARED
+from multilayer.fits.joint.laws import LAWS_COMPARED, Candidate
 from multilayer.fits.joint.posterior import modulus_band
 from multilayer.fits.settings import FitSettings
-from multilayer.inference.pulls import largest_pulls, nuisance_p_value
+from multilayer.inference.pulls import largest_pulls, nuisance_p_value, pulls_p_value, spreads_by_chance
 from multilayer.media.kramers_kronig import check_kramers_kronig
+from multilayer.testing.benches import joint_bench, soft_sample
 from tests.fits.rods import PAPER, STATED, campaign_of_rods, fractional_zener, havriliak_negami
 
 SLOW = pytest.mark.slow
@@ -164,6 +167,44 @@ def test_what_is_stated_counts_together(deviations, p):
     assert nuisance_p_value(parameters, np.array([7.0, deviations, 0.0])) == pytest.approx(p, rel=0.01)
 
 
+class TestPullsAsChanceMakesThem:
+    """Ten stated quantities seen by three data: the solution moves within three directions only."""
+
+    seen = np.random.default_rng(1).standard_normal((3, 10))
+    seen[:, 0] = (6.0, 0.0, 0.0)
+    covariance = np.linalg.inv(np.eye(10) + seen.T @ seen)
+
+    def pulls(self, stated):
+        data = self.seen @ stated + np.random.default_rng(0).standard_normal((len(stated.T), 3)).T
+        return (self.covariance @ self.seen.T @ data).T
+
+    def test_false_alarms_are_no_more_frequent_than_said(self):
+        pulls = self.pulls(np.random.default_rng(2).standard_normal((10, 4000)))
+        np.testing.assert_allclose(np.cov(pulls.T), np.eye(10) - self.covariance, atol=0.06)
+        p = np.array([pulls_p_value(one, self.covariance) for one in pulls])
+        assert 0.002 < np.mean(p < 0.01) < 0.013
+        assert 0.02 < np.mean(p < 0.1) < 0.11
+
+    def test_one_that_is_off_is_told(self):
+        pulls = self.pulls(np.eye(10)[:, :1] * 5.0)[0]
+        assert nuisance_p_value([SimpleNamespace(nuisance=True)] * 10, pulls) > 0.01  # with ten degrees of freedom
+        assert pulls_p_value(pulls, self.covariance) < 1e-4
+        parameters = [SimpleNamespace(name=f"{k}", nuisance=True) for k in range(10)]
+        (worst, *_) = largest_pulls(parameters, pulls, spreads_by_chance(self.covariance))
+        assert worst.parameter.name == "0"
+
+    def test_what_the_data_do_not_tell_says_nothing(self):
+        assert pulls_p_value(np.zeros(0), np.zeros((0, 0))) == 1.0
+        assert pulls_p_value(np.full(3, 0.3), np.eye(3)) == 1.0
+
+
+def test_a_delay_of_five_stated_deviations_is_named():
+    heights, noise = (0.0125, 0.02, 0.03, 0.05), (0.004, 0.004)
+    fit = fit_joint(*drawn(ONE_STEP, 5, channel_delay=5e-6, thicknesses=heights, frequencies=PAPER, noise=noise))
+    assert fit.stated_p_value < 0.01
+    assert "channel_delay by" in fit.remark
+
+
 @pytest.fixture(scope="module")
 def fit_of_one_burst():
     return fit_joint(*drawn(ONE_STEP, 0, frequencies=(300.0, 900.0)))
@@ -176,3 +217,19 @@ def test_what_nothing_explains_widens_the_moduli():
     assert "times as wide" in fit.remark_on_laws
     (_, wide), (_, narrow) = fit.moduli(AT), fit.laws.likeliest.moments(AT)
     assert np.all(wide[:, 0, 0] >= 0.9 * fit.laws.widening**2 * narrow[:, 0, 0])
+
+
+def test_the_moduli_of_a_fit_have_a_relaxation_that_is_given():
+    """What acts at the place of the sample is the material's; its uncertainty is that of the moduli, too."""
+    bench, relaxation, f = joint_bench(), EFFECTS["dispersion"](), np.array([300.0, 1200.0])
+    given = replace(bench, given=(relaxation,))
+    sizes = [p.prior.coordinate(value) for p, value in zip(relaxation.parameters, (0.5, 3e-4), strict=True)]
+    minimum = given.as_minimum(np.concatenate([soft_sample(bench), sizes]))
+    modulus, covariance = Candidate("", given, [minimum]).moments(f)
+    s = 2j * np.pi * f * 3e-4
+    law = bench.modulus(soft_sample(bench), f)
+    np.testing.assert_allclose(modulus, law * (1 + 0.5 * s / (1 + s)))
+    sharp = np.concatenate([minimum.jacobian, 1e6 * np.eye(minimum.z.size)[-len(sizes) :]])  # as if known
+    known = replace(minimum, jacobian=sharp, residual=np.append(minimum.residual, np.zeros(len(sizes))))
+    _, of_law = Candidate("", given, [known]).moments(f)
+    assert np.all(np.linalg.eigvalsh(covariance - of_law)[:, -1] > 0)

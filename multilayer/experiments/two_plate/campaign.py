@@ -370,9 +370,11 @@ class CampaignProblem(Hypothesis):
         Of the effects and laws those at the place of the sample itself (`MATERIAL`): a load, a drift, a strain change
         what the rig does to the material.
         """
+        own = [effect for effect in self._acting if _place_of(effect) == MATERIAL]
+        if not own:
+            return self.modulus(z, frequency)
         points = self.points(np.atleast_2d(z))
         modulus = self.modulus(points.z, frequency)
-        own = [effect for effect in self._acting if _place_of(effect) == MATERIAL]
         setting = self.settings[0].at(frequency, np.full(len(frequency), self.data[0].burst[0]))
         for effect, values in zip(own, values_of(own, points), strict=True):
             modulus = effect.modulus(setting, modulus, values)

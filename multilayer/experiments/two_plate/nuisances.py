@@ -11,7 +11,9 @@ import numpy as np
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.inference.priors import Parameter, Prior
-from multilayer.measurements.description import Configuration, Uncertainty
+from multilayer.measurements.description import FILE_NAME, USUAL_UNCERTAINTY, Campaign, Configuration, Uncertainty
+
+_UNITS = {"channel_delay": "s", "thickness": "m"}  # of uncertainties; the others are relative
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,9 @@ class Nuisances:
         named |= dict.fromkeys(sorted({_plate(c) for c in self.configurations}), known.top_plate_mass)
         named |= dict.fromkeys(sorted({_height(c) for c in self.configurations}), known.thickness)
         named |= {f"remount_gain[{c.name}]": known.remount_gain for c in self.configurations}
-        units = {"channel_delay": "s", "thickness": "m"}
         return tuple(
             Parameter(
-                name=name, prior=Prior(normal=(0.0, spread)), unit=units.get(name.split("[")[0], ""), nuisance=True
+                name=name, prior=Prior(normal=(0.0, spread)), unit=_UNITS.get(name.split("[")[0], ""), nuisance=True
             )
             for name, spread in named.items()
             if spread > 0
@@ -80,6 +81,21 @@ class Nuisances:
         gain = values.get("channel_gain", zero) + values.get(f"remount_gain[{data.name}]", zero)
         delay = values.get("channel_delay", zero)
         return np.asarray(gain[..., None] - 2j * np.pi * data.frequency * delay[..., None])
+
+
+def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
+    """Return a campaign that states all uncertainties, and warnings of what it did not state: that is taken as usual.
+
+    Nobody knows gains, heights and masses exactly: taken as exact, their errors would be told as a gap of the model.
+    """
+    usual = {name: getattr(USUAL_UNCERTAINTY, name) for name in campaign.uncertainty.unstated}
+    if not usual:
+        return campaign, []
+    stated = Uncertainty(**(campaign.uncertainty.model_dump() | usual))
+    values = ", ".join(f"{name} {value:g} {_UNITS.get(name, '')}".rstrip() for name, value in usual.items())
+    text = f"{FILE_NAME}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
+    remedy = "state what yours is, 0 where a value is exact"
+    return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
 
 
 def _height(configuration: Configuration) -> str:

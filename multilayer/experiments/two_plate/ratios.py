@@ -189,6 +189,21 @@ def configuration_data(campaign: Campaign, bursts: Sequence[BurstData]) -> list[
     return configurations
 
 
+def bursts_left_out(campaign: Campaign, configurations: Sequence[ConfigurationData]) -> list[str]:
+    """Return a warning of the bursts of a campaign that `configuration_data` leaves out; none where all are used."""
+    used = {data.name: set(data.centres.tolist()) for data in configurations}
+    listed = []
+    for configuration in campaign.configurations:
+        missing = [
+            f"{burst.frequency:g}" for burst in configuration.bursts if burst.frequency not in used[configuration.name]
+        ]
+        if missing:
+            listed.append(f"{configuration.name} at {', '.join(missing)} Hz")
+    if not listed:
+        return []
+    return [f"bursts left out, whose records end long before all is at rest: {'; '.join(listed)}; record longer"]
+
+
 def _ratios(burst: BurstData) -> dict[str, Any]:
     """Return the columns of `ConfigurationData` of a burst, but for its index."""
     f, base, top = burst.in_band

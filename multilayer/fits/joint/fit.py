@@ -16,8 +16,9 @@ from multilayer.experiments.hypothesis import parameters_of
 from multilayer.experiments.two_plate.burst import BurstData, BurstProblem
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.experiments.two_plate.finite_elements import REACH, Fineness, FiniteRig, ModulusRange, finite_rigs
+from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.experiments.two_plate.plane_waves import Rig
-from multilayer.experiments.two_plate.ratios import configuration_data
+from multilayer.experiments.two_plate.ratios import bursts_left_out, configuration_data
 from multilayer.fits.burst.acceptance import Criteria
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.laws import AUTO, LAWS_COMPARED, Candidate, LawMixture, with_deviations
@@ -29,8 +30,9 @@ from multilayer.fits.joint.search import (
     N_FOLLOWED,
     first_guess,
     law_space,
+    laws_of_bursts,
     refuse_none,
-    settle,
+    settle_all,
     solve_joint,
     with_record_ends,
 )
@@ -95,10 +97,13 @@ def fit_joint(
     Notes
     -----
     Data are the ratios of the spectra of top and base in the main lobe of every burst; their covariance holds the noise
-    of both channels and the model's own error. What the laboratory states of itself are unknowns with normal priors.
+    of both channels and the model's own error. What the laboratory states of itself are unknowns with normal priors;
+    where it states nothing at all they are as usual of a careful laboratory, with a warning.
     """
     settings = settings or FitSettings()
     tell = logged(progress)
+    nothing_stated = not campaign.uncertainty.model_fields_set
+    campaign, warnings = with_usual_uncertainty(campaign) if nothing_stated else (campaign, [])
     problems = burst_problems(campaign, recordings, settings, calibration)
     rims = tuple(effect for effect in given if effect.needs_finite_elements)
     others = tuple(effect for effect in given if effect not in rims)
@@ -108,7 +113,9 @@ def fit_joint(
     for name, branches in _laws(law, elements):
         problem = replace(plane_wave_problem(campaign, problems, name, branches), given=others)
         label = name if branches is None else f"{name}, {branches} branches"
-        solved.append((label, problem, solve_joint(problem, seed=seed, tell=tell)))
+        starts = laws_of_bursts(problem)
+        found = solve_joint(problem, starts, n_best=N_BEST - len(starts), seed=seed, tell=tell)
+        solved.append((label, problem, found))
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings, rims)
     solved = cut_where_records_end(solved, [problem.data for problem in problems])
@@ -128,6 +135,7 @@ def fit_joint(
             settings.acceptance.time_of_flight or 1 / campaign.sampling_rate, settings.acceptance.level_db
         ),
         candidates=tuple(candidates),
+        warnings=[*warnings, *bursts_left_out(campaign, best.problem.data)],
     )
     return replace(result, bursts=result.at_bursts())
 
@@ -161,9 +169,8 @@ def cut_where_records_end(solved: list[Solved], bursts: Sequence[BurstData]) -> 
                 done.append((label, other, found))
                 continue
             same = replace(other, configurations=cut.data, end_effect=None)
-            ends = [settle(same, m.z) for m in found[:N_FOLLOWED] if is_competitive(m, found)]
-            near, best = min(ends, key=lambda end: end[1].cost)
-            done.append((label, near, distinct([best, *(m for _, m in ends)])))
+            starts = [m.z for m in found[:N_FOLLOWED] if is_competitive(m, found)]
+            done.append((label, *settle_all(same, starts)))
         solved = done
     return solved
 

@@ -19,7 +19,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.chi2 import exceeding
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 from multilayer.experiments.two_plate.law_deviation import LawDeviation
-from multilayer.fits.joint.search import settle
+from multilayer.fits.joint.search import settle_all
 from multilayer.inference.consistency import birge_ratio
 from multilayer.inference.derivative import forward
 from multilayer.inference.posterior import Band, Posterior, distinct_modes, laplace, mixed_band
@@ -38,6 +38,7 @@ LAWS_COMPARED = (
 SHARES = (0.0, 0.03, 0.1, 0.3)  # by which the loss factor departs from a law's; all are as probable beforehand
 _LOSS = (1e-3, 1.0)  # within which it is one to depart from
 _NEGLIGIBLE = 1e-6  # of all probability
+_IMPROBABLE = 0.03  # a mode, of one law
 _ALIKE = 1e-4  # relative, of moduli: solutions nearer than this are one with its elements exchanged
 _LEAST = 1e-30  # in place of the logarithm of no loss
 _MOST = 300.0  # of a logarithm
@@ -71,15 +72,20 @@ class Candidate:
         return exceeding(self.minima[0].cost, len(self.minima[0].residual))
 
     @cached_property
-    def log_evidence(self) -> float:
-        """Of all its solutions; each stands for all orders of the law's elements, whichever were found."""
-        different: list[tuple[ComplexArray, float]] = []
+    def modes(self) -> list[Minimum]:
+        """Its solutions that are not negligible, the most probable first; one of those that make the same moduli."""
+        different: list[tuple[ComplexArray, Minimum]] = []
         f = np.concatenate([data.centres for data in self.problem.data])
         for minimum in distinct_modes(self.minima):
             modulus = self.problem.modulus(minimum.z, f)
             if all(np.max(np.abs(modulus / other - 1)) > _ALIKE for other, _ in different):
-                different.append((modulus, minimum.log_evidence))
-        return float(logsumexp([evidence for _, evidence in different])) + lgamma(1 + self._exchangeable)
+                different.append((modulus, minimum))
+        return [minimum for _, minimum in different]
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Of all its solutions; each stands for all orders of the law's elements, whichever were found."""
+        return float(logsumexp([mode.log_evidence for mode in self.modes])) + lgamma(1 + self._exchangeable)
 
     @property
     def _exchangeable(self) -> int:
@@ -88,38 +94,46 @@ class Candidate:
             return 0
         return max((1 + u.index for u in self.problem.space.unknowns if u.index is not None), default=0)
 
+    def moments_of_modes(self, frequency: RealArray) -> list[tuple[float, ComplexArray, RealArray]]:
+        """Return of every mode its share of the probability, E1 + i E2 (n,) and covariance of both (n, 2, 2), Pa."""
+        evidence = np.array([mode.log_evidence for mode in self.modes])
+        shares = np.exp(evidence - logsumexp(evidence)).tolist()
+        return [(share, *self._near(mode, frequency)) for share, mode in zip(shares, self.modes, strict=True)]
+
     def moments(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
-        """Return E1 + i E2 (n,) and the covariance of both, shape (n, 2, 2), to first order about the best solution."""
-        best, n = self.minima[0], len(self.problem.modulus_parameters)
+        """Return mean of E1 + i E2 (n,) and covariance of both (n, 2, 2), Pa: within modes and between them."""
+        return _mixed(self.moments_of_modes(frequency))
+
+    def _near(self, mode: Minimum, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
+        """Return E1 + i E2 (n,) and the covariance of both, shape (n, 2, 2), to first order about a solution."""
 
         def parts(z: RealArray) -> RealArray:
-            whole = np.concatenate([z, np.broadcast_to(best.z[n:], (*z.shape[:-1], best.z.size - n))], axis=-1)
-            e = self.problem.modulus(whole, frequency)
+            e = self.problem.own_modulus(z, frequency)
             return np.concatenate([e.real, e.imag], axis=-1)
 
         # the side that the solution's own derivative was taken on: on a bound the two differ
-        value, slope = forward(parts, best.z[:n])
-        slopes = slope.reshape(2, len(frequency), n)
-        covariance = np.einsum("afi,ij,bfj->fab", slopes, best.covariance[:n, :n], slopes)
+        value, slope = forward(parts, mode.z)
+        slopes = slope.reshape(2, len(frequency), mode.z.size)
+        covariance = np.einsum("afi,ij,bfj->fab", slopes, mode.covariance, slopes)
         half = len(frequency)
         return value[:half] + 1j * value[half:], covariance
 
 
 def with_deviations(name: str, problem: CampaignProblem, minima: Sequence[Minimum]) -> list[Candidate]:
-    """Return a law by itself, then with deviations of all `SHARES`, each sought from the law's best solution."""
+    """Return a law by itself, then with deviations of all `SHARES`, each sought from all modes of the one before."""
     found = [Candidate(name, problem, minima)]
     n, f = len(problem.law_parameters), np.concatenate([data.frequency for data in problem.data])
-    start, best = np.zeros(0), minima[0]
-    modulus = problem.modulus(best.z, f)
+    modulus = problem.modulus(minima[0].z, f)
     loss = float(np.clip(np.mean(modulus.imag / modulus.real), *_LOSS))
+    starts: list[RealArray] = []
     for share in SHARES[1:]:
         deviation = LawDeviation.over(f, share, loss)
         wider = replace(problem, deviation=deviation, end_effect=None)
-        if not start.size:
-            start = np.insert(best.z, n, np.zeros(len(deviation.times)))
-        near, minimum = settle(wider, start)
-        found.append(Candidate(name, near, [minimum]))
-        start = minimum.z
+        if not starts:
+            starts = [np.insert(mode.z, n, np.zeros(len(deviation.times))) for mode in found[0].modes]
+        near, ends = settle_all(wider, starts)
+        found.append(Candidate(name, near, ends))
+        starts = [end.z for end in ends]
     return found
 
 
@@ -195,13 +209,19 @@ class LawMixture:
 
     def moments(self, frequency: RealArray) -> tuple[ComplexArray, RealArray]:
         """Return mean of E1 + i E2 (n,) and covariance of both (n, 2, 2), Pa: within candidates and between them."""
-        found = [(weight, *candidate.moments(frequency)) for weight, candidate in self._kept]
-        mean = np.sum([weight * modulus for weight, modulus, _ in found], axis=0)
-        total = np.zeros((len(frequency), 2, 2))
-        for weight, modulus, covariance in found:
-            apart = np.stack([(modulus - mean).real, (modulus - mean).imag], axis=-1)
-            total += weight * (covariance + apart[:, :, None] * apart[:, None, :])
-        return mean, self.widening**2 * total
+        mean, covariance = _mixed([(weight, *candidate.moments(frequency)) for weight, candidate in self._kept])
+        return mean, self.widening**2 * covariance
+
+    def far_modes(self, frequency: RealArray) -> list[tuple[float, ComplexArray]]:
+        """Return share of the probability and modulus (n,) of the likeliest candidate's modes, the improbable left out.
+
+        Empty where E1 of none is apart from the first's by more than the standard deviation of both.
+        """
+        likely = [part for part in self.likeliest.moments_of_modes(frequency) if part[0] > _IMPROBABLE]
+        e1 = np.array([modulus.real for _, modulus, _ in likely])
+        std = np.sqrt([covariance[:, 0, 0] for _, _, covariance in likely])
+        is_apart = bool(np.any(np.abs(e1 - e1[0]) > np.hypot(std, std[0])))
+        return [(share, modulus) for share, modulus, _ in likely] if is_apart else []
 
     def band(self, frequency: RealArray, probability: float, of_best: Posterior | None = None) -> Band:
         """Return the bands of E1 and E2, Pa, and E2/E1, each array of shape (3, n), at frequencies (n,) in Hz.
@@ -261,9 +281,19 @@ class LawMixture:
         return [vars(row) for row in self.rows()]
 
 
+def _mixed(parts: Sequence[tuple[float, ComplexArray, RealArray]]) -> tuple[ComplexArray, RealArray]:
+    """Return mean (n,) and covariance (n, 2, 2) of complex numbers from weights, means and covariances of parts."""
+    mean = np.sum([weight * value for weight, value, _ in parts], axis=0)
+    total = np.zeros((*mean.shape, 2, 2))
+    for weight, value, covariance in parts:
+        apart = np.stack([(value - mean).real, (value - mean).imag], axis=-1)
+        total += weight * (covariance + apart[:, :, None] * apart[:, None, :])
+    return mean, total
+
+
 def _logarithms(problem: CampaignProblem, frequency: RealArray) -> Any:
     def logarithms(z: RealArray) -> RealArray:
-        e = problem.modulus(z, frequency)
+        e = problem.own_modulus(z, frequency)
         return np.log(np.maximum(np.stack([e.real, e.imag, e.imag / e.real], axis=-2), _LEAST))
 
     return logarithms

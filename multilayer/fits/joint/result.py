@@ -20,7 +20,7 @@ from multilayer.fits.result import BurstFit, FitResult
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inference.pulls import Pull, largest_pulls, nuisance_p_value
+from multilayer.inference.pulls import Pull, largest_pulls, pulls_p_value, spreads_by_chance
 from multilayer.media.laws import ModulusLaw
 from multilayer.units import DB_PER_NEPER
 
@@ -157,19 +157,20 @@ class JointFit(FitResult):
         return self.p_value > _SIGNIFICANT
 
     @cached_property
-    def _statements(self) -> tuple[tuple[Parameter, ...], RealArray]:
-        """What is stated, and its coordinates in the most probable solution of all, deviations from a law included.
+    def _statements(self) -> tuple[tuple[Parameter, ...], RealArray, RealArray]:
+        """What is stated, its coordinates and their covariance in the most probable solution, deviations included.
 
         A law by itself may drag them along for no other reason than that it is not quite the material's.
         """
         likely = self.laws.likeliest
         parameters, first = likely.problem.nuisances.parameters, len(likely.problem.modulus_parameters)
-        return parameters, likely.minima[0].z[first : first + len(parameters)]
+        own = slice(first, first + len(parameters))
+        return parameters, likely.minima[0].z[own], likely.minima[0].covariance[own, own]
 
     @property
     def stated_p_value(self) -> float:
-        """Probability that what the laboratory states is as far off, all of it together, as the solution takes it."""
-        return nuisance_p_value(*self._statements)
+        """Probability that chance takes what the laboratory states for as far off, one of it or all of it together."""
+        return pulls_p_value(*self._statements[1:])
 
     @property
     def all_accepted(self) -> bool:
@@ -201,12 +202,27 @@ class JointFit(FitResult):
                 f"the material departs from {rows[0].law}, its loss factor by about {100 * rows[0].deviation:.2g} %: "
                 f"the bands of the moduli hold that, the law's parameters do not; take the moduli{other}"
             )
+        if modes := self._of_modes():
+            sentences.append(modes)
         if self.laws.widening > 1:
             sentences.append(
                 f"deviations and bands of the moduli are {self.laws.widening:.2g} times as wide as noise and what is "
                 "stated make them: by the root of chi-square per datum that no departure from a law explains"
             )
         return "; ".join(sentences)
+
+    def _of_modes(self) -> str:
+        """Say which solutions the data cannot tell apart, at the frequency where they differ most."""
+        at = np.unique(np.concatenate([data.centres for data in self.problem.data]))
+        if not (modes := self.laws.far_modes(at)):
+            return ""
+        e1 = np.array([modulus.real for _, modulus in modes])
+        place = int(np.argmax(np.ptp(np.log(e1), axis=0)))
+        listed = " or ".join(f"{e1[row, place]:.3g} Pa ({share:.2g})" for row, (share, _) in enumerate(modes))
+        return (
+            f"several solutions are left open (probability): E1 at {at[place]:g} Hz is {listed}; the moduli are means "
+            "over these, the parameters those of the best: add bursts of other frequencies or of another height"
+        )
 
     def _of_misfit(self) -> str:
         if self.explained:
@@ -223,7 +239,8 @@ class JointFit(FitResult):
     def _of_statements(self) -> str:
         if self.stated_p_value > _SIGNIFICANT:
             return ""
-        off = "; ".join(_told(pull) for pull in largest_pulls(*self._statements))
+        parameters, z, covariance = self._statements
+        off = "; ".join(_told(pull) for pull in largest_pulls(parameters, z, spreads_by_chance(covariance)))
         return (
             "this takes what the laboratory states for wrong, which has the probability "
             f"{self.stated_p_value:.1g}: {off}. Correct the statement, or find the cause: "
@@ -244,7 +261,9 @@ class JointFit(FitResult):
             "n_data": self.n_data,
             "p_value": self.p_value,
             "stated_p_value": self.stated_p_value,
-            "stated_deviations": {parameter.name: float(off) for parameter, off in zip(*self._statements, strict=True)},
+            "stated_deviations": {
+                parameter.name: float(off) for parameter, off in zip(*self._statements[:2], strict=True)
+            },
             "remark": self.remark,
             "laws": self.laws.to_dict(),
             "remark_on_laws": self.remark_on_laws,
@@ -261,8 +280,9 @@ class JointFit(FitResult):
 
 def _told(pull: Pull) -> str:
     """Return by how much a stated quantity is off, with its unit."""
-    parameter, off = pull
+    parameter, off, by_chance = pull
     spread = parameter.prior.normal[1] if parameter.prior.normal else 1.0
     unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(parameter.unit, ("%", 100.0))
     value, size = (f"{factor * amount:.3g} {unit}" for amount in (off * spread, spread))
-    return f"{parameter.name} by {abs(off):.3g} standard deviations ({value}, stated {size})"
+    told = f"{parameter.name} by {abs(off):.3g} standard deviations ({value}, stated {size})"
+    return f"{told}, {abs(off) / by_chance:.3g} times what chance makes of it"

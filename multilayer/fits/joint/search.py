@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,12 +14,14 @@ from multilayer.chi2 import exceeded
 from multilayer.errors import InputError
 from multilayer.executors import run_all
 from multilayer.experiments.two_plate.burst import BurstData
-from multilayer.experiments.two_plate.campaign import CampaignProblem, RigExperiment
+from multilayer.experiments.two_plate.campaign import CampaignProblem, Material, RigExperiment
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.experiments.two_plate.record_end import RecordEnd, period_of, rings_at_end
 from multilayer.inference.least_squares import TIGHT, distinct, is_competitive, minimise, search
-from multilayer.inference.problem import Minimum, Points
+from multilayer.inference.multistart import lowest_on_grid, valleys
+from multilayer.inference.priors import Parameter
+from multilayer.inference.problem import Minimum, Points, Problem
 from multilayer.measurements.description import Uncertainty
 from multilayer.media.laws.parameters import LawSpace
 from multilayer.media.laws.template import law_template
@@ -31,6 +33,10 @@ _IMPROBABLE = 0.01
 _SETTLED = 0.3  # of whitened residuals: less moves chi-square by a tenth
 _MOST_SETTLED = 4
 _FEW = 60  # evaluations after which a start of the coarse search must be near the best
+_GRID = np.geomspace(1e3, 1e9, 139)[:, None] * (1 + 1j * np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8]))  # Pa
+_PER_BURST, _OF_BURSTS = 6, 3  # moduli that are looked into, and laws through them that are followed at most
+_ALIKE = 0.3  # of ln abs(E): moduli nearer than this lead to one law
+_NEAR, _ROUGHLY = 0.03, 1e-2  # of ln E: how near a law comes to a modulus; and tolerance of the search for it
 
 
 def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> tuple[RealArray, ComplexArray]:
@@ -38,16 +44,72 @@ def first_guess(data: Sequence[ConfigurationData], rigs: Mapping[str, Rig]) -> t
 
     Where to look for a law: a coarse search over (E1, loss factor).
     """
-    moduli = np.geomspace(1e3, 1e9, 139)
-    losses = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
-    grid = (moduli[:, None] * (1 + 1j * losses)).reshape(-1, 1)
     best: list[ComplexArray] = []
     for measured in data:
-        f, ratio = measured.frequency, measured.ratio
-        modelled = rigs[measured.name].transmissibility(f, grid + 0 * f)
-        misfit = np.sum(np.abs(modelled - ratio) ** 2 / (np.abs(ratio) + np.abs(modelled)) ** 2, axis=-1)
-        best.append(np.full(f.shape, complex(grid[int(np.argmin(misfit)), 0])))
+        misfit = np.sum(_misfits(measured, rigs[measured.name]), axis=-1)
+        best.append(np.full(measured.frequency.shape, complex(_GRID.flat[int(np.argmin(misfit))])))
     return np.concatenate([measured.frequency for measured in data]), np.concatenate(best)
+
+
+def _misfits(measured: ConfigurationData, rig: Rig) -> RealArray:
+    """Return relative misfits of the moduli of `_GRID` at each bin, squared, shape (n_moduli, n_losses, n)."""
+    f, ratio = measured.frequency, measured.ratio
+    modelled = rig.transmissibility(f, _GRID.reshape(-1, 1) + 0 * f)
+    misfit = np.abs(modelled - ratio) ** 2 / (np.abs(ratio) + np.abs(modelled)) ** 2
+    return np.where(np.isnan(misfit), np.inf, misfit).reshape(*_GRID.shape, -1)
+
+
+def laws_of_bursts(problem: CampaignProblem) -> list[RealArray]:
+    """Return coordinates of laws, shape (n_law,) each, near which all data are explained roughly, the best first.
+
+    A sample may hold a wavelength more or less, and few laws of a wide prior are near the right one. Of a single burst
+    a grid has every modulus that explains it: from laws through these the search for valleys begins.
+    """
+    n = len(problem.law_parameters)
+    bases = [_law_through(problem.material, f, modulus) for f, modulus in _moduli_of_bursts(problem)]
+    points = np.array([np.concatenate([z, np.zeros(len(problem.given_parameters))]) for z in bases])
+    return [z[:n] for z in valleys(_law_only(problem), points, np.zeros((1, 0)))[:_OF_BURSTS]]
+
+
+def _moduli_of_bursts(problem: CampaignProblem) -> list[tuple[float, complex]]:
+    """Return frequencies (Hz) and moduli (Pa) at which single bursts are explained best nearby, those alike once."""
+    found = []
+    for measured in problem.data:
+        misfits = _misfits(measured, problem.rigs[measured.name])
+        for index, f in enumerate(measured.centres.tolist()):
+            of_burst = np.mean(misfits[..., measured.burst == index], axis=-1)
+            axes = (np.arange(count, dtype=float) for count in _GRID.shape)
+            lowest = [tuple(place.astype(int)) for place in lowest_on_grid(of_burst, tuple(axes), _PER_BURST)]
+            found += [(float(of_burst[place]), f, complex(_GRID[place])) for place in lowest]
+    kept: list[tuple[float, complex]] = []
+    for _, f, modulus in sorted(found, key=lambda each: each[0]):
+        if all(abs(np.log(abs(modulus / other))) > _ALIKE for _, other in kept):
+            kept.append((f, modulus))
+    return kept
+
+
+@dataclass(frozen=True)
+class _AtModulus(Problem):
+    """Which laws have a modulus, Pa, at a frequency, Hz."""
+
+    material: Material
+    frequency: float
+    modulus: complex
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.material.law_parameters
+
+    def residual(self, z: RealArray) -> RealArray:
+        off = np.log(self.material.modulus(z, np.array([self.frequency])) / self.modulus) / _NEAR
+        return np.concatenate([off.real, off.imag], axis=-1)
+
+
+def _law_through(material: Material, frequency: float, modulus: complex) -> RealArray:
+    """Return coordinates of the law nearest to the middle of its space that has a modulus, Pa, at a frequency, Hz."""
+    return minimise(
+        _AtModulus(material, frequency, modulus), np.zeros(len(material.law_parameters)), tolerance=_ROUGHLY
+    ).z
 
 
 def solve_joint(
@@ -124,7 +186,7 @@ def search_laws(
 
     Parameters, and what it raises, as of `solve_joint`; coordinates are those of the problem.
     """
-    law_only = replace(problem, known=Uncertainty(), model_error=_coarse(problem))
+    law_only = _law_only(problem)
     n, given = len(problem.modulus_parameters), np.zeros(len(problem.given_parameters))
     begin = [np.concatenate([start, given]) for start in starts]
     found = search(
@@ -133,6 +195,11 @@ def search_laws(
     refuse_none(problem, found)
     rest = np.zeros(len(problem.nuisances.parameters))
     return [replace(minimum, z=np.concatenate([minimum.z[:n], rest, minimum.z[n:]])) for minimum in found]
+
+
+def _law_only(problem: CampaignProblem) -> CampaignProblem:
+    """Return a problem with what is uncertain of the rig as stated, and a large model error."""
+    return replace(problem, known=Uncertainty(), model_error=_coarse(problem))
 
 
 def _coarse(problem: CampaignProblem) -> float:
@@ -174,6 +241,13 @@ def settle(problem: CampaignProblem, start: RealArray, tolerance: float = TIGHT)
             break
     near = replace(problem, end_effect=effect)
     return near, minimise(near, start, tolerance=tolerance)
+
+
+def settle_all(problem: CampaignProblem, starts: Sequence[RealArray]) -> tuple[CampaignProblem, list[Minimum]]:
+    """Return the distinct minima reached from starts, the best first, and the problem as it settles at that."""
+    ends = [settle(problem, start) for start in starts]
+    near, best = min(ends, key=lambda end: end[1].cost)
+    return near, distinct([best, *(minimum for _, minimum in ends)]) or [best]
 
 
 def with_record_ends(problem: CampaignProblem, found: Minimum, bursts: Sequence[BurstData]) -> CampaignProblem:
