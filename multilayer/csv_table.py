@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Iterable, Sequence
 from numbers import Number
@@ -15,7 +16,7 @@ _QUOTED = re.compile(r'[,"#\r\n]')  # also '#', which begins a comment where tab
 
 
 def csv_table(columns: Sequence[str], rows: Iterable[Iterable[Any]], digits: int = 9) -> str:
-    """Return a table as CSV: an empty cell for None, text as `for_cell` has it.
+    """Return a table as CSV: an empty cell for None and NaN, text as `for_cell` has it.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def _quoted(cell: str) -> str:
 
 
 def _cell(value: Any, digits: int) -> str:
-    if value is None:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, bool):
         return str(value).lower()

@@ -20,7 +20,7 @@ from multilayer.response import ratings, real_ratings
 from multilayer.response.bands import nearest_centres
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.measured import Measured, read_measured
-from multilayer.simulation.quantities import QUANTITIES
+from multilayer.simulation.quantities import QUANTITIES, mean_of
 from multilayer.units import Density, Frequency, NonNegative, Unit, parse_quantity
 
 SPECTRA = ("absorption", "transmission_loss", "insertion_loss")
@@ -207,16 +207,16 @@ class Aim:
         """Return what a search follows, shape (n_designs, n): one value; of a limit of a spectrum one a frequency."""
         if self.name in SIZES:
             return figures.sizes[self.name][:, None]
-        spectrum = figures.quantities[self.quantity]
         if self.rating is not None:
-            bands = self.grid.by_band(QUANTITIES[self.quantity].mean, spectrum)
+            bands = self.grid.by_band(QUANTITIES[self.quantity].mean, figures.quantities[self.quantity])
             return self.rating.real(bands)[:, None]
-        spectrum = spectrum[:, self.kept]
+        kept = {name: values[:, self.kept] for name, values in figures.quantities.items()}
+        spectrum = kept[self.name]
         if self.target is not None:
             return np.asarray(np.sqrt(np.mean((spectrum - self.target) ** 2, axis=1, keepdims=True) + _FLAT))
         if self.worst:
             return np.asarray((np.min if self.sign > 0 else np.max)(spectrum, axis=1, keepdims=True))
-        return spectrum if self.bound is not None else QUANTITIES[self.name].mean(spectrum)[:, None]
+        return spectrum if self.bound is not None else mean_of(self.name, kept)[:, None]
 
     def true(self, figures: Figures) -> float:
         """Return the value of the first design as a standard has it; of a limit of a spectrum the worst."""
@@ -374,14 +374,16 @@ def _target(goal: Goal, place: tuple[str | int, ...], setting: Setting, mistakes
         mistakes.append(((*place, "closest"), reason, goal.closest))
         return
     assert name is not None
+    there = np.isfinite(curve.quantities[name])
+    f, values = curve.frequency[there], curve.quantities[name][there]
     low, high = _ends(goal, setting.grid)
-    low, high = max(low, curve.frequency[0] * (1 - 1e-9)), min(high, curve.frequency[-1] * (1 + 1e-9))
+    low, high = max(low, f[0] * (1 - 1e-9)), min(high, f[-1] * (1 + 1e-9))
     kept = (setting.grid.frequency >= low) & (setting.grid.frequency <= high)
     if not np.any(kept):
         text = f"none of the file's frequencies, {_shown(setting.grid)}, lies on this curve"
         mistakes.append(((*place, "closest"), text, goal.closest))
         return
-    wanted = np.interp(np.log(setting.grid.frequency[kept]), np.log(curve.frequency), curve.quantities[name])
+    wanted = np.interp(np.log(setting.grid.frequency[kept]), np.log(f), values)
     title = f"closest to {curve.name} ({QUANTITIES[name].title})"
     yield Aim(place, name, title, -1.0, setting.grid, kept=kept, target=wanted)
 

@@ -92,7 +92,8 @@ class Predictor:
         self._radiations: dict[bytes, Any] = {}
         self.reference: RealArray | None = None
         if file.reference is not None and any(aim.quantity == "insertion_loss" for aim in asked):
-            self.reference = self._spectra(file.reference)["transmission_loss"]
+            same_air = file.reference.model_copy(update={"ambient": file.ambient})
+            self.reference = self._spectra(same_air)["transmission_loss"]
 
     def figures(self, variant: Variant, x: RealArray) -> Figures:
         """Return what designs give.

@@ -18,7 +18,7 @@ from multilayer.report.simulation_figures import draw_losses, draw_quantity, dra
 from multilayer.response.bands import band_centres, bands_of
 from multilayer.simulation.closest_values import ClosestValue
 from multilayer.simulation.compare import Comparison, Misfit
-from multilayer.simulation.quantities import QUANTITIES, Quantity
+from multilayer.simulation.quantities import QUANTITIES, Quantity, mean_of
 from multilayer.simulation.result import CaseResult, SimulationResult
 from multilayer.simulation.single_numbers import IMPACT
 
@@ -66,12 +66,12 @@ def simulation_report(result: SimulationResult) -> Report:
         figures["scatter.png"] = partial(draw_spread, result, main.name)
     listings = [_values(result, quantity, only="console") for quantity in others]
     means = [_mean(case, main) for case in cases]
-    ranked = _ranked(cases)
+    ranked = _ranked(cases, main)
     return Report(
         name=result.name,
         kind="simulation",
         label="Simulation",
-        sentence=_rating_sentence(cases, ranked) or _sentence(result, main, cases, means),
+        sentence=_rating_sentence(ranked) or _sentence(result, main, cases, means),
         facts=(
             (result.bands or "frequencies", str(len(result.frequency))),
             ("cases", str(len(result.cases))),
@@ -199,26 +199,47 @@ def _with(result: SimulationResult, quantity: Quantity) -> list[CaseResult]:
 
 
 def _mean(case: CaseResult, quantity: Quantity) -> float:
-    return float(quantity.mean(case.quantities[quantity.name]))
+    return float(mean_of(quantity.name, case.quantities))
 
 
 def _shown(value: float, quantity: Quantity) -> str:
-    return f"{value:.1f} dB" if quantity.unit == "dB" else f"{value:.2f}"
+    return f"{_in_cell(value, quantity)} {quantity.unit}".strip()
+
+
+def _in_cell(value: float, quantity: Quantity) -> str:
+    """Return a value without its unit, which stands above a table."""
+    return f"{value:.{1 if quantity.unit == 'dB' else 2}f}"
 
 
 def _size(value: float, of: Misfit | ClosestValue) -> str:
     return f"{value:.3g} {QUANTITIES[of.quantity].unit}".strip()
 
 
-def _ranked(cases: Sequence[CaseResult]) -> list[CaseResult]:
+def _ranked(cases: Sequence[CaseResult], quantity: Quantity) -> list[CaseResult]:
     """Return the cases by what people rank by, their first single-number rating, the best first; none without it.
 
-    ISO 717 and ISO 11654; a mean over frequency may rank them otherwise.
+    ISO 717 and ISO 11654; a mean over frequency may rank them otherwise. A rating of another quantity than the main one
+    ranks nothing: a roof against rain is not the better for its Rw.
     """
-    if not cases or not all(case.ratings for case in cases):
+    if not cases or not all(case.ratings and _rated(case) == quantity.name for case in cases):
         return []
-    lowest_first = IMPACT in cases[0].ratings
-    return sorted(cases, key=lambda case: _number(next(iter(case.ratings.values()))), reverse=not lowest_first)
+    return sorted(cases, key=_rank, reverse=IMPACT not in cases[0].ratings)
+
+
+def _rated(case: CaseResult) -> str:
+    """Return the name of the quantity to which the first rating of a case belongs, as `ratings` puts them in order."""
+    if IMPACT in case.ratings:
+        return "impact_level"
+    return "absorption" if case.transmission_loss is None else "transmission_loss"
+
+
+def _rank(case: CaseResult) -> float:
+    return _number(_first(case)[1])
+
+
+def _first(case: CaseResult) -> tuple[str, str]:
+    """Return the first rating of a case, its name and its value."""
+    return next(iter(case.ratings.items()))
 
 
 def _number(rating: str) -> float:
@@ -231,24 +252,43 @@ def _tiles(ranked: Sequence[CaseResult]) -> list[tuple[str, str]]:
     """Return the ratings of the best case, and the first of the worst where there are several."""
     if not ranked:
         return []
-    best, worst = ranked[0], ranked[-1]
+    best, worst = _ends(ranked)
     if len(ranked) == 1:
-        return list(best.ratings.items())
-    first, *others = best.ratings.items()
-    tiles = [(f"best {first[0]}, {best.label}", first[1]), *others]
-    return [*tiles, (f"worst, {worst.label}", next(iter(worst.ratings.values())))]
+        return list(ranked[0].ratings.items())
+    if len(best) == len(ranked):
+        return [(f"{_first(ranked[0])[0]}, all {len(ranked)} cases", _values_of_first(ranked))]
+    (name, value), *others = best[0].ratings.items()
+    return [(f"best {name}, {_told(best)}", value), *others, (f"worst, {_told(worst)}", _first(worst[0])[1])]
 
 
-def _rating_sentence(cases: Sequence[CaseResult], ranked: Sequence[CaseResult]) -> str:
+def _rating_sentence(ranked: Sequence[CaseResult]) -> str:
     """Return the headline by the first rating; empty where there is none."""
     if not ranked:
         return ""
-    told = [", ".join(f"{name} {value}" for name, value in case.ratings.items()) for case in ranked]
+    best, worst = _ends(ranked)
+    if len(ranked) > 1 and len(best) == len(ranked):
+        return f"All {len(ranked)} cases are alike: {_first(ranked[0])[0]} {_values_of_first(ranked)}."
+    first, last = (", ".join(f"{name} {value}" for name, value in end[0].ratings.items()) for end in (best, worst))
     if len(ranked) == 1:
-        return f"{told[0]}."
-    return (
-        f"Of {len(cases)} cases the best is {ranked[0].label}: {told[0]}; the worst is {ranked[-1].label}: {told[-1]}."
-    )
+        return f"{first}."
+    return f"Of {len(ranked)} cases the best is {_told(best)}: {first}; the worst is {_told(worst)}: {last}."
+
+
+def _ends(ranked: Sequence[CaseResult]) -> tuple[list[CaseResult], list[CaseResult]]:
+    """Return the cases that are as good as the best, and those as bad as the worst."""
+    best, worst = ([case for case in ranked if _rank(case) == _rank(end)] for end in (ranked[0], ranked[-1]))
+    return best, worst
+
+
+def _told(alike: Sequence[CaseResult]) -> str:
+    """Return the label of the first of cases, and how many are like it."""
+    more = f" (and {len(alike) - 1} alike)" if len(alike) > 1 else ""
+    return f"{alike[0].label}{more}"
+
+
+def _values_of_first(cases: Iterable[CaseResult]) -> str:
+    """Return the first ratings of cases that are alike: their adaptation terms may differ."""
+    return " or ".join(dict.fromkeys(_first(case)[1] for case in cases))
 
 
 def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResult], means: Sequence[float]) -> str:
@@ -256,9 +296,11 @@ def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResu
     band = f"from {f[0]:g} to {f[-1]:g} Hz"
     if len(cases) > 1:
         labelled = list(zip(means, (case.label for case in cases), strict=True))
-        least_and_most = (extreme(labelled, key=lambda pair: pair[0]) for extreme in (min, max))
-        ends = " to ".join(f"{_shown(value, quantity)} ({label})" for value, label in least_and_most)
-        return f"Over {len(cases)} cases the {quantity.title}, averaged {band}, is {ends}."
+        low, high = (extreme(labelled, key=lambda pair: pair[0]) for extreme in (min, max))
+        alike = _shown(low[0], quantity) == _shown(high[0], quantity)
+        ends = (f"{_shown(value, quantity)} ({label})" for value, label in (low, high))
+        told = f"{mean} in all of them" if alike else " to ".join(ends)
+        return f"Over {len(cases)} cases the {quantity.title}, averaged {band}, is {told}."
     if len(f) == 1:
         return f"The {quantity.title} at {f[0]:g} Hz is {mean}."
     values = cases[0].quantities[quantity.name]
@@ -301,7 +343,7 @@ def _values(result: SimulationResult, quantity: Quantity, **options: Any) -> Lis
         (
             case.label,
             *(_cell(case, quantity, at) for _, at in chosen),
-            _shown(_mean(case, quantity), quantity).removesuffix(" dB"),
+            _in_cell(_mean(case, quantity), quantity),
         )
         for case in cases
     )
@@ -356,11 +398,10 @@ def _rows(result: SimulationResult) -> Rows:
 
 def _cell(case: CaseResult, quantity: Quantity, indices: NDArray[np.intp]) -> str:
     """Return a value of a case, averaged over the frequencies at some indices; of one, with its percentiles."""
-    values = case.quantities[quantity.name][indices]
-    digits = 1 if quantity.unit == "dB" else 2
-    value = f"{quantity.mean(values):.{digits}f}"
+    there = {name: values[indices] for name, values in case.quantities.items()}
+    value = _in_cell(float(mean_of(quantity.name, there)), quantity)
     (column,) = quantity.columns
     if len(indices) > 1 or column not in case.percentiles:
         return value
-    low, _, high = (f"{band[indices[0]]:.{digits}f}" for band in case.percentiles[column])
+    low, _, high = (_in_cell(band[indices[0]], quantity) for band in case.percentiles[column])
     return f"{value} [{low}, {high}]"

@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.number_text import over_unit
 from multilayer.report.style import COLOURS, WIDTH, blank, colour, legend_below, octave_ticks, plain
-from multilayer.response.bands import band_edges
+from multilayer.response.bands import band_centres, band_edges
 from multilayer.simulation.quantities import QUANTITIES, Quantity
 from multilayer.simulation.result import CaseResult, SimulationResult
 
@@ -67,13 +67,11 @@ def draw_losses(result: SimulationResult, *, upright: bool = False) -> Figure:
     cases = [case for case in result.cases if case.layer_losses][:_MOST_PANELS]
     width, height = (WIDTH, 1.8) if upright else (7.5, 2.2)
     figure, grid = blank(len(cases), 1, (width, 1.2 + height * len(cases)), sharex=True)
-    f = band_edges(result.frequency, result.bands) if result.bands else result.frequency
-    last, step = (1, "post") if result.bands else (0, None)
     for axis, case in zip(grid[:, 0], cases, strict=True):
-        shares, total = case.layer_losses, np.zeros(len(f))
+        shares, total = case.layer_losses, np.zeros(len(result.frequency))
         for (name, share), tint in zip(shares.items(), _tints(len(shares)), strict=True):
-            below, total = total, total + np.append(share, share[len(share) - last :])
-            axis.fill_between(f, below, total, step=step, color=tint, linewidth=0, label=plain(name))
+            below, total = total, total + share
+            _fill(axis, result, below, total, color=tint, label=plain(name))
         if result.settings.get("finite_size") is None:
             _line(axis, result, case.absorption, color="black", label="absorption")
         axis.set_ylabel("share of the power")
@@ -131,12 +129,12 @@ def _draw_column(
         values = case.columns[column]
         if column in case.percentiles:
             low, _, high = case.percentiles[column]
-            _fill(axis, result, low, high, tint)
+            _fill(axis, result, low, high, color=tint, alpha=0.2)
         _line(axis, result, values, color=tint, label=_case_label(case))
     if column in measured:
         options: dict[str, Any] = {"color": "black", "linewidth": 0.8, "markersize": 3, "zorder": 5}
         form = "o-" if len(result.frequency) <= _MOST_MARKERS else "-"
-        axis.plot(result.frequency, measured[column], form, label="measured", **options)
+        axis.plot(*_with_gaps(result, measured[column]), form, label="measured", **options)
 
 
 def _tints(n: int) -> list[Any]:
@@ -149,20 +147,30 @@ def _tints(n: int) -> list[Any]:
 
 
 def _line(axis: Axes, result: SimulationResult, values: RealArray, **options: Any) -> None:
+    f, values = _with_gaps(result, values)
     if result.bands:
-        axis.stairs(values, band_edges(result.frequency, result.bands), baseline=None, linewidth=1.3, **options)
+        axis.stairs(values, band_edges(f, result.bands), baseline=None, linewidth=1.3, **options)
     else:
-        axis.plot(result.frequency, values, "o-" if len(values) == 1 else "-", **options)
+        axis.plot(f, values, "o-" if len(values) == 1 else "-", **options)
 
 
-def _fill(axis: Axes, result: SimulationResult, low: RealArray, high: RealArray, tint: Any) -> None:
-    options: dict[str, Any] = {"color": tint, "alpha": 0.2, "linewidth": 0}
+def _fill(axis: Axes, result: SimulationResult, low: RealArray, high: RealArray, **options: Any) -> None:
+    f, high = _with_gaps(result, high)
     if result.bands:
-        edges = band_edges(result.frequency, result.bands)
-        low, high = (np.append(values, values[-1]) for values in (low, high))
-        axis.fill_between(edges, low, high, step="post", **options)
+        _, low = _with_gaps(result, low)
+        axis.stairs(high, band_edges(f, result.bands), baseline=low, fill=True, linewidth=0, **options)
     else:
-        axis.fill_between(result.frequency, low, high, **options)
+        axis.fill_between(f, low, high, linewidth=0, **options)
+
+
+def _with_gaps(result: SimulationResult, values: RealArray) -> tuple[RealArray, RealArray]:
+    """Return frequencies and values to draw: of all bands from the first to the last, NaN where there is none."""
+    if result.bands is None:
+        return result.frequency, values
+    every = band_centres(result.frequency[0], result.frequency[-1], result.bands)
+    filled = np.full(len(every), np.nan)
+    filled[np.searchsorted(every, result.frequency)] = values
+    return every, filled
 
 
 def _case_label(case: CaseResult) -> str:

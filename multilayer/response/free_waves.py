@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebpts1, chebval, chebvander
 
 from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
-from multilayer.errors import InputError
+from multilayer.errors import InputError, ValidityWarning
 from multilayer.frames import Frame, Tabular, over
+from multilayer.layers.base import Layer
+from multilayer.layers.equivalent_fluid import EquivalentFluid
+from multilayer.layers.fluid import Fluid
+from multilayer.layers.helmholtz_resonators import HelmholtzResonators
+from multilayer.layers.patches import Patches
+from multilayer.layers.perforated_plate import PerforatedPlate
+from multilayer.layers.screen import Screen
+from multilayer.layers.viscothermal_fluid import ViscothermalFluid
 from multilayer.matrix.solve import Solution, System
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import frequency_axis, has_arrays, in_chunks
@@ -27,7 +37,8 @@ _FINER = 25  # wavenumbers between two of the grid
 _ROUNDS = 8
 _NEWTON = 30
 _STEP = 1e-4  # of the frequency, for the group speed
-_FAR_BELOW = 1e-2  # of the lowest frequency: there the whole stack moves as one mass
+_SLOW = np.array(0.1)  # Hz, at which a layer moves as one mass
+_OF_GAS = (Fluid, ViscothermalFluid, EquivalentFluid, Screen, PerforatedPlate, HelmholtzResonators)
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,7 +57,7 @@ class FreeWaves(Tabular):
     phase_speed, group_speed : array
         m/s.
     mass : float
-        Of all layers, kg/m2: what a slow motion of the whole stack feels.
+        Of all layers, kg/m2; of a layer whose frame does not move, that of the gas in its room.
     bending_stiffness : array
         N m, of the thin plate of this mass that has a free wave of the same length.
     loss_factor : array
@@ -119,9 +130,7 @@ def free_waves(stack: Stack, frequency: ArrayLike) -> FreeWaves:
         text = "no wave runs along the stack by itself, or it decays within a few of its lengths"
         raise InputError(f"{text}, at any of the frequencies")
     omega = 2 * np.pi * f
-    slow = np.asarray(_FAR_BELOW * np.min(f))
-    loose = stack.model_copy(update={"termination": "free"})
-    mass = float(_impedance(loose, slow, np.array(0.0)).imag / (2 * np.pi * slow))
+    mass = sum(_mass(layer, stack) for layer in stack.layers)
     loss = -2 * k.imag * group / omega
     return FreeWaves(
         frequency=f,
@@ -142,6 +151,19 @@ def _without_gas(stack: Stack) -> Stack:
     return stack
 
 
+def _mass(layer: Layer, stack: Stack) -> float:
+    """Return the mass of a layer of a stack, kg/m2: as its fields tell it, of the gas where it holds nothing else."""
+    if isinstance(layer, Patches):
+        return sum(patch.share * sum(_mass(inner, stack) for inner in patch.layers) for patch in layer.patches)
+    mass: Any = layer.mass_per_area
+    if isinstance(layer, _OF_GAS):
+        mass = mass or stack.ambient.gas.density * layer.depth
+    elif mass is None:
+        alone = stack.model_copy(update={"layers": (layer,), "contacts": (), "termination": "free"})
+        mass = _unwarned_impedance(alone, _SLOW, np.array(0.0)).imag / (2 * np.pi * _SLOW)
+    return float(mass)
+
+
 @np.errstate(all="ignore")  # what is not finite is refused, whatever made it so
 def _waves(stack: Stack, frequency: RealArray) -> tuple[ComplexArray, RealArray, RealArray]:
     """Return wavenumbers, group speeds and the layers' shares in the losses."""
@@ -160,6 +182,13 @@ def _impedance(stack: Stack, frequency: RealArray, k: RealArray) -> ComplexArray
     system, solution = _driven(stack, frequency, k)
     front = face_states(system.layers[0], solution.layers[0])[0]
     return np.asarray(normal_pressure(system.layers[0], front) / normal_velocity(system.layers[0], front))
+
+
+def _unwarned_impedance(stack: Stack, frequency: RealArray, k: RealArray) -> ComplexArray:
+    """Return the impedance at frequencies that nobody asked for: whether models hold there matters to nobody."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ValidityWarning)
+        return _impedance(stack, frequency, k)
 
 
 def _driven(stack: Stack, frequency: RealArray, k: RealArray) -> tuple[System, Solution]:
@@ -224,7 +253,7 @@ def _zero(stack: Stack, frequency: RealArray, start: RealArray) -> tuple[Complex
         rough = np.max(np.abs(series[-2:]), axis=0) > _ROUGH * np.max(np.abs(series), axis=0)
         wanted = np.clip(3 * np.abs(zero.imag / zero.real), _LEAST_REACH, _REACH)
         reach = np.where(rough, reach / 4, np.minimum(wanted, reach))
-    above, below = (fit @ _impedance(stack, frequency * (1 + sign * _STEP), nodes) for sign in (1, -1))
+    above, below = (fit @ _unwarned_impedance(stack, frequency * (1 + sign * _STEP), nodes) for sign in (1, -1))
     by_frequency = chebval(t, above - below, tensor=False) / (4 * np.pi * frequency * _STEP)
     group = np.real(-chebval(t, slope, tensor=False) / span / by_frequency)
     good = ~rough & (np.abs(t) < _BEYOND) & (np.abs(step) < _ROUGH) & (group > 0)

@@ -259,8 +259,7 @@ class _Search:
     def _target(self) -> NDArray[Any]:
         if self.quantity != "insertion_loss":
             return self.measured
-        assert self.task.reference is not None
-        return np.asarray(self.measured + self._linearised(self.task.reference, [])[0])
+        return np.asarray(self.measured + self._linearised(self.task.bare(self.task.stack), [])[0])
 
     def _linearised(self, stack: Stack, paths: Sequence[str]) -> tuple[NDArray[Any], NDArray[Any]]:
         task, name = self.task, "transmission_loss" if self.quantity == "insertion_loss" else self.quantity

@@ -24,6 +24,7 @@ from multilayer.models import NO_BOOL, as_mistakes, refuse
 from multilayer.paths import locate, unit_of
 from multilayer.response.construction import Construction
 from multilayer.response.duct import unfit_lining
+from multilayer.simulation.bands import grid_of
 from multilayer.simulation.settings import (
     DiffuseIncidence,
     Duct,
@@ -144,6 +145,10 @@ class SimulationFile(SimulatedStack, Construction):
         if not self.beside and "beside" not in swept and (self.area is not None or "area" in swept):
             place = ("sweep", "area") if self.area is None else ("area",)
             yield place, "changes nothing, as nothing lies beside the stack; list that in 'beside', or leave it out"
+        if partly := grid_of(self.frequency).partly_filled:
+            centres = ", ".join(f"{centre:g}" for centre in partly)
+            remedy = "from 89.1 Hz to 5.62 kHz all from 100 Hz to 5 kHz are filled"
+            yield ("frequency",), f"fills the third octaves of {centres} Hz in part, so no rating has them; {remedy}"
 
     @model_validator(mode="after")
     def _is_of_a_stack_alone(self) -> Self:

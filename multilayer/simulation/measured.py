@@ -55,7 +55,7 @@ class Measured:
     frequency : array
         Hz, rising.
     quantities : mapping
-        By name, as in `QUANTITIES`.
+        By name, as in `QUANTITIES`; NaN where the table has nothing of one in a row that holds others.
     """
 
     name: str
@@ -87,8 +87,8 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     """Read a table of measured spectra.
 
     Columns of a text table are separated by commas, semicolons or tabs and named, with their units, in the first line;
-    what follows a ``#`` is no data. Other columns than those below are left alone. Other formats are read through the
-    reader of their suffix.
+    what follows a ``#`` is no data. Other columns than those below are left alone, and so are empty cells. Other
+    formats are read through the reader of their suffix.
 
     Parameters
     ----------
@@ -104,29 +104,53 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     """
     table = read_spectra(path)
     _refuse_unclear_impedance(table)
-    wanted = {name: _columns(name, whole=name == quantity) for name in QUANTITIES if quantity in (None, name)}
+    wanted = {name: _columns(name, table, whole=name == quantity) for name in QUANTITIES if quantity in (None, name)}
     places = find_columns(
         table, [FREQUENCY, *(part for parts in wanted.values() for part in parts)], _HELP, single=True
     )
     names = _complete(table, places, wanted, quantity)
     if "case" in table.names and len(set(table.text(table.names.index("case")))) > 1:
         raise table.error("holds several cases of a simulation; keep the rows of one", table.line)
-    values = column_values(table, places)
+    values = _with_empty_cells(table, places)
     whole = {name: complex_values(values, name) if QUANTITIES[name].is_complex else values[name] for name in names}
-    largest = np.max(whole["absorption"], initial=0.0) if "absorption" in whole else 0.0
+    there = {name: np.isfinite(column) for name, column in whole.items()}
+    rows = np.any([*there.values()], axis=0)
+    if not np.any(rows):
+        raise table.error(f"holds no values of {', '.join(names)}: all cells are empty", table.line)
+    whole = {name: column[rows] for name, column in whole.items() if np.any(there[name])}
+    largest = np.nanmax(whole["absorption"]) if "absorption" in whole else 0.0
     if largest > _MOST_ABSORBED:
         text = f"{table.file}: an absorption of {largest:g}; it is a share of 1: are these per cent?"
         warn(text, PlausibilityWarning, stacklevel=2)
-    return Measured(table.file.stem, values["frequency"], whole)
+    return Measured(table.file.stem, values["frequency"][rows], whole)
 
 
-def _columns(name: str, *, whole: bool) -> tuple[Column, ...]:
-    """Return the columns of a quantity; ``re`` and ``im`` are among them where the whole table is about it."""
+def _with_empty_cells(table: Table, places: Places) -> dict[str, RealArray]:
+    """Return values as `column_values`, NaN for the empty cells of quantities."""
+    ours = {index for role, (index, _) in places.items() if role != FREQUENCY.role}
+    filled = [
+        (line, tuple(0.0 if i in ours and not table.cell(cell) else cell for i, cell in enumerate(cells)))
+        for line, cells in table.rows
+    ]
+    values = column_values(replace(table, rows=tuple(filled)), places)
+    at, factor = places[FREQUENCY.role]
+    order = np.argsort(table.numbers({at})[at] * factor, kind="stable")
+    empty = {role: np.array([not text for text in table.text(index)])[order] for role, (index, _) in places.items()}
+    return {role: np.where(empty[role], np.nan, column) for role, column in values.items()}
+
+
+def _columns(name: str, table: Table, *, whole: bool) -> tuple[Column, ...]:
+    """Return the columns of a quantity; ``re`` and ``im`` are among them where the whole table is about it.
+
+    A column called as our own tables call it, which have units in names of levels and losses alone, is in SI units.
+    """
     quantity = QUANTITIES[name]
     names = [name, *(other for other, meant in _OTHER_NAMES.items() if meant == name)]
+    ours = any(header.text in quantity.columns and header.unit is None for header in table.headers)
+    unit = None if ours else quantity.unit
     if not quantity.is_complex:
-        return (Column(name, tuple(names), quantity.unit),)
-    parts = complex_columns(name, names, quantity.unit)
+        return (Column(name, tuple(names), unit),)
+    parts = complex_columns(name, names, unit)
     if not whole:
         return parts
     return tuple(replace(part, names=(*part.names, part.role.rpartition("_")[2])) for part in parts)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Discriminator,
@@ -14,6 +16,7 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Tag,
+    ValidationError,
     ValidationInfo,
     model_validator,
 )
@@ -23,7 +26,7 @@ from multilayer.arrays import RealArray
 from multilayer.bounds import FREQUENCIES
 from multilayer.errors import show
 from multilayer.json_schema import NUMBER_TEXT, any_of
-from multilayer.models import NO_BOOL, Model, refuse, refuse_unknown_keys
+from multilayer.models import NO_BOOL, Model, mistake, refuse, refuse_unknown_keys
 from multilayer.response.bands import Width
 from multilayer.response.diffuse_field import WeightingName
 from multilayer.response.duct import Lined
@@ -32,10 +35,13 @@ from multilayer.units import Frequency, Length, Unit, parse_quantity
 
 
 class FrequencyRange(Model, populate_by_name=True):
-    """Frequencies `from` ... `to`, both included, equally spaced on a logarithmic or linear axis."""
+    """Frequencies `from` ... `to`, both included, equally spaced on a logarithmic or linear axis.
 
-    start: Annotated[Frequency, Field(alias="from")] = 100.0
-    stop: Annotated[Frequency, Field(alias="to")] = 5000.0
+    When left out from edge to edge of the third octaves from 100 Hz to 5 kHz, which ratings need whole.
+    """
+
+    start: Annotated[Frequency, Field(alias="from")] = 89.13
+    stop: Annotated[Frequency, Field(alias="to")] = 5623.0
     points: Annotated[int, Field(ge=1, le=FREQUENCIES.usual), NO_BOOL] = 200
     spacing: Literal["log", "linear"] = "log"
 
@@ -104,8 +110,25 @@ def _listed(value: Any) -> Any:
     return value
 
 
+_ONCE = "list each frequency once, the lowest first"
+
+
+def _rising(frequencies: tuple[float, ...]) -> tuple[float, ...]:
+    wrong = [
+        mistake("input", (i,), f"{f:g} Hz is not allowed: it must be above {before:g} Hz before it; {_ONCE}", f)
+        for i, (before, f) in enumerate(pairwise(frequencies), start=1)
+        if f <= before
+    ]
+    if wrong:
+        raise ValidationError.from_exception_data("frequency", wrong)
+    return frequencies
+
+
 FrequencyList = Annotated[
-    tuple[Frequency, ...], Field(min_length=1, max_length=FREQUENCIES.usual), BeforeValidator(_listed)
+    tuple[Frequency, ...],
+    Field(min_length=1, max_length=FREQUENCIES.usual),
+    BeforeValidator(_listed),
+    AfterValidator(_rising),
 ]
 FrequencyGrid = Annotated[
     Annotated[FrequencyRange, Tag("range")] | Annotated[Bands, Tag("bands")] | Annotated[FrequencyList, Tag("list")],

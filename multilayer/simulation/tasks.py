@@ -22,7 +22,14 @@ from multilayer.response.driven import driven
 from multilayer.response.duct import duct_mode
 from multilayer.response.excitations import Excitation, TappingMachine
 from multilayer.response.fields import power_balance
-from multilayer.response.finite_size import Window, finite_absorption, finite_loss, radiation_towards
+from multilayer.response.finite_size import (
+    Window,
+    finite_absorption,
+    finite_loss,
+    half_space_behind,
+    radiation_towards,
+    refuse_other_fluid,
+)
 from multilayer.response.free_waves import free_waves
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
@@ -52,7 +59,7 @@ class Task:
         Of the case, for messages.
     size : FiniteSize or None
     reference : Stack or None
-        For the insertion loss.
+        For the insertion loss; see `bare`.
     excitation : Excitation or None
         Beside the incident sound.
     free_waves : bool
@@ -87,6 +94,11 @@ class Task:
     def window(self) -> Window | None:
         """The finite size as the responses take it."""
         return None if self.size is None else Window(self.size.width, self.size.height)
+
+    def bare(self, stack: Stack) -> Stack:
+        """Return the reference in the gas of a stack, whatever its own file says: the air is not what is compared."""
+        assert self.reference is not None
+        return self.reference.model_copy(update={"ambient": stack.ambient})
 
 
 @dataclass(frozen=True)
@@ -196,7 +208,7 @@ def _respond(stack: Stack, task: Task) -> Arrays:
     """Return quantities over the frequencies of `task`, averaged over its bands if it has any."""
     quantities = _averaged(stack, task)
     if task.reference is not None:
-        bare = _averaged(task.reference, task)
+        bare = _averaged(task.bare(stack), task)
         quantities["insertion_loss"] = quantities["transmission_loss"] - bare["transmission_loss"]
     return quantities
 
@@ -258,7 +270,9 @@ def _of_excitation(
         power = response.radiated_power * _THIRD_OCTAVE * frequency
         quantities["sound_power_level"] = 10 * np.log10(power / _POWER_OF_0_DB)
         if isinstance(excitation, TappingMachine):
-            squared = 4 * stack.ambient.gas.impedance * power / _ABSORPTION  # mean squared pressure, diffuse
+            behind = half_space_behind(stack)
+            assert behind is not None  # it takes up the power
+            squared = 4 * behind[0] * behind[1] * power / _ABSORPTION  # mean squared pressure, diffuse
             quantities["impact_level"] = 10 * np.log10(squared / _PRESSURE_OF_0_DB**2)
     return quantities
 
@@ -282,7 +296,10 @@ def _quantities_of_sound(stack: Stack, frequency: RealArray, task: Task) -> dict
         "reflection": wave.reflection,
         "transmission": wave.transmission,
     }
-    return quantities if window is None else quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
+    if window is None:
+        return quantities
+    refuse_other_fluid(stack)
+    return quantities | _of_finite_size(wave, window, stack.ambient.gas.sound_speed)
 
 
 def _is_built(stack: Stack) -> TypeGuard[Construction]:

@@ -62,7 +62,7 @@ class TestReading:
         assert case.simulation is simulation
         assert simulation.incidence == PlaneIncidence(angle=0)
         frequency = grid_of(simulation.frequency).frequency
-        assert (len(frequency), frequency[0], frequency[-1]) == (200, pytest.approx(100), pytest.approx(5000))
+        assert (len(frequency), frequency[0], frequency[-1]) == (200, pytest.approx(89.13), pytest.approx(5623))
         assert np.ptp(np.diff(np.log(frequency))) < 1e-12
 
     def test_a_simulation_file_is_a_stack_file(self, written):
@@ -113,8 +113,8 @@ class TestReading:
             assert found == expected
 
     def test_frequencies_listed(self, written):
-        simulation = load_simulation(written(FOAM + "frequency: [1 kHz, 200]\n"))
-        np.testing.assert_allclose(grid_of(simulation.frequency).points, [1000, 200])
+        simulation = load_simulation(written(FOAM + "frequency: [200, 1 kHz]\n"))
+        np.testing.assert_allclose(grid_of(simulation.frequency).points, [200, 1000])
 
     def test_third_octaves(self, written):
         grid = grid_of(load_simulation(written(FOAM + "frequency: {third_octaves: [100 Hz, 5 kHz]}\n")).frequency)
@@ -184,6 +184,36 @@ class TestSweptPaths:
         assert case.simulation.sweep == {}
 
 
+class TestLabels:
+    """No two cases have the same."""
+
+    @staticmethod
+    def labels(written, path, values):
+        return [case.label for case in load_simulation(written(f"{FOAM}sweep: {{{path}: {values}}}\n")).cases]
+
+    def test_of_laws_tell_what_differs(self, written):
+        law = "law: fractional_zener, relaxed_modulus: 1 MPa, unrelaxed_modulus: 1 GPa, relaxation_time: 1 ms"
+        values = f"[1 MPa, {{{law}, order: 0.3}}, {{{law}, order: 0.7}}]"
+        assert self.labels(written, "layers.foam.young_modulus", values) == [
+            f"foam.young_modulus = {told}" for told in ("1 MPa", "{'order': 0.3}", "{'order': 0.7}")
+        ]
+
+    def test_of_numbers_have_the_digits_it_takes(self, written):
+        assert self.labels(written, "layers.foam.thickness", "[0.05, 0.06000001, 0.06000002]") == [
+            f"foam.thickness = {told} m" for told in ("0.05", "0.06000001", "0.06000002")
+        ]
+
+    def test_of_lists_too_long_to_show_are_numbered(self, written):
+        gaps = "[{type: fluid, name: front, thickness: 20 mm}, {type: fluid, name: back, thickness: 1 mm}]"
+        told = self.labels(written, "layers", f"[{gaps}, {gaps.replace('1 mm', '2 mm')}]")
+        assert told[1] == f"{told[0]} (2)"
+
+    def test_are_numbered_where_different_texts_are_one(self, written):
+        told = self.labels(written, "layers.foam.thickness", "[0.05, 0.05 m]")
+        assert told == ["foam.thickness = 0.05 m", "foam.thickness = 0.05 m (2)"]
+        assert self.labels(written, "incidence", "[45, '45']") == ["incidence = 45", "incidence = 45 (2)"]
+
+
 MISTAKES = {
     "frequency zero": ("frequency: [0, 100]", "0,", "frequency.0: 0.0 is not allowed: it must be above 0"),
     "frequency negative": (
@@ -192,6 +222,12 @@ MISTAKES = {
         "frequency.from: -1.0 is not allowed: it must be above",
     ),
     "frequencies fall": ("frequency: {from: 1 kHz, to: 100 Hz}", "100 Hz", "must be above 'from', 1000 Hz"),
+    "frequencies not in order": (
+        "frequency: [500, 100, 3000]",
+        "100",
+        "frequency.1: 100 Hz is not allowed: it must be above 500 Hz before it; list each frequency once, the lowest",
+    ),
+    "a frequency twice": ("frequency: [100, 500, 500.0 Hz]", "500.0", "frequency.2: 500 Hz is not allowed: it must be"),
     "frequency in m": ("frequency: {to: 3 m}", "3 m", "'3 m' has the wrong unit"),
     "frequency mistyped": ("frequency: {form: 3}", "form", "there is no such field; did you mean 'from'?"),
     "no list": ("frequency: 100 Hz", "100 Hz", "must be a list, not '100 Hz'"),
@@ -252,6 +288,27 @@ MISTAKES = {
         "sweep: {layers.foam.loss_factor: [0, 0.2]}",
         "0.2",
         "layers.0: loss_factor stands beside a young_modulus that has losses already",
+    ),
+    "one field by two paths": (
+        "sweep: {layers.0.thickness: [25 mm], layers.foam.thickness: [30 mm, 40 mm]}",
+        "layers.foam",
+        "'layers.foam.thickness' and 'layers.0.thickness' lead to the same field; leave one of them out",
+    ),
+    "a field, then what holds it": (
+        "sweep: {layers.0.young_modulus.loss_factor: [0, 0.2], layers.foam.young_modulus: [1 MPa]}",
+        "layers.foam.young_modulus",
+        "'layers.foam.young_modulus' replaces what 'layers.0.young_modulus.loss_factor' sets in it; write it before",
+    ),
+    "two tolerances of one field": (
+        "tolerances: {layers.0.thickness: 1 mm, layers.foam.thickness: 20 mm}",
+        "layers.foam",
+        "'layers.foam.thickness' and 'layers.0.thickness' lead to the same field; leave one of them out",
+    ),
+    "a share of 0": ("tolerances: {layers.foam.loss_factor: 5 %}", "5 %", "5 % of 0 is 0; write an absolute one"),
+    "a share of a mean of 0": (
+        "tolerances: {layers.foam.loss_factor: {normal: [0, 5 %]}}",
+        "{normal",
+        "5 % of 0 is 0; write an absolute one",
     ),
     "tolerance of nothing": (
         "tolerances: {layers.foam.porsity: 1 %}",

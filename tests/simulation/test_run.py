@@ -96,6 +96,15 @@ class TestOneCase:
         np.testing.assert_array_equal(diffuse.absorption, expected.absorption)
         np.testing.assert_array_equal(diffuse.transmission_loss, expected.transmission_loss)
 
+    @pytest.mark.parametrize("incidence", [40, "diffuse"])
+    def test_a_small_panel_on_water_is_refused(self, read, incidence):
+        """Its radiation efficiency is that of the water, in which nearly all waves are evanescent."""
+        water = {"type": "fluid", "density": 1000, "sound_speed": 1480}
+        size = {"width": 1.4, "height": 1.1}
+        with pytest.raises(InputError, match=r"^finite_size: .* a fluid of 1480 m/s behind it; .* leave the size out"):
+            simulate(read(PANEL, incidence=incidence, finite_size=size, termination=water))
+        simulate(read(PANEL, incidence=incidence, termination=water))
+
     @pytest.mark.parametrize("text", [FOAM, PANEL])
     @pytest.mark.parametrize("size", [None, {"width": 1.4, "height": 1.1}])
     def test_a_diffuse_field_up_to_grazing_incidence(self, read, text, size):

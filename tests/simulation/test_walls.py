@@ -78,3 +78,27 @@ def test_command_line(written, tmp_path):
     done = run("simulate", written(PANEL + BESIDE), "--json", "--out", tmp_path / "results")
     assert done.status == 0, done.err
     assert json.loads(done.out)["settings"]["beside"][1]["at_edge"] is True
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("area: 10 m2\n", ["wall.yaml:7:7: area: changes nothing, as nothing lies beside the stack"]),
+        ("sweep: {area: [10 m2, 20 m2]}\n", ["wall.yaml:7:15: sweep.area: changes nothing, as nothing lies beside"]),
+        (BESIDE, []),
+        ("area: 10 m2\nsweep: {beside: [[], [{type: slit, width: 1 mm, length: 1 m, depth: 50 mm}]]}\n", []),
+    ],
+)
+def test_an_area_with_nothing_beside_it_is_told(written, text, told):
+    done = run("check", written(PANEL + text))
+    assert done.status == 0
+    assert len(done.err.splitlines()) == len(told)
+    assert all(words in done.err for words in told)
+
+
+def test_a_file_of_dots_has_no_folder_of_its_own(written, tmp_path):
+    file = written(PANEL + "frequency: [500]\n", "...yaml")
+    done = run("simulate", file, cwd=tmp_path)
+    assert (done.status, done.err) == (2, "results/.. is no folder of its own; say --out DIR, or rename the file\n")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["...yaml"]
+    assert run("simulate", file, "--out", "out", "--no-figures", cwd=tmp_path).status == 0

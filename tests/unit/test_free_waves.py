@@ -142,3 +142,32 @@ def test_a_plate_over_a_wall_keeps_its_mass() -> None:
         )
 
     assert found.wavenumber[0].real == pytest.approx(brentq(reactance, 5.0, 100.0), rel=1e-4)
+
+
+@pytest.mark.parametrize("model", ["miki", "delany_bazley"])
+def test_the_mass_is_that_of_the_layers_whatever_the_frequencies(model: str) -> None:
+    # power laws say nothing far below their range: neither the stiffness nor a warning may come from there
+    plate = {"type": "elastic_plate", "thickness": 1e-3, "loss_factor": 0.01, **STEEL}
+    wool = {"type": "equivalent_fluid", "model": model, "thickness": 0.05, "flow_resistivity": 1e4}
+    lined = stack(plate, wool)
+    for frequency in ([100.0, 500.0], [500.0, 2000.0]):
+        found = free_waves(lined, np.array(frequency))
+        assert found.mass == pytest.approx(7.8 + 0.05 * lined.ambient.gas.density, rel=1e-9)
+        np.testing.assert_allclose(found.bending_stiffness, PLANE * 1e-9 / 12, rtol=0.02)
+
+
+def test_the_mass_of_a_pattern_is_that_of_its_layers() -> None:
+    plate = {"type": "elastic_plate", "thickness": 1e-3, **STEEL}
+    wool = {"type": "equivalent_fluid", "model": "miki", "thickness": 0.02, "flow_resistivity": 1e4}
+    heavy = {"type": "membrane", "surface_density": 2.0}
+    pattern = {"type": "patches", "period": 0.01, "patches": [
+        {"share": 0.75, "layers": [wool]}, {"share": 0.25, "layers": [wool, heavy]},
+    ]}  # fmt: skip
+    found = free_waves(stack(plate, pattern), [200.0])
+    assert found.mass == pytest.approx(7.8 + 0.5, rel=0.01)
+
+
+def test_a_layer_that_tells_no_mass_has_that_of_slow_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    plate = stack({"type": "elastic_plate", "thickness": 1e-3, **STEEL})
+    monkeypatch.setattr(type(plate.layers[0]), "mass_per_area", None)
+    assert free_waves(plate, F).mass == pytest.approx(7.8, rel=1e-9)

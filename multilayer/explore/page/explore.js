@@ -579,7 +579,7 @@ function showFrequencies() {
     box.replaceChildren(make("p", {class: "note"}, `${given.length} frequencies, as listed in the file`));
     return;
   }
-  const ends = bands ? given[bands] : [given.from ?? given.start ?? 100, given.to ?? given.stop ?? 5000];
+  const ends = bands ? given[bands] : [given.from ?? given.start ?? 89.13, given.to ?? given.stop ?? 5623];
   const kind = make("select", {id: "frequency-kind"}, make("option", {value: ""}, "single frequencies"), make("option", {value: "third_octaves"}, "third octaves"), make("option", {value: "octaves"}, "octaves"));
   kind.value = bands;
   const box_ = (id, value) => { const one = make("input", {type: "text", id, spellcheck: "false", autocomplete: "off"}); one.value = typeof value === "number" ? `${value} Hz` : value; return one; };
@@ -635,7 +635,7 @@ function showRatings() {
   const field = incidenceText(incidence(result.data));
   const entries = Object.entries(result.ratings).map(([name, value]) => make("div", {},
     make("dt", {}, `${name}, ${field}`), make("dd", {}, value, last && last.ratings[name] ? make("span", {class: "before"}, ` before ${last.ratings[name]}`) : null)));
-  if (!entries.length) entries.push(make("div", {}, make("dt", {}, "ratings"), make("dd", {class: "before"}, "need frequencies from 100 Hz to 5 kHz")));
+  if (!entries.length) entries.push(make("div", {}, make("dt", {}, "ratings"), make("dd", {class: "before"}, "need whole third octaves from 100 Hz to 5 kHz")));
   const text = entries.map(one => one.textContent).join();
   if ($("ratings").dataset.text !== text) { $("ratings").replaceChildren(...entries); $("ratings").dataset.text = text; }
 }
