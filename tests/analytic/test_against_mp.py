@@ -65,6 +65,7 @@ def assert_plane_waves_agree(panel, frequencies, angles):
             assert_close(result.transmission[i, j], transmission, ("T", f, angle))
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")  # the theory is the same
 @pytest.mark.parametrize("name", SINGLE)
 def test_one_layer_in_air(name):
     assert_plane_waves_agree(stack(SINGLE[name]), FREQUENCIES, ANGLES)

@@ -43,6 +43,7 @@ def test_plane_waves(name, end):
     assert_plane_wave_agrees(MIXED[name].model_copy(update={"termination": end}), f"{name}{name_of(end)}")
 
 
+@pytest.mark.filterwarnings("ignore:.*bending wavelength")  # the theory is the same
 @pytest.mark.parametrize("name", [name for name in SINGLE if name != "air 10 m"])  # which reflects nothing
 def test_one_layer_in_air(name):
     assert_plane_wave_agrees(stack(SINGLE[name]), name)

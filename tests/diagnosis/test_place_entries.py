@@ -41,7 +41,7 @@ def told(place, term, amplitude, *others, bench=None):
         ("faces", Term("power", 2), 1e-15 * OMEGA**2, "compliance per area of each face as (i w)^2", 1e-15, "m s2/Pa"),
         # a top channel high-passed at 15 Hz: T/(1 - i fc/f)
         ("reading", Term("power", -1), -15 * 2 * np.pi / OMEGA, "high pass", 15.0, "Hz"),
-        ("reading", Term("power"), 0.05, "change of ln(top/base)", 0.05, ""),
+        ("reading", Term("power"), 0.05, "change of ln gain", 0.05, ""),
         ("added_reading", Term("power", -1), 0.03 / OMEGA, "share of the base's motion as 1/(i w)", 0.03, "1/s"),
     ],
 )  # fmt: skip
@@ -64,7 +64,7 @@ def test_a_softening_is_no_factor():
     [
         (TUBE_PLACES["layer_modulus"]("foam"), "a change of ln E of 0.3"),
         (TUBE_PLACES["layer_density"]("foam"), "a change of ln density of 0.3"),
-        (TUBE_PLACES["reading"](), "a change of ln R of 0.3"),
+        (TUBE_PLACES["reading"](), "a change of ln gain of 0.3"),
         (TUBE_PLACES["behind"](), "an ln of the backing's reflection of 0.3"),
     ],
 )
