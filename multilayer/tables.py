@@ -137,10 +137,10 @@ class Table:
             With the line, for a row that lacks a column or has more than are named, and a cell that is no finite
             number.
         """
-        named = max((i for i, name in enumerate(self.names, start=1) if name), default=0)
+        width = len(self.names)  # columns without a name, as of intermediate results, may stand beside those with one
         for line, cells in self.rows:
-            if any(self.cell(cell) for cell in cells[named:]):
-                raise self.error(other_width(len(cells), named), line)
+            if any(self.cell(cell) for cell in cells[width:]):
+                raise self.error(other_width(len(cells), width), line)
         rows = [[self._number(line, cells, index, max(columns)) for index in columns] for line, cells in self.rows]
         return dict(zip(columns, np.array(rows, dtype=float).reshape(len(rows), len(columns)).T, strict=True))
 

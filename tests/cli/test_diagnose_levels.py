@@ -48,7 +48,7 @@ def test_it_writes_record_report_and_figures(tmp_path):
     assert done.status == 0, done.err
     record = json.loads((out / "diagnosis.json").read_text())
     assert record["group"][:1] == [["receiving_absorption"]]
-    assert record["inputs"]["noise"] == {"transmission_loss wall": "ISO 12999, repeatability"}
+    assert record["inputs"]["noise"] == {"transmission_loss wall": "ISO 12999-1, repeatability"}
     assert "construction, field or reading" in done.out
     names = {path.name for path in out.glob("*.png")}
     assert names >= {"where.png", "causes.png", "place.png", "before_after-transmission_loss_wall.png"}

@@ -72,7 +72,9 @@ class TestCheck:
         assert [one["file"] for one in found] == [str(file) for file in files.values()]
         assert all(one["sound"] and not one["problems"] for one in found)
         told = run("check", *files.values()).out.splitlines()
-        assert told == [f"{one['file']}: a {one['summary']} without mistakes" for one in found]
+        articles = ["an" if one["kind"] == "optimisation" else "a" for one in found]
+        texts = [f"{article} {one['summary']}" for article, one in zip(articles, found, strict=True)]
+        assert told == [f"{one['file']}: {text} without mistakes" for one, text in zip(found, texts, strict=True)]
 
     def test_mistakes_as_json(self, files, tmp_path):
         wrong = tmp_path / "wrong.yaml"
