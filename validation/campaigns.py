@@ -50,7 +50,7 @@ def row(name: str, result: FitResult, found: Score) -> str:
 def main() -> None:
     """Fit, score and print the page."""
     lines, remarks = [HEADING], []
-    for folder in sorted(path for path in CAMPAIGNS.iterdir() if path.is_dir()):
+    for folder in sorted(file.parent for file in CAMPAIGNS.glob("*/campaign.yaml")):
         print(folder.name, file=sys.stderr)  # noqa: T201
         for model in MODELS:
             job = read_fit(folder, model=model)
