@@ -81,4 +81,5 @@ def _from_table(table: Path, names: list[str] | None, out: Path | None, *, as_js
             for_terminal(f"remark: column '{column}' is no field of a material here, and was left out"), err=True
         )
     if out is not None and not as_json:
-        typer.echo(f"written to {out}: {len(imported.materials)} materials")
+        count = len(imported.materials)
+        typer.echo(f"written to {out}: {count} material{'s' if count != 1 else ''}")
