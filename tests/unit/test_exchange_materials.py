@@ -144,7 +144,7 @@ class TestCommand:
         done = run("materials", "--from", self.table(tmp_path), "--out", out)
         assert done.status == 0
         assert done.err == "remark: column 'price' is no field of a material here, and was left out\n"
-        assert done.out.endswith(f"written to {out}: 1 materials\n")
+        assert done.out.endswith(f"written to {out}: 1 material\n")
         assert (
             run("materials", "--library", out).out.splitlines()[1].startswith("=foam     equivalent_fluid  foams.csv")
         )
