@@ -57,7 +57,7 @@ from multilayer.experiments.two_plate.nuisances import with_usual_uncertainty
 from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import cut_where_records_end, plane_wave_problem
-from multilayer.fits.joint.search import N_BEST, laws_of_bursts, refuse_none, solve_joint
+from multilayer.fits.joint.search import refuse_none, solve_from_bursts
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
@@ -210,8 +210,7 @@ def fit_nominal(
     problems = burst_problems(campaign, recordings, FitSettings(), calibration)
     others = tuple(effect for effect in given if not effect.needs_finite_elements)
     joint = replace(plane_wave_problem(campaign, problems, law, None), model_error=MODEL_ERROR, given=others)
-    starts = laws_of_bursts(joint)
-    minima = solve_joint(joint, starts, n_best=N_BEST - len(starts), seed=seed, tolerance=COARSE, executor=executor)
+    minima = solve_from_bursts(joint, seed=seed, tolerance=COARSE, executor=executor)
     joint, minima = with_complete_records(joint, minima, [problem.data for problem in problems])
     if len(others) == len(given):
         return fit(joint, minima[0].z), minima

@@ -16,7 +16,7 @@ from multilayer.config.yaml12 import dump_yaml
 from multilayer.errors import InputError, PlausibilityWarning, Problem, show
 from multilayer.files import is_file
 from multilayer.layers.base import LAYERS, layer_type
-from multilayer.measurements.tables import Header, Table, read_text_table
+from multilayer.tables import Header, Table, other_width, read_text_table
 from multilayer.units import field_unit, parse_quantity
 from multilayer.writing.manifest import note_input
 
@@ -193,8 +193,7 @@ class _Row:
         self.cells = cells
         self.problems: list[Problem] = []
         if len(cells) > len(table.headers):
-            text = f"has {len(cells)} cells where {len(table.headers)} columns are named; decimals have a point where"
-            self.problem("", f"{text} commas separate columns")
+            self.problem("", other_width(len(cells), len(table.headers)))
 
     def problem(self, key: str, text: str) -> None:
         """Note a mistake in the column of a field, or in the row where there is none."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
 from multilayer.errors import suggest
-from multilayer.measurements.tables import Header, Table
+from multilayer.tables import Header, Table
 
 
 @dataclass(frozen=True)

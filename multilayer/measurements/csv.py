@@ -13,9 +13,10 @@ from multilayer.arrays import RealArray
 from multilayer.bounds import CHANNELS
 from multilayer.errors import InputError, Problem, show
 from multilayer.measurements.readers import Reader
-from multilayer.measurements.tables import name_and_unit, other_width, read_text_table
-from multilayer.measurements.text_layout import Layout, Line, data_lines, layout_of
+from multilayer.measurements.text_layout import layout_of
 from multilayer.signals.channels import Channel, Channels, rate_of_step
+from multilayer.tables import name_and_unit, other_width, read_text_table
+from multilayer.text_lines import Layout, Line, data_lines
 from multilayer.units import parse_quantity
 
 _TIME = re.compile(r"(?:time|t|zeit)(?:_(?P<unit>s|ms|us))?", re.IGNORECASE)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.columns import FREQUENCY
 from multilayer.measurements.spectra import Spectra
-from multilayer.measurements.tables import Header
 from multilayer.signals.channels import Channel, Channels, as_samples, different, rate_of_step
+from multilayer.tables import Header
 
 _RATES = ("sampling_rate", "sample_rate", "samplerate", "samplingrate", "sampling_frequency", "fs", "rate")
 _STEPS = ("dt", "time_step", "wf_increment")

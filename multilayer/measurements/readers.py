@@ -16,10 +16,10 @@ from multilayer.errors import InputError, Problem, show
 from multilayer.files import is_file
 from multilayer.measurements.accelerometers import acceleration_factor
 from multilayer.measurements.spectra import Spectra
-from multilayer.measurements.tables import Table, read_text_table
 from multilayer.registry import Registry
 from multilayer.signals.channels import Channel, Channels
 from multilayer.signals.recording import Waveforms
+from multilayer.tables import Table, read_text_table
 from multilayer.writing.manifest import note_input
 
 _BURST = re.compile(r"(base|top)(_\d+)?")

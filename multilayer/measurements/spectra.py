@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
-from multilayer.measurements.tables import Header, Table
+from multilayer.tables import Header, Table
 
 
 @dataclass(frozen=True, eq=False)

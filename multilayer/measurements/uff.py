@@ -14,8 +14,8 @@ from multilayer.errors import InputError, Problem
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import damaged, library, reads
 from multilayer.measurements.spectra import Spectra
-from multilayer.measurements.tables import Header
 from multilayer.signals.channels import Channel, Channels, as_samples, different, rate_of_step
+from multilayer.tables import Header
 
 _KIND = "a universal file"
 _TIME_RESPONSE = 1

@@ -23,11 +23,11 @@ from multilayer.measurements.columns import (
     find_columns,
 )
 from multilayer.measurements.readers import read_spectra
-from multilayer.measurements.tables import Table
 from multilayer.response.bands import nearest_centres
 from multilayer.simulation.bands import Grid, band_grid
 from multilayer.simulation.quantities import QUANTITIES
 from multilayer.simulation.settings import Bands, FrequencyRange
+from multilayer.tables import Table
 
 _HELP = (
     "name the columns 'frequency_hz' (or 'frequency [Hz]', 'f [kHz]') and one or more of 'absorption', "

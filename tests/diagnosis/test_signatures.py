@@ -54,24 +54,17 @@ GROWING = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("of", "name"), VANISHING)
-def test_an_effect_that_vanishes_at_large_values_shows_up_to_one(of, name):
+@pytest.mark.parametrize(
+    ("shows", "of", "name"), [*(("up to", *one) for one in VANISHING), *(("from", *one) for one in GROWING)]
+)
+def test_an_effect_shows_from_a_size_on_or_where_it_vanishes_at_large_values_up_to_one(shows, of, name):
     nominal = NOMINAL[of]()
     entry = detectable(nominal, name)
-    assert entry["shows"] == "up to"
+    assert entry["shows"] == shows
     near = [length(nominal, name, factor * entry["smallest"]) for factor in (0.95, 1.0, 1.05)]
     assert near[1] == pytest.approx(DETECTED, rel=0.02)
-    assert near[0] > DETECTED > near[2]
-
-
-@pytest.mark.parametrize(("of", "name"), GROWING)
-def test_an_effect_that_grows_shows_from_a_size_on(of, name):
-    nominal = NOMINAL[of]()
-    entry = detectable(nominal, name)
-    assert entry["shows"] == "from"
-    near = [length(nominal, name, factor * entry["smallest"]) for factor in (0.95, 1.0, 1.05)]
-    assert near[1] == pytest.approx(DETECTED, rel=0.02)
-    assert near[0] < DETECTED < near[2]
+    smaller, larger = near[::2] if shows == "from" else near[::-2]
+    assert smaller < DETECTED < larger
 
 
 def test_of_a_hump_the_first_side_from_where_the_effect_is_absent_is_told():

@@ -16,17 +16,6 @@ LAW = "law: fractional_zener, relaxed_modulus: 1 MPa, unrelaxed_modulus: 70 GPa,
 F = np.array([100.0, 200.0, 500.0, 1000.0])
 
 
-@pytest.fixture
-def written(tmp_path):
-    """Give a function that writes a file and returns its path."""
-
-    def write(text, name="file.yaml"):
-        (tmp_path / name).write_text(text)
-        return tmp_path / name
-
-    return write
-
-
 def table(name, values):
     return "\n".join([f"frequency_hz,{name}", *(f"{f!r},{v!r}" for f, v in zip(F.tolist(), values, strict=True)), ""])
 

@@ -25,17 +25,6 @@ seed: 3
 
 
 @pytest.fixture
-def written(tmp_path):
-    """Give a function that writes a file and returns its path."""
-
-    def write(text, name="file.yaml"):
-        (tmp_path / name).write_text(text)
-        return tmp_path / name
-
-    return write
-
-
-@pytest.fixture
 def refused(written):
     """Give a function that returns the mistakes found in a file, without its name."""
 

@@ -10,8 +10,8 @@ from multilayer.experiments.stacks.measurements import Reflection, TransmissionL
 from multilayer.measurements.columns import Column, find_columns
 from multilayer.measurements.readers import READERS, read_channels, read_spectra
 from multilayer.measurements.spectra import Spectra
-from multilayer.measurements.tables import read_text_table
 from multilayer.simulation.measured import read_measured
+from multilayer.tables import read_text_table
 from multilayer.tube.data import read_transfer
 from multilayer.tube.file import Source
 from tests.recorders import SPECTRA_WRITERS, write_h5_spectra, write_mat_spectra, write_uff_spectra, write_wav

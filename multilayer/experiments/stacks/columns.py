@@ -25,7 +25,7 @@ from multilayer.experiments.stacks.measurements import (
 from multilayer.inference.whitening import ValueNoise
 from multilayer.measurements.columns import FREQUENCY, Column, Places, called_column, column_values, find_columns
 from multilayer.measurements.readers import read_spectra
-from multilayer.measurements.tables import Table
+from multilayer.tables import Table
 
 _VERDICT = "accepted"  # a column of our tables of moduli
 _NEEDED = "its first line must name the columns"

@@ -30,9 +30,9 @@ from multilayer.fits.joint.search import (
     N_FOLLOWED,
     first_guess,
     law_space,
-    laws_of_bursts,
     refuse_none,
     settle_all,
+    solve_from_bursts,
     solve_joint,
     with_record_ends,
 )
@@ -113,9 +113,7 @@ def fit_joint(
     for name, branches in _laws(law, elements):
         problem = replace(plane_wave_problem(campaign, problems, name, branches), given=others)
         label = name if branches is None else f"{name}, {branches} branches"
-        starts = laws_of_bursts(problem)
-        found = solve_joint(problem, starts, n_best=N_BEST - len(starts), seed=seed, tell=tell)
-        solved.append((label, problem, found))
+        solved.append((label, problem, solve_from_bursts(problem, seed=seed, tell=tell)))
     if settings.model == "finite":
         solved = _all_with_free_rim(campaign, solved, tell, settings, rims)
     solved = cut_where_records_end(solved, [problem.data for problem in problems])

@@ -112,6 +112,20 @@ def _law_through(material: Material, frequency: float, modulus: complex) -> Real
     ).z
 
 
+def solve_from_bursts(
+    problem: CampaignProblem,
+    *,
+    seed: int = 0,
+    tolerance: float = TIGHT,
+    tell: Tell | None = None,
+    executor: Executor | None = None,
+) -> list[Minimum]:
+    """Return the distinct minima of `solve_joint`, laws through single bursts in place of some drawn from the prior."""
+    starts = laws_of_bursts(problem)
+    n_best = N_BEST - len(starts)
+    return solve_joint(problem, starts, n_best=n_best, seed=seed, tolerance=tolerance, tell=tell, executor=executor)
+
+
 def solve_joint(
     problem: CampaignProblem,
     starts: Sequence[RealArray] = (),
