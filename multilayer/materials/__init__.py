@@ -25,7 +25,7 @@ from pydantic_core import InitErrorDetails
 from multilayer.config.kinds import KEY
 from multilayer.config.validate import read
 from multilayer.errors import InputError, suggest
-from multilayer.layers.base import LAYERS, layer_type
+from multilayer.layers.base import LAYERS, Layer, layer_type
 from multilayer.models import Model, as_mistakes, mistake
 
 BUILT_IN = Path(__file__).with_name("library.yaml")
@@ -62,19 +62,34 @@ def _wrong_names(material: Mapping[str, Any]) -> list[InitErrorDetails]:
 
 
 def _wrong_values(material: Mapping[str, Any], context: Any) -> list[InitErrorDetails]:
-    """Return what does not fit the fields of the material's type; a layer may give what is missing, and its type."""
-    if "type" not in material:
-        return []
+    """Return what does not fit the fields of the material's type; a layer may give what is missing, and its type.
+
+    Without a type, what fits none of the layers that have such a field.
+    """
     try:
-        kind = layer_type(material["type"])
+        kinds = [layer_type(material["type"])] if "type" in material else [kind for _, kind in LAYERS.working()]
     except InputError as error:
         return [mistake("input", ("type",), str(error), material["type"])]
+    checked = [_checked(kind, material, context) for kind in kinds]
+    problems: list[InitErrorDetails] = []
+    for name in material:
+        by_kind = [mistakes[name] for mistakes in checked if name in mistakes]
+        if by_kind and all(by_kind):
+            problems += by_kind[0]
+    return problems
+
+
+def _checked(kind: type[Layer], material: Mapping[str, Any], context: Any) -> dict[str, list[InitErrorDetails]]:
+    """Return the mistakes in each value of a material that a layer type takes."""
     taken = kind.fields_taken(material)
+    mistakes: dict[str, list[InitErrorDetails]] = {name: [] for name in material if name in taken}
     try:
-        kind.model_validate({name: value for name, value in material.items() if name in taken}, context=context)
+        kind.model_validate({name: material[name] for name in mistakes}, context=context)
     except ValidationError as error:
-        return as_mistakes(one for one in error.errors(include_url=False) if one["loc"] and one["loc"][0] in material)
-    return []
+        for one in error.errors(include_url=False):
+            if one["loc"] and one["loc"][0] in mistakes:
+                mistakes[str(one["loc"][0])] += as_mistakes([one])
+    return mistakes
 
 
 class Library(Model):

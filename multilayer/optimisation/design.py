@@ -17,7 +17,7 @@ from multilayer.errors import InputError, show, suggest
 from multilayer.models import Model
 from multilayer.paths import index_of, locate, token_of, value_at, with_entry
 from multilayer.simulation.file import SimulationFile
-from multilayer.simulation.sweep import value_mistakes
+from multilayer.simulation.sweep import texts, value_mistakes
 from multilayer.stack import Stack
 from multilayer.units import parse_quantity
 
@@ -180,6 +180,11 @@ class Space:
         return [*product(*map(range, self.axes))]
 
     @cached_property
+    def _texts(self) -> dict[str, list[str]]:
+        """The choices as text by path, no two of a path alike."""
+        return {path: texts(values, None) for path, values in self.choices.items()}
+
+    @cached_property
     def _made(self) -> dict[Key, Variant | InputError]:
         return {}
 
@@ -220,7 +225,7 @@ class Space:
         data, shown = dict(self.data), {}
         for (path, values), i in zip(self.choices.items(), key[:n], strict=True):
             data = with_entry(data, path, values[i])
-            shown[path.removeprefix("layers.")] = values[i] if isinstance(values[i], str) else show(values[i])
+            shown[path.removeprefix("layers.")] = self._texts[path][i]
         places = [*range(len(data["layers"]))]
         left = [*self.order]
         sequence = [left.pop(turn) for turn in (*key[n + m :], 0)] if left else []
@@ -241,9 +246,9 @@ class Space:
         try:
             simulation = self.validated(data)
         except ValueError as error:  # of pydantic
-            texts = [f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in getattr(error, "errors", list)()]
+            reasons = [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in getattr(error, "errors", list)()]
             label = ", ".join(f"{name} = {text}" for name, text in shown.items())
-            raise InputError([f"{label}: {text}" for text in texts] or str(error)) from None
+            raise InputError([f"{label}: {reason}" for reason in reasons] or str(error)) from None
         ranges = [self._moved(item, layers, places, simulation) for item in self.ranges]
         materials = tuple(layers[i].get("material") if isinstance(layers[i], Mapping) else None for i in places)
         return Variant(key, shown, simulation, tuple(item for item in ranges if item is not None), materials)

@@ -181,3 +181,17 @@ def test_the_list_is_gone_down_until_enough_keep_the_limits(monkeypatch):
         limits=[{"of": "absorption", "at_least": 0.01}],
     )
     assert [design.goals[0] for design in optimise(file).designs] == pytest.approx([0.07, 0.08, 0.09])
+
+
+def test_choices_that_begin_alike_have_labels_of_their_own():
+    """Mappings longer than a line are cut where they are shown; designs and what is left out go by these labels."""
+    wools = [
+        {
+            "type": "equivalent_fluid", "model": "jca", "thickness": 0.05, "porosity": 0.95, "flow_resistivity": 20e3,
+            "tortuosity": 1.1, "viscous_length": 1e-4, "thermal_length": thermal,
+        }
+        for thermal in (2e-4, 3e-4)
+    ]  # fmt: skip
+    file = read(**{**WOOL, "design": {"layers.0": {"among": wools}}}, goal={"highest": "alpha_w"})
+    labels = [variant.label for variant in file.space.variants()]
+    assert labels == ["0 = {'thermal_length': 0.0002}", "0 = {'thermal_length': 0.0003}"]

@@ -250,6 +250,7 @@ class TestInAStack:
             "  part: {type: poroelastic, porosity: 0.9, thermal_permeability: 1e-9, model: jca}\n"
             "  wool: {porosity: 0.9}\n"
             "  mat: {type: elastic_solid, young_modulus: {law: complex, storage_modulus: 1e6}}\n"
+            "  felt: {thickness: 3 mm, model: delany_bazley, porosity: 1.2, density: 12 s}\n"
         )
         with pytest.raises(InputError) as caught:
             check_library(tmp_path / "bad.yaml")
@@ -261,6 +262,9 @@ class TestInAStack:
                                                 "'2700 kg/m^3'"),
             (3, "materials.foam.porsity", "no layer has such a field"),
             (6, "materials.mat.young_modulus.loss_modulus", "is missing"),
+            (7, "materials.felt.porosity", "1.2 is not allowed: it must be below 1.0"),
+            (7, "materials.felt.density", "'12 s' has the wrong unit: this is a quantity in kg/m^3, as 2700 or "
+                                          "'2700 kg/m^3'"),
         ]  # fmt: skip
         assert check_library(BUILT_IN_FILE) == len(BUILT_IN)
 
