@@ -58,6 +58,7 @@ class Layer(Model, metaclass=InWords):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()  # fields of typical layers, for tests of a plugin's type
     composes: ClassVar[bool] = True  # a homogeneous slab: two bonded layers equal one of their joint thickness
     vanishes: ClassVar[bool] = True  # an infinitely thin layer has no effect
+    stands_still: ClassVar[bool] = False  # nothing but gas moves in it, unless its fields tell a mass
     lies_on_frames: ClassVar[bool] = False  # a sheet without pores of state (p, v3), which a contact puts on a frame
     isotropic_in_plane: ClassVar[bool] = True  # the azimuth of a wave makes no difference
 

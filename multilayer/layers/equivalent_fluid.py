@@ -45,6 +45,7 @@ class EquivalentFluid(AnyPoreLayer):
     slit_width: Length | None = None
 
     summary: ClassVar[str] = "porous material with a rigid frame, by one of many pore models"
+    stands_still: ClassVar[bool] = True
 
     def faces(self, wave: Wave) -> Faces:
         """Return the face matrices; Allard & Atalla 2009, sections 5.4, 5.5 and 11.3.1."""

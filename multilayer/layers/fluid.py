@@ -34,6 +34,7 @@ class Fluid(Layer):
     losses: Literal["air"] | None = None
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
+    stands_still: ClassVar[bool] = True
 
     @property
     def mass_per_area(self) -> Numeric:

@@ -46,6 +46,7 @@ class HelmholtzResonators(Layer):
     cavity_radius: Length | None = None
 
     summary: ClassVar[str] = "array of Helmholtz resonators, their floor the next layer or the termination"
+    stands_still: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # necks and cavities
     vanishes: ClassVar[bool] = False
 

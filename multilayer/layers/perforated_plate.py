@@ -79,6 +79,7 @@ class PerforatedPlate(FieldSets):
     discharge_coefficient: Discharge = DISCHARGE
 
     summary: ClassVar[str] = "plate with round holes or slits, perforated or micro-perforated, held still or moving"
+    stands_still: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # the air outside the holes belongs to it
     vanishes: ClassVar[bool] = False  # and stays, however thin the plate
 

@@ -32,6 +32,7 @@ class Screen(FieldSets):
     surface_density: SurfaceDensity | None = None
 
     summary: ClassVar[str] = "thin resistive screen, held still or free to move"
+    stands_still: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # its mass does not follow its thickness
 
     @classmethod

@@ -39,6 +39,7 @@ class ViscothermalFluid(Layer):
     open_area: OpenArea = 1.0
 
     summary: ClassVar[str] = "air with viscous and thermal losses: in tubes, in slits, or as a thin gap"
+    stands_still: ClassVar[bool] = True
     composes: ClassVar[bool] = False  # two gaps have four walls
 
     @model_validator(mode="after")

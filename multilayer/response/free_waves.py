@@ -13,13 +13,7 @@ from multilayer.arrays import ArrayLike, BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, ValidityWarning
 from multilayer.frames import Frame, Tabular, over
 from multilayer.layers.base import Layer
-from multilayer.layers.equivalent_fluid import EquivalentFluid
-from multilayer.layers.fluid import Fluid
-from multilayer.layers.helmholtz_resonators import HelmholtzResonators
 from multilayer.layers.patches import Patches
-from multilayer.layers.perforated_plate import PerforatedPlate
-from multilayer.layers.screen import Screen
-from multilayer.layers.viscothermal_fluid import ViscothermalFluid
 from multilayer.matrix.solve import Solution, System
 from multilayer.matrix.wave import Wave
 from multilayer.response.chunks import frequency_axis, has_arrays, in_chunks
@@ -38,7 +32,6 @@ _ROUNDS = 8
 _NEWTON = 30
 _STEP = 1e-4  # of the frequency, for the group speed
 _SLOW = np.array(0.1)  # Hz, at which a layer moves as one mass
-_OF_GAS = (Fluid, ViscothermalFluid, EquivalentFluid, Screen, PerforatedPlate, HelmholtzResonators)
 
 
 @dataclass(frozen=True, repr=False)
@@ -156,7 +149,7 @@ def _mass(layer: Layer, stack: Stack) -> float:
     if isinstance(layer, Patches):
         return sum(patch.share * sum(_mass(inner, stack) for inner in patch.layers) for patch in layer.patches)
     mass: Any = layer.mass_per_area
-    if isinstance(layer, _OF_GAS):
+    if layer.stands_still:
         mass = mass or stack.ambient.gas.density * layer.depth
     elif mass is None:
         alone = stack.model_copy(update={"layers": (layer,), "contacts": (), "termination": "free"})
