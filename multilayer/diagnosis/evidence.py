@@ -40,7 +40,7 @@ from multilayer.diagnosis.thresholds import (
     UNEXPLAINED,
     UNKNOWN_SIZES,
 )
-from multilayer.diagnosis.unknown_cause import discrepancy_evidence, tolerant_evidence
+from multilayer.diagnosis.unknown_cause import NO_DISCREPANCY, discrepancy_evidence, tolerant_evidence
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.multistart import is_far_off
@@ -127,7 +127,7 @@ class ModelComparison:
     @cached_property
     def p_value(self) -> float:
         """Probability of a misfit as large as the nominal model's, if no effect acts."""
-        return misfit_p_value(self.nominal, 1e-6)
+        return misfit_p_value(self.nominal, NO_DISCREPANCY)
 
     @property
     def is_gap(self) -> bool:
@@ -191,7 +191,7 @@ class ModelComparison:
         """Return the place of a known cause of one effect, or of an unknown one; empty where there is none."""
         if names == UNKNOWN:
             return next(iter(self.places), "")
-        places = {str(getattr(effect, "place", "")) for effect in self.fitted[names].hypothesis.effects}
+        places = {effect.place for effect in self.fitted[names].hypothesis.effects}
         return places.pop() if len(places) == 1 else ""
 
     def lead_at_place(self, names: tuple[str, ...]) -> float:
@@ -227,7 +227,7 @@ class ModelComparison:
         free = np.exp(scaled - logsumexp(scaled)) if labels else scaled
         total = {label: float(shares[UNKNOWN] * p) for label, p in zip(labels, free, strict=True)}
         for names, fit in self.fitted.items():
-            for place in {str(getattr(effect, "place", "")) for effect in fit.hypothesis.effects}:
+            for place in {effect.place for effect in fit.hypothesis.effects}:
                 if place in total:
                     total[place] += shares[names]
         return dict(sorted(total.items(), key=lambda item: -item[1]))

@@ -49,7 +49,7 @@ from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import FIT_P, LAW_SIZES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
-from multilayer.experiments.places import SHORT, DrawnLaw, MovingLaw, SimpleLaw, Term
+from multilayer.experiments.places import SHORT, DrawnLaw, LawAtPlace, MovingLaw, SimpleLaw, Term
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
@@ -94,7 +94,7 @@ def explain_data(places: Mapping[str, PlaceFit]) -> bool:
 
 def has_open_rims(given: Sequence[Acting]) -> bool:
     """Tell whether the nominal model has open rims, by name or as a law that stands beside them."""
-    places = [getattr(effect, "at_place", None) for effect in given]
+    places = [effect.at_place for effect in given if isinstance(effect, LawAtPlace)]
     return Delamination.name in [effect.name for effect in given] or any(isinstance(p, OpenFaces) for p in places)
 
 

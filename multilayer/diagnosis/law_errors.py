@@ -46,7 +46,7 @@ def with_errors_at_places(hypothesis: Hypothesis, z: RealArray) -> tuple[Hypothe
         effects.append(effect)
         coordinates.append(z[first : first + len(effect.parameters)])
         first += len(effect.parameters)
-        kind = kinds.get(str(getattr(effect, "place", "")))
+        kind = kinds.get(effect.place)
         # of levels, laws at places are relative to what the constructions do, not to the effect
         places = kind.instances(hypothesis.settings) if error and kind is not None and not kind.is_real else []
         if places:

@@ -264,8 +264,8 @@ def may_explain(nominal: Fitted, places: Mapping[str, PlaceFit], effect: BaseEff
 
     Of an effect that acts in more ways than through its place, and without places, that is always so.
     """
-    at = places.get(str(getattr(effect, "place", "")))
-    if at is None or not getattr(effect, "acts_through_place", False):
+    at = places.get(effect.place)
+    if at is None or not effect.acts_through_place:
         return True
     cost = at.explanation.minimum.cost
     gain = 0.5 * (nominal.minimum.cost - cost)

@@ -75,7 +75,7 @@ def detectable_sizes(
     tasks = {
         name: (effect, column)
         for (name, effect), column in zip(effects.items(), columns.T, strict=True)
-        if effect.parameters and effect.parameters[0].name not in getattr(effect, "aside", ())
+        if effect.parameters and effect.parameters[0].name not in effect.aside
     }
     sizes = run_all(partial(_detectable_size, nominal), [*tasks.values()], executor)
     return dict(zip(tasks, sizes, strict=True))

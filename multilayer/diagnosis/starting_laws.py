@@ -54,7 +54,7 @@ def other_starts(
     Those with a free law at the effect's place; where that leaves a large gap, or there is none, the nominal model's
     other minima, and laws all over the prior.
     """
-    at = places.get(str(getattr(effect, "place", "")))
+    at = places.get(effect.place)
     starts = [] if at is None else [at.explanation.minimum.z[: len(nominal.minimum.z)]]
     if at is None or is_far_off(at.explanation.minimum.cost_per_datum):
         starts += [minimum.z for minimum in minima]

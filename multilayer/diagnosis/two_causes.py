@@ -79,7 +79,7 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
     effect = first.hypothesis.effects[0]
     told = as_told(base, second)
     drawn = DrawnPlace(told, simple_form(base, told, executor), shrinkage)
-    place = str(getattr(effect, "place", "")) if is_known else best_alone.place.name
+    place = effect.place if is_known else best_alone.place.name
     return TwoCauses(None if is_known else best_alone, first.names if is_known else (), place, drawn)
 
 
@@ -90,7 +90,7 @@ def _beside(comparison: ModelComparison, first: Fitted, executor: Executor | Non
     rigs = problem.finite if any(effect.needs_finite_elements for effect in effects) else problem.rigs
     whole = replace(problem, rigs=rigs, given=(*problem.given, *effects))
     base = at_minimum(whole, first.minimum.z)
-    taken = {str(getattr(effect, "place", "") or getattr(effect, "name", "")) for effect in effects}
+    taken = {effect.place or effect.name for effect in effects}
     places = fit_places(base, executor, [fit.place.name for fit in comparison.places.values()])
     return base, next(fit for label, fit in places.items() if label not in taken)
 

@@ -15,7 +15,8 @@ from multilayer.diagnosis.model_discrepancy import smooth_basis
 from multilayer.diagnosis.thresholds import TOLERANCE
 from multilayer.inference.discrepancy import OrthogonalDiscrepancy
 
-_SMALL = (1e-6, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
+NO_DISCREPANCY = 1e-6  # relative size that counts for nothing, where one is needed
+_SMALL = (NO_DISCREPANCY, 0.5 * TOLERANCE, TOLERANCE)  # relative sizes of a discrepancy that every hypothesis may keep
 
 
 def smooth_discrepancy(fitted: Fitted) -> OrthogonalDiscrepancy:

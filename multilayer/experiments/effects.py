@@ -46,6 +46,14 @@ class BaseEffect:
     acts_by_bin : bool
         Whether it needs what was measured at the bins, as the strain: it is left out of what is cut off by the end of a
         record.
+    place : str
+        Name of the place where it acts; empty where that is none of them.
+    acts_through_place : bool
+        Whether all that it changes a free law at its place could change as well; False where it depends on more.
+    aside : tuple of str
+        Parameters that are not a size of the effect: the error of its law does not grow with them.
+    absent_in : str
+        The change of the experiment that removes the effect, where there is one.
     error_of : str
         Name of the known effect, whose law's error this is; empty of an effect.
     """
@@ -65,6 +73,10 @@ class BaseEffect:
     needs_finite_elements: bool = False
     is_slow: ClassVar[bool] = False
     acts_by_bin: bool = False
+    place: ClassVar[str] = ""
+    acts_through_place: ClassVar[bool] = True
+    aside: tuple[str, ...] = ()
+    absent_in: ClassVar[str] = ""
     error_of: str = ""
 
     def error_of_size(self, parameter: str) -> float:

@@ -191,10 +191,9 @@ class LawAtPlace(BaseEffect):
     """
 
     at_place: Any
+    acts_through_place = False  # it is the free law itself
     moves_resonances: ClassVar[bool] = False
-    aside: tuple[str, ...] = ()
     changes_gas: ClassVar[bool] = False
-    absent_in: ClassVar[str] = ""
 
     @property
     def needs_finite_elements(self) -> bool:  # type: ignore[override]
@@ -403,17 +402,18 @@ class LawError(DrawnLaw):
     absent_in: str = ""  # type: ignore[misc]
 
     @property
-    def place(self) -> str:
+    def place(self) -> str:  # type: ignore[override]
         """Name of its place, as effects have it."""
         return str(self.at_place.name)
 
     @classmethod
-    def of(cls, effect: Any, place: Any, frequency: RealArray, size: RealArray | float, length: float) -> LawError:
+    def of(
+        cls, effect: BaseEffect, place: Any, frequency: RealArray, size: RealArray | float, length: float
+    ) -> LawError:
         """Return the error of an effect's law at a place, for data at frequencies, Hz."""
         law = DrawnLaw.at(place, frequency, 1.0, length)
         name = f"error_of_{effect.name}"
-        absent = str(getattr(effect, "absent_in", ""))
-        return cls(place, law.nodes, size, length, name, law.parameters, 0.0, effect.name, absent)
+        return cls(place, law.nodes, size, length, name, law.parameters, 0.0, effect.name, effect.absent_in)
 
 
 @lru_cache(maxsize=256)

@@ -13,7 +13,7 @@ from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.rig.synthesis import make_campaign
 from validation.blind_check.draw import OUTSIDE, Draw, draw
 
-FINAL_SEEDS = 1000  # seeds from here on are for final runs; thresholds are developed on those below
+FINAL_SEEDS = 1000  # seeds from here on are for final runs, each judged once: development data from then on
 _OBVIOUS = 10.0  # standard deviations of the nominal misfit above chance: an effect well above the noise
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def blind_check(
     campaigns: Annotated[int, typer.Option("--campaigns", metavar="N", help="How many campaigns are drawn.")] = 400,
-    seed: Annotated[int, typer.Option(help="Below 1000: development; from 1000 on: final runs.")] = 1,
+    seed: Annotated[int, typer.Option(help="Below 1000: development; from 1000 on: final runs, judged once.")] = 1,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where results go.")] = Path("results/blind-check"),
     jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="Processes to compute with.")] = 1,
     cluster: Annotated[str | None, typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler.")] = None,

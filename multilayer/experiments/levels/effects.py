@@ -85,20 +85,16 @@ class LevelEffect(BaseEffect):
     Attributes
     ----------
     place : str
-        Name of the place where it acts (`places.LevelPlace`); empty where that is none of them.
+        Name of a `places.LevelPlace`.
     quantities : tuple of str
         Measurements in which it can act.
     varies : bool
         Whether `stack` gives fields of shape (m, n_waves), which vary along frequency.
-    acts_through_place : bool
-        Whether all that it changes a free law at its place could change as well.
     """
 
     kind = "levels"
-    place: ClassVar[str] = ""
     quantities: ClassVar[tuple[str, ...]] = ("transmission_loss",)
     varies: ClassVar[bool] = False
-    acts_through_place: ClassVar[bool] = True
 
     @property
     def changes_waves(self) -> bool:

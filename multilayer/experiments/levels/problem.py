@@ -16,6 +16,7 @@ from multilayer.experiments.hypothesis import Part, values_of
 from multilayer.experiments.levels.effects import LevelEffect, LevelSetting, acts_through_stack
 from multilayer.experiments.levels.response import LevelResponse, level_of
 from multilayer.experiments.levels.sound_field import mean_power
+from multilayer.experiments.stacks.effects import TubeEffect
 from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem, own_coordinates, rows_of
 from multilayer.experiments.stacks.responses import respond
@@ -69,15 +70,15 @@ class LevelExperiment(Experiment):
         """Return levels, dB, or absorption coefficients, shape (m, n); NaN where there is no response."""
         every = zip(self.effects, values_of(self.effects, points), strict=True)
         acting = [(effect, values) for effect, values in every if effect.applies(self.setting)]
-        before = [(effect, values) for effect, values in acting if getattr(effect, "changes_waves", True)]
+        before = [pair for pair in acting if isinstance(pair[0], TubeEffect) or pair[0].changes_waves]
         share = self._remembered(points, before)
         stack = self.setting.stack
         for effect, values in acting:
-            if hasattr(effect, "beside"):
+            if not isinstance(effect, TubeEffect):
                 share = effect.beside(self.setting, stack, share, values)
         level = level_of(self.setting.quantity, share)
         for effect, values in acting:
-            if hasattr(effect, "beside"):
+            if not isinstance(effect, TubeEffect):
                 level = effect.reading(self.setting, level, values)
         return np.broadcast_to(level, (len(points.z), level.shape[-1]))
 
@@ -117,12 +118,12 @@ class LevelExperiment(Experiment):
         pairs, setting = rows_of(acting, rows), self.setting
         response, sound = setting.response, setting.sound
         for effect, values in pairs:
-            if hasattr(effect, "beside"):  # an effect of tubes changes the stack only
+            if not isinstance(effect, TubeEffect):  # which changes the stack only
                 sound = effect.sound_field(setting.at_waves, sound, values)
 
-        along = [pair for pair in pairs if getattr(pair[0], "varies", False)]
+        along = [pair for pair in pairs if isinstance(pair[0], LevelEffect) and pair[0].varies]
         for effect, values in pairs:
-            if not getattr(effect, "varies", False):
+            if not (isinstance(effect, LevelEffect) and effect.varies):
                 stack = effect.stack(setting, stack, values)
 
         def as_met(stack: Stack) -> Stack:

@@ -126,7 +126,7 @@ class TubeEffect(BaseEffect):
     Attributes
     ----------
     place : str
-        Name of the place of the tube where it acts (`places.TubePlace`); empty where that is none of them.
+        Name of a `places.TubePlace`.
     changes_gas : bool
         Whether the gas of the stack changes, which takes no arrays: samples are then solved one after the other.
     in_tubes_only : bool
@@ -134,7 +134,7 @@ class TubeEffect(BaseEffect):
     """
 
     kind = "tube"
-    place: ClassVar[str] = ""
+    acts_through_place = False  # no bound by a free law: of tubes every effect is fitted, there are few
     changes_gas: ClassVar[bool] = False
     in_tubes_only: ClassVar[bool] = False
 

@@ -614,7 +614,7 @@ def _as_shown(moved: ComplexArray, setting: Setting, acting: Sequence[tuple[Acti
 
 def _place_of(effect: Acting) -> str:
     """Return the name of the place of an effect, or of a law at a place."""
-    return str(getattr(getattr(effect, "at_place", None), "name", getattr(effect, "place", "")))
+    return str(effect.at_place.name) if isinstance(effect, LawAtPlace) else effect.place
 
 
 def _measurement_order(campaign: Campaign) -> dict[tuple[str, float], float]:

@@ -317,24 +317,16 @@ class Effect(BaseEffect):
     ----------
     moves_resonances : bool
         Whether it acts as a change of the sample's modulus does, rather than on the reading.
-    aside : tuple of str
-        Parameters that are not a size of the effect: the error of its law does not grow with them.
     place : str
-        Name of the place of the rig where it acts (`places.Place`); empty where that is none of them.
-    acts_through_place : bool
-        Whether a free law at that place holds all that the effect does; False where it depends on more.
+        Name of a `places.Place` of the rig.
     absent_in : str
-        The change of the rig that removes the effect, where there is one: ``CENTRED_SENSOR`` or ``VACUUM``.
+        ``CENTRED_SENSOR`` or ``VACUUM``.
     """
 
     kind = "two-plate rig"
     law_error = 0.1  # seeds 1008, 1009: 52 right names fit as with 0.15, of 20 wrong ones 5 more do not
     size_error = 0.15
     moves_resonances: ClassVar[bool] = False
-    aside: tuple[str, ...] = ()
-    place: ClassVar[str] = ""
-    acts_through_place: ClassVar[bool] = True
-    absent_in: ClassVar[str] = ""
 
     def applies(self, campaign: Campaign) -> bool:
         """Tell whether the effect can act in a campaign at all."""
