@@ -7,28 +7,31 @@ from pathlib import Path
 import numpy as np
 
 
-def write_tdms(path, channels, rate, units, group="rig"):
+def write_tdms(path, channels, rate, units, group="rig", starts=None, times=None):
     """Write a waveform channel for each array, as LabVIEW does."""
     from nptdms import ChannelObject, TdmsWriter
 
     def of(name):
         unit = {} if units.get(name) is None else {"unit_string": units[name]}
         step = {} if rate is None else {"wf_increment": 1.0 / rate}
-        return {**unit, **step}
+        offset = {} if starts is None or name not in starts else {"wf_start_offset": starts[name]}
+        time = {} if times is None or name not in times else {"wf_start_time": times[name]}
+        return {**unit, **step, **offset, **time}
 
     with TdmsWriter(str(path)) as writer:
         writer.write_segment([ChannelObject(group, name, data, of(name)) for name, data in channels.items()])
     return Path(path)
 
 
-def write_uff(path, channels, rate, units, binary=1):
+def write_uff(path, channels, rate, units, binary=1, starts=None):
     """Write a dataset 58 for each array."""
     import pyuff
 
     sets = [
         pyuff.prepare_58(
             binary=binary, func_type=1, id1=name, rsp_node=i, rsp_dir=3, ref_node=1, ref_dir=3, data=data,
-            x=np.arange(len(data)) / rate, ord_data_type=4, num_pts=len(data), abscissa_spacing=1, abscissa_min=0.0,
+            x=(starts or {}).get(name, 0.0) + np.arange(len(data)) / rate, ord_data_type=4, num_pts=len(data),
+            abscissa_spacing=1, abscissa_min=(starts or {}).get(name, 0.0),
             abscissa_inc=1.0 / rate, abscissa_spec_data_type=17, ordinate_spec_data_type=12, orddenom_spec_data_type=0,
             ordinate_axis_units_lab=units.get(name) or "NONE",
         )

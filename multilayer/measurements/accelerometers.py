@@ -40,6 +40,13 @@ def acceleration_factor(unit: str) -> float | None:
     return _factor(unit, _ACCELERATION)
 
 
+def acceleration_ratio(above: str, below: str) -> str | None:
+    """Return the unit of one acceleration over another, as ``m/s^2`` over ``g``; None unless both are accelerations."""
+    if acceleration_factor(above) is None or acceleration_factor(below) is None:
+        return None
+    return f"({_spelled(above)})/({_spelled(below)})"
+
+
 def voltage_factor(unit: str) -> float | None:
     """Return the factor from a unit to V; None when it is no voltage. A number may stand ahead, as ``10 V``."""
     return _factor(unit, _VOLTAGE)

@@ -187,15 +187,23 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
         recordings |= {(configuration.name, frequency): recording for frequency, recording in by_frequency.items()}
     if problems:
         raise InputError(dict.fromkeys(problems))
-    _tell(campaign, seen)
+    bursts = [
+        (configuration.name, burst) for configuration in campaign.configurations for burst in configuration.bursts
+    ]
+    _tell(campaign, seen, {burst.file: (burst.frequency, recordings[name, burst.frequency]) for name, burst in bursts})
     return recordings
 
 
-def _tell(campaign: Description, seen: dict[str, tuple[Disturbance, ...]]) -> None:
-    """Warn once of each kind of disturbance that was taken off."""
-    from multilayer.signals.disturbance import in_words
+def _tell(
+    campaign: Description, seen: dict[str, tuple[Disturbance, ...]], recordings: dict[str, tuple[float, Recording]]
+) -> None:
+    """Warn once of each kind of disturbance that was taken off, of repeats that are apart, and of coloured noise."""
+    from multilayer.signals import band_noise, disturbance, repeats
 
-    for text in in_words(seen):
+    cycles = campaign.burst.cycles
+    apart = {file: repeats.compare_repeats(recording, f, cycles) for file, (f, recording) in recordings.items()}
+    noises = {file: band_noise.band_noise(recording, f, cycles) for file, (f, recording) in recordings.items()}
+    for text in [*disturbance.in_words(seen), *repeats.in_words(apart), *band_noise.in_words(noises)]:
         warn(f"{campaign.file}: {text}", PlausibilityWarning, stacklevel=3)
 
 
@@ -216,17 +224,17 @@ def _read_and_check(
     from multilayer.signals.quality import check_configuration  # heavy: SciPy
 
     problems: list[Problem] = []
+    raw: dict[float, Recording] = {}
     recordings: dict[float, Recording] = {}
     for index, burst in enumerate(bursts):
         try:
-            raw = _read(campaign, burst, places, (*path, "bursts", index))
-            recordings[burst.frequency], seen[str(burst.file)] = without_disturbances(
-                raw, burst.frequency, campaign.burst.cycles
-            )
+            f = burst.frequency
+            raw[f] = _read(campaign, burst, places, (*path, "bursts", index))
+            recordings[f], seen[str(burst.file)] = without_disturbances(raw[f], f, campaign.burst.cycles)
         except InputError as error:
             problems += error.problems
     files = {burst.frequency: campaign.folder / burst.file for burst in bursts}
-    for finding in check_configuration(recordings, cycles=campaign.burst.cycles, together=together):
+    for finding in check_configuration(recordings, cycles=campaign.burst.cycles, together=together, raw=raw):
         if finding.frequency is not None:
             problems.append(Problem(finding.message, file=files[finding.frequency]))
         else:
@@ -255,7 +263,7 @@ def load_calibration(path: Path | str) -> Calibration:
     recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), seen, together=True)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    _tell(campaign, seen)
+    _tell(campaign, seen, {burst.file: (burst.frequency, recordings[burst.frequency]) for burst in campaign.bursts})
     try:
         return calibrate(recordings, cycles=campaign.burst.cycles)
     except InputError as error:

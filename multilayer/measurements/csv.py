@@ -53,6 +53,7 @@ def read_csv(path: Path | str) -> Channels:
     line = lines[layout.header][0]
     named = _names(lines, layout, file)
     rows = lines[layout.first :]
+    layout.refuse_two_marks(rows, file)
     columns = dict(zip(named, _table(rows, layout, len(named), file).T, strict=True))
     time = next((column for column in named if _TIME.fullmatch(column[0])), None)
     rate = None

@@ -68,6 +68,9 @@ class CutBurst:
     measured_frequency : float
         Of the base's signals, Hz, the median of the repeats.
     recording : Recording
+        Its repeats shifted between samples where that aligns them.
+    raw : Recording
+        The same samples as they were recorded.
     onsets : tuple of (str, float)
         File and time of the onset, s, of each repeat.
     """
@@ -75,6 +78,7 @@ class CutBurst:
     frequency: float
     measured_frequency: float
     recording: Recording
+    raw: Recording
     onsets: tuple[tuple[str, float], ...]
 
 
@@ -209,9 +213,10 @@ def _cut(frequency: float, group: Sequence[_Repeat], window: Window) -> CutBurst
     after = _given(window.after, room[1], "after", frequency, window)
     before = min(BEFORE, max(room[0], 0.0)) if before is None else before
     after = _ringing(aligned[0], room[1], window) if after is None else after
-    signals = _pieces(aligned, before, int((before + window.cycles / frequency + after) * rate + 1e-6), frequency)
+    n = int((before + window.cycles / frequency + after) * rate + 1e-6)
+    shifted, raw = (Recording(base, top, rate) for base, top in _pieces(aligned, before, n, frequency))
     onsets = tuple((repeat.pair.file.name, repeat.burst.onset / rate) for repeat in aligned)
-    return CutBurst(frequency, _median_frequency(group), Recording(*signals, rate), onsets)
+    return CutBurst(frequency, _median_frequency(group), shifted, raw, onsets)
 
 
 def _given(wanted: float | None, room: float, what: str, frequency: float, window: Window) -> float | None:
@@ -252,8 +257,11 @@ def _ringing(repeat: _Repeat, room: float, window: Window) -> float:
     return min(max((int(loud[-1]) + 1) / rate if loud.size else 0.0, SHORTEST_AFTER), most)
 
 
-def _pieces(group: Sequence[_Repeat], before: float, n: int, frequency: float) -> tuple[RealArray, RealArray]:
-    """Return n samples of base and top of every repeat, shape (repeats, n), or fewer where the recording is shorter."""
+def _pieces(group: Sequence[_Repeat], before: float, n: int, frequency: float) -> list[tuple[RealArray, RealArray]]:
+    """Return n samples of base and top of every repeat, shape (repeats, n), or fewer where the recording is shorter.
+
+    First shifted by fractions of a sample, then as they were recorded.
+    """
     rate = group[0].pair.sampling_rate
     starts = np.array([repeat.burst.onset - group[0].burst.onset for repeat in group]) + round(
         group[0].burst.onset - before * rate
@@ -263,11 +271,13 @@ def _pieces(group: Sequence[_Repeat], before: float, n: int, frequency: float) -
     n = min(n, *(repeat.pair.base.size - int(start) for repeat, start in zip(group, whole, strict=True)))
     rest = np.where(np.abs(2 * np.pi * frequency / rate * (starts - whole)) > _TURN, starts - whole, 0.0)
     places = list(zip(group, whole, rest, strict=True))
-    base, top = (
-        np.stack([_moved(getattr(repeat.pair, role), int(at), n, float(by)) for repeat, at, by in places])
-        for role in ("base", "top")
-    )
-    return base, top
+
+    def piece(role: str, share: float) -> RealArray:
+        return np.stack(
+            [_moved(getattr(repeat.pair, role), int(at), n, share * float(by)) for repeat, at, by in places]
+        )
+
+    return [(piece("base", share), piece("top", share)) for share in (1.0, 0.0)]
 
 
 def _moved(signal: RealArray, start: int, n: int, fraction: float) -> RealArray:

@@ -24,14 +24,16 @@ _KIND = "an HDF5 file"
 _HEAP = b"GCOL\1\0\0\0"
 _UNITS = ("units", "unit")
 _NUMBERS, _COMPLEX = "biufc", ("real", "imag")  # kinds of types, and fields of MATLAB's complex numbers
+_PACKING = ("scale_factor", "add_offset")  # of netCDF: the number is factor times what is stored, plus offset
 _CHECKSUM = 4  # bytes of Fletcher-32
 
 
 def read_hdf5(path: Path | str) -> Channels:
     """Read the datasets of an ``.h5`` file through h5py, called by their paths.
 
-    A unit is an attribute ``units`` or ``unit`` of its dataset. Rates (see `named_arrays.channels_of`) may be
-    attributes of the file or of a dataset, too.
+    A unit is an attribute ``units`` or ``unit`` of its dataset; attributes ``scale_factor`` and ``add_offset`` are
+    applied to its numbers. Rates (see `named_arrays.channels_of`) may be
+    attributes of the file, a group or a dataset, too.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def hdf5_arrays(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
             raise InputError(Problem(text, file=file))
         count(max(item.size, item.nbytes // 8))
         _refuse_broken_chunks(item)
-        arrays[name] = np.asarray(item)
+        arrays[name] = _unpacked(np.asarray(item), attributes, name, file)
         unit_texts = [_text(attributes[key]) for key in _UNITS if key in attributes]
         units.update({name: unit_texts[0]} if unit_texts else {})
 
@@ -127,6 +129,18 @@ def _refuse_broken_heaps(file: Path) -> None:
 
 def _is_of_numbers(kind: np.dtype[Any]) -> bool:
     return kind.kind in _NUMBERS or kind.names == _COMPLEX
+
+
+def _unpacked(stored: Any, attributes: dict[str, Any], name: str, file: Path) -> Any:
+    """Return the numbers that whole numbers stand for, by the attributes of their dataset."""
+    packing = [np.asarray(attributes.get(key, usual)) for key, usual in zip(_PACKING, (1.0, 0.0), strict=True)]
+    if not any(key in attributes for key in _PACKING):
+        return stored
+    if stored.dtype.kind not in _NUMBERS or not all(x.size == 1 and x.dtype.kind in "fiu" for x in packing):
+        text = f"{show(name)} has a {' or '.join(_PACKING)} that is no single number; export it without"
+        raise InputError(Problem(text, file=file))
+    factor, offset = (float(x.ravel()[0]) for x in packing)
+    return factor * stored + offset
 
 
 def _refuse_broken_chunks(dataset: Any) -> None:

@@ -115,13 +115,14 @@ def _refuse_unfit(result: CutResult, cycles: float, *, together: bool) -> None:
     recordings = {
         burst.frequency: without_disturbances(burst.recording, burst.frequency, cycles)[0] for burst in result.bursts
     }
+    raw = {burst.frequency: burst.raw for burst in result.bursts}
     places = {
         burst.frequency: ", ".join(f"{file} at {at:.3f} s" for file, at in burst.onsets) for burst in result.bursts
     }
     unfit = [
         finding.message if finding.frequency is None
         else f"burst at {finding.frequency:g} Hz ({places[finding.frequency]}): {finding.message}"
-        for finding in check_configuration(recordings, cycles=cycles, together=together)
+        for finding in check_configuration(recordings, cycles=cycles, together=together, raw=raw)
     ]  # fmt: skip
     if unfit:
         raise InputError(
@@ -144,17 +145,23 @@ def _levels(burst: CutBurst, cycles: float) -> RealArray:
 
 
 def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
-    """Return what a user should look at: bursts whose repeats are not alike, an offset, hum of the mains."""
-    from multilayer.signals.disturbance import in_words, without_disturbances
+    """Return what a user should look at: repeats that are not alike, an offset, hum of the mains, coloured noise."""
+    from multilayer.signals import band_noise, disturbance, repeats
 
-    bursts = made.result.bursts
-    seen = {f"{b.frequency:g} Hz": without_disturbances(b.recording, b.frequency, cycles)[1] for b in bursts}
-    levels = {burst.frequency: _levels(burst, cycles) for burst in made.result.bursts}
-    return [
-        f"repeats at {f:g} Hz differ in level by a factor of {level.max() / level.min():.2g}; a fit averages them"
-        for f, level in levels.items()
+    bursts = {f"{burst.frequency:g} Hz": burst for burst in made.result.bursts}
+    clean, taken = {}, {}
+    for name, burst in bursts.items():
+        clean[name], taken[name] = disturbance.without_disturbances(burst.recording, burst.frequency, cycles)
+    levels = {name: _levels(burst, cycles) for name, burst in bursts.items()}
+    apart = {name: repeats.compare_repeats(clean[name], burst.frequency, cycles) for name, burst in bursts.items()}
+    noises = {name: band_noise.band_noise(clean[name], burst.frequency, cycles) for name, burst in bursts.items()}
+    of_levels = [
+        f"repeats at {name} differ in level by a factor of {level.max() / level.min():.2g}; a fit averages them"
+        for name, level in levels.items()
         if level.max() > _LEVELS * level.min()
-    ] + [text.replace("taken off", "which a fit takes off") for text in in_words(seen)]
+    ]
+    of_disturbances = [text.replace("taken off", "which a fit takes off") for text in disturbance.in_words(taken)]
+    return [*of_levels, *repeats.in_words(apart), *of_disturbances, *band_noise.in_words(noises)]
 
 
 def write_imported(made: ImportedCampaign, folder: Path) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +19,30 @@ from multilayer.tables import Header
 _RATES = ("sampling_rate", "sample_rate", "samplerate", "samplingrate", "sampling_frequency", "fs", "rate")
 _STEPS = ("dt", "time_step", "wf_increment")
 _TIMES = ("time", "t")
+_SAMPLES = re.compile(r"(?:samples?|Sa?)\s*/\s*s(?:ec)?|sps", re.IGNORECASE)
 _EVEN = 1e-3  # of a step
+_RATE_AGREEMENT = 1e-3
 _FEWEST = 3
 ATTRIBUTE = "@/"  # between the name of an array (empty for the whole file) and that of its attribute
+
+_Arrays: TypeAlias = Mapping[str, NDArray[np.generic]]
+
+
+class _Clock(NamedTuple):
+    """What an array says of when others were sampled: their rate, Hz, and start, s, None where it does not say."""
+
+    name: str
+    rate: float
+    start: float | None
 
 
 def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Mapping[str, str]) -> Channels:
     """Return the channels among arrays: every array of numbers with three samples or more.
 
     A sampling rate is a single number called ``sampling_rate``, ``fs`` and the like, Hz, a step ``dt``, s, or an array
-    ``time`` or ``t``, s, at even steps. Of an array with two axes the longer one is time; its channels are numbered.
+    ``time`` or ``t``, s, at even steps, or in the unit that `units` has for it. It holds for what stands in the same
+    group, unless a group within has another. Of an array with two axes the longer one is time; its channels are
+    numbered.
 
     Parameters
     ----------
@@ -41,16 +56,17 @@ def channels_of(file: Path, arrays: Mapping[str, NDArray[np.generic]], units: Ma
     Raises
     ------
     InputError
-        When time runs unevenly, or there is no channel.
+        When time runs unevenly, a rate or a time has a wrong unit, a channel has several rates, or there is no channel.
     """
     numeric = {name: np.asarray(values) for name, values in arrays.items() if np.asarray(values).dtype.kind in "fiu"}
-    general = _rate(file, {name: values for name, values in numeric.items() if name.find(ATTRIBUTE) <= 0})
-    channels = [
-        Channel(full, as_samples(row), units.get(name), _attribute_rate(file, name, numeric) or general)
-        for name, values in numeric.items()
-        if values.ndim <= 2 and values.size >= _FEWEST and _last(name) not in _TIMES and ATTRIBUTE not in name
-        for full, row in _rows(name, values)
-    ]
+    channels: list[Channel] = []
+    clocks = _Clocks(file, numeric, units)
+    for name, values in numeric.items():
+        if values.ndim > 2 or values.size < _FEWEST or _last(name) in _TIMES or ATTRIBUTE in name:
+            continue
+        clock = clocks.of(name)
+        when = (clock.rate, clock.start) if clock else (None, None)
+        channels += [Channel(full, as_samples(row), units.get(name), *when) for full, row in _rows(name, values)]
     if not channels:
         raise InputError(Problem("holds no array of samples", file=file))
     return Channels(file, tuple(channels))
@@ -137,27 +153,74 @@ def _rows(name: str, values: NDArray[np.generic]) -> Iterator[tuple[str, NDArray
         yield from ((f"{name}_{i}", row) for i, row in enumerate(rows, start=1))
 
 
-def _rate(file: Path, arrays: Mapping[str, NDArray[np.generic]]) -> float | None:
-    single = {_last(name): float(values.ravel()[0]) for name, values in arrays.items() if values.size == 1}
-    for name in _RATES:
-        if single.get(name, 0.0) > 0:
-            return single[name]
-    for name in _STEPS:
-        if single.get(name, 0.0) > 0:
-            return 1.0 / single[name]
-    times = [as_samples(values) for name, values in arrays.items() if _last(name) in _TIMES and values.size >= _FEWEST]
-    return _rate_of_times(file, times[0]) if times else None
+class _Clocks:
+    """What the arrays of a file say of when others were sampled, by the group in which it stands."""
 
+    def __init__(self, file: Path, arrays: _Arrays, units: Mapping[str, str]) -> None:
+        self.file, self.arrays, self.units = file, arrays, units
+        self.places: dict[str, list[str]] = {}
+        for name in arrays:
+            stem, slash, _ = name.rpartition("/")
+            self.places.setdefault(stem + slash, []).append(name)
+        self.known: dict[tuple[str, int], list[_Clock]] = {}
 
-def _attribute_rate(file: Path, name: str, arrays: Mapping[str, NDArray[np.generic]]) -> float | None:
-    """Return the sampling rate, Hz, among the attributes of one array."""
-    return _rate(file, {key: value for key, value in arrays.items() if key.startswith(name + ATTRIBUTE)})
+    def of(self, name: str) -> _Clock | None:
+        """Return rate and start of a channel, as the nearest group around it says; or else as all others in the file.
 
+        The attributes of the array itself come first, then what stands in its group and the group's attributes, and so
+        on outwards.
+        """
+        size, group = max(self.arrays[name].shape), name
+        levels = [[f"{name}{ATTRIBUTE}"]]
+        while group:
+            group = group.rpartition("/")[0]
+            levels.append([f"{group}/" if group else "", f"{group}{ATTRIBUTE}"])
+        # attributes of another array are of no concern
+        levels.append([place for place in self.places if place.removesuffix(ATTRIBUTE) not in self.arrays])
+        for level in levels:
+            if clocks := [clock for place in level for clock in self._at(place, size)]:
+                self._refuse_different(name, clocks)
+                return clocks[0]
+        return None
 
-def _rate_of_times(file: Path, time: NDArray[np.float64]) -> float:
-    step = float(time[-1] - time[0]) / (time.size - 1)
-    if not step > 0 or np.max(np.abs(np.diff(time) - step)) > _EVEN * step + 1e-12 * float(np.abs(time[-1])):
-        raise InputError(
-            Problem("its array of times does not rise in even steps; export samples at even steps", file=file)
-        )
-    return rate_of_step(step)
+    def _refuse_different(self, name: str, clocks: Sequence[_Clock]) -> None:
+        rates = [clock.rate for clock in clocks]
+        if max(rates) > (1 + _RATE_AGREEMENT) * min(rates):
+            listed = ", ".join(f"{clock.rate:.6g} Hz by '{clock.name}'" for clock in clocks)
+            text = f"states different sampling rates for '{name}': {listed}"
+            raise InputError(Problem(f"{text}; export one of them, in the group of its channels", file=self.file))
+
+    def _at(self, place: str, size: int) -> list[_Clock]:
+        """Return what stands right at a place and says a rate for arrays of a size: rates, then steps, then times."""
+        if (place, size) not in self.known:
+            names = self.places.get(place, [])
+            times = [name for name in names if _last(name) in _TIMES and self.arrays[name].size >= _FEWEST]
+            times = [name for name in times if self.arrays[name].size == size] or times
+            axes = [self._of_times(name) for name in times]
+            start = axes[0].start if axes else None
+            rates = [_Clock(name, number, start) for name, number in self._numbers(names, _RATES, "Hz")]
+            steps = [_Clock(name, 1.0 / number, start) for name, number in self._numbers(names, _STEPS, "s")]
+            self.known[place, size] = rates + steps + axes
+        return self.known[place, size]
+
+    def _numbers(self, names: Sequence[str], wanted: Sequence[str], unit: str) -> list[tuple[str, float]]:
+        """Return the single numbers above 0 that are called so, in Hz or s."""
+        single = [(name, float(self.arrays[name].ravel()[0])) for name in names if self.arrays[name].size == 1]
+        ordered = sorted((wanted.index(_last(name)), name, x) for name, x in single if _last(name) in wanted and x > 0)
+        return [(name, x * self._factor(name, unit)) for _, name, x in ordered]
+
+    def _factor(self, name: str, wanted: str) -> float:
+        """Return the factor to Hz or s from the unit that the file states for a rate or for times."""
+        unit = _SAMPLES.sub("1/s", self.units.get(name, wanted).strip())
+        try:
+            return Header(name, _last(name), unit).factor(wanted)
+        except ValueError as error:
+            raise InputError(Problem(str(error), file=self.file)) from None
+
+    def _of_times(self, name: str) -> _Clock:
+        time = as_samples(self.arrays[name]) * self._factor(name, "s")
+        step = float(time[-1] - time[0]) / (time.size - 1)
+        if not step > 0 or np.max(np.abs(np.diff(time) - step)) > _EVEN * step + 1e-12 * float(np.abs(time[-1])):
+            text = "its array of times does not rise in even steps; export samples at even steps"
+            raise InputError(Problem(text, file=self.file))
+        return _Clock(name, rate_of_step(step), float(time[0]))

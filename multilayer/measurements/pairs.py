@@ -11,7 +11,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.measurements.accelerometers import acceleration_factor, parse_sensitivity, voltage_factor
-from multilayer.signals.channels import Channel, Channels
+from multilayer.signals.channels import Channel, Channels, refuse_other_starts
 
 ROLES = ("base", "top")
 
@@ -106,7 +106,8 @@ def pair_of(channels: Channels, choice: ChannelChoice) -> Pair:
     ------
     InputError
         When a channel is missing, both roles have the same channel, a unit or a sensitivity is missing or they
-        contradict each other, the channels differ in rate or length, no rate is known, or a sample is not finite.
+        contradict each other, the channels differ in rate, length or start, no rate is known, or a sample is not
+        finite.
     """
     if choice.names["base"].casefold() == choice.names["top"].casefold():
         raise InputError(f"--base and --top both name '{choice.names['base']}'; they are two channels")
@@ -118,6 +119,7 @@ def pair_of(channels: Channels, choice: ChannelChoice) -> Pair:
 def _rate(channels: Channels, base: Channel, top: Channel, given: float | None) -> float:
     if base.samples.size != top.samples.size or base.sampling_rate != top.sampling_rate:
         raise channels.error(f"base and top must be sampled together, but they are {base} and {top}")
+    refuse_other_starts(channels, (base, top))
     rate = base.sampling_rate
     if rate is None and given is None:
         raise channels.error("does not say its sampling rate; give it with --rate, in Hz")

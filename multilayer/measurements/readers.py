@@ -17,7 +17,7 @@ from multilayer.files import is_file
 from multilayer.measurements.accelerometers import acceleration_factor
 from multilayer.measurements.spectra import Spectra
 from multilayer.registry import Registry
-from multilayer.signals.channels import Channel, Channels
+from multilayer.signals.channels import Channel, Channels, refuse_other_starts
 from multilayer.signals.recording import Waveforms
 from multilayer.tables import Table, read_text_table
 from multilayer.writing.manifest import note_input
@@ -200,6 +200,8 @@ def _burst(channels: Channels) -> Waveforms:
     chosen = [*columns["base"], *columns["top"]]
     if len({(channel.samples.size, channel.sampling_rate) for channel in chosen}) > 1:
         raise channels.error(f"its channels differ in length or sampling rate: {channels}; record them together")
+    for pair in zip(columns["base"], columns["top"], strict=True):
+        refuse_other_starts(channels, pair)
     base, top = (np.stack([_acceleration(channels, channel) for channel in columns[name]]) for name in ("base", "top"))
     return Waveforms(base, top, chosen[0].sampling_rate)
 

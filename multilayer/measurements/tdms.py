@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from multilayer.bounds import CHANNELS, DATA_VALUES
 from multilayer.errors import InputError, Problem
 from multilayer.measurements.reading import damaged, library, reads
@@ -20,8 +22,9 @@ _SIGNATURE = b"TDSm"
 def read_tdms(path: Path | str) -> Channels:
     """Read a ``.tdms`` file through npTDMS.
 
-    A channel's rate is that of its waveform (``wf_increment``), its unit ``unit_string``. It is called by its own name,
-    or ``GROUP/NAME`` where two groups have a channel of one name.
+    A channel's rate is that of its waveform (``wf_increment``), its start the sum of ``wf_start_time`` and
+    ``wf_start_offset``, its unit ``unit_string``. It is called by its own name, or ``GROUP/NAME`` where two groups have
+    a channel of one name.
 
     Parameters
     ----------
@@ -44,7 +47,9 @@ def read_tdms(path: Path | str) -> Channels:
         names = different(
             [channel.name for channel in numeric], [f"{channel.group_name}/{channel.name}" for channel in numeric]
         )
-        channels = tuple(_channel(name, channel) for name, channel in zip(names, numeric, strict=True))
+        times = [channel.properties["wf_start_time"] for channel in numeric if "wf_start_time" in channel.properties]
+        earliest = min(times) if times else None
+        channels = tuple(_channel(name, channel, earliest) for name, channel in zip(names, numeric, strict=True))
     if not channels:
         raise InputError(Problem("holds no channel of numbers", file=file))
     return Channels(file, channels)
@@ -87,10 +92,20 @@ def _is_numeric(channel: Any) -> bool:
     return len(channel) > 0 and channel.dtype.kind in "fiu"
 
 
-def _channel(name: str, channel: Any) -> Channel:
+def _channel(name: str, channel: Any, earliest: Any) -> Channel:
     samples = as_samples(channel[:])
     if samples.size != len(channel):
         raise ValueError(f"'{name}' has {samples.size} of {len(channel)} samples")
     step = float(channel.properties.get("wf_increment", 0.0))
     unit = str(channel.properties.get("unit_string", "")).strip() or None
-    return Channel(name, samples, unit, 1.0 / step if step > 0 else None)
+    return Channel(name, samples, unit, 1.0 / step if step > 0 else None, _start(channel.properties, earliest))
+
+
+def _start(properties: Any, earliest: Any) -> float | None:
+    """Return the time of a channel's first sample after the earliest start in the file, s; None where it says none."""
+    time = properties.get("wf_start_time")
+    offset = properties.get("wf_start_offset")
+    if (time is None) != (earliest is None) or (time is None and offset is None):
+        return None
+    since = 0.0 if time is None else float((time - earliest) / np.timedelta64(1, "s"))
+    return since + float(offset or 0.0)

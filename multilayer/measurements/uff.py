@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.errors import InputError, Problem
+from multilayer.measurements.accelerometers import acceleration_ratio
 from multilayer.measurements.readers import Reader
 from multilayer.measurements.reading import damaged, library, reads
 from multilayer.measurements.spectra import Spectra
@@ -103,7 +104,9 @@ def _unit(record: Any) -> str:
     above, below = _label(record, "ordinate"), _label(record, "orddenom")
     if not below:
         return above
-    return "1" if above == below else f"{above or 1}/({below})"
+    if above == below:
+        return "1"
+    return acceleration_ratio(above, below) or f"{above or 1}/({below})"
 
 
 def _records(file: Path) -> list[Any]:
@@ -150,8 +153,9 @@ def _channel(file: Path, name: str, record: Any) -> Channel:
     samples = as_samples(_whole(file, name, record))
     if not record["abscissa_spacing"]:
         raise InputError(Problem(f"'{name}' is sampled at uneven steps; export it at even ones", file=file))
-    step = float(record["abscissa_inc"])
-    return Channel(name, samples, _label(record, "ordinate") or None, rate_of_step(step) if step > 0 else None)
+    step, start = float(record["abscissa_inc"]), float(record["abscissa_min"])
+    rate = rate_of_step(step) if step > 0 else None
+    return Channel(name, samples, _label(record, "ordinate") or None, rate, start)
 
 
 UFF = Reader(read_uff, read_uff_spectra)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, Problem
 
+_TOGETHER = 1e-3  # of a sample
+_ROUNDING = 8 * np.finfo(float).eps  # of times since long ago
 _WHOLE = 1e-5  # of a rate: steps in time are often printed with six digits
 
 
@@ -27,12 +30,16 @@ class Channel:
         As the file writes it; None when it does not say.
     sampling_rate : float or None
         Hz; None when the file does not say.
+    start : float or None
+        Time of the first sample, s, from any instant that all channels of the file share; None when the file does not
+        say.
     """
 
     name: str
     samples: RealArray
     unit: str | None = None
     sampling_rate: float | None = None
+    start: float | None = None
 
     def __str__(self) -> str:
         rate = "no sampling rate" if self.sampling_rate is None else f"{self.sampling_rate:g} Hz"
@@ -81,6 +88,37 @@ class Channels:
         if not alike:
             raise self.error(f"has no channel '{name}'; it holds: {self}")
         return (exact or alike)[0]
+
+
+def refuse_other_starts(channels: Channels, chosen: Sequence[Channel]) -> None:
+    """Refuse channels that are to be compared sample by sample, but do not start together.
+
+    Parameters
+    ----------
+    channels : Channels
+        Of the file.
+    chosen : sequence of Channel
+        Those that are compared; those without a start, or of no known rate, are taken to start with the others.
+
+    Raises
+    ------
+    InputError
+        When two starts differ by more than 1e-3 of a sample.
+    """
+    stated = [(channel, channel.start) for channel in chosen if channel.start is not None]
+    if not stated:
+        return
+    (first, begin), *others = stated
+    for channel, start in others:
+        rate = channel.sampling_rate or first.sampling_rate or 0.0
+        late = start - begin
+        if abs(late) > (_TOGETHER / rate if rate else 0.0) + _ROUNDING * max(abs(start), abs(begin)):
+            text = f"'{channel.name}' starts {_duration(abs(late))} {'after' if late > 0 else 'before'} '{first.name}'"
+            raise channels.error(f"{text}; export all channels on a common time axis")
+
+
+def _duration(time: float) -> str:
+    return f"{time:.6g} s" if time >= 1 else f"{1e3 * time:.4g} ms" if time >= 1e-3 else f"{1e6 * time:.4g} us"
 
 
 def rate_of_step(step: float) -> float:

@@ -13,6 +13,7 @@ from multilayer.signals.clipping import clipped_repeats
 from multilayer.signals.envelope import rms
 from multilayer.signals.exchange import SWAPPED, leading_channel
 from multilayer.signals.recording import Recording
+from multilayer.signals.repeats import compare_repeats
 from multilayer.signals.spectra import band, frequencies, noise_level, padded_length, to_spectrum
 
 CYCLES = 10.0
@@ -60,8 +61,8 @@ def check_recording(recording: Recording, frequency: float, *, cycles: float = C
     """Return what is wrong with one recording, each problem with its remedy; empty when it is fine.
 
     The checks: values that are not finite, a silent channel, a clipped channel (`clipped_repeats`), a record
-    that is too short or cuts the burst off, exchanged channels (`leading_channel`), and a burst that
-    is not at the stated frequency.
+    that is too short or cuts the burst off, a repeat in which a channel failed (`compare_repeats`), exchanged channels
+    (`leading_channel`), and a burst that is not at the stated frequency.
 
     Parameters
     ----------
@@ -88,7 +89,11 @@ def check_recording(recording: Recording, frequency: float, *, cycles: float = C
 
 
 def check_configuration(
-    recordings: Mapping[float, Recording], *, cycles: float = CYCLES, together: bool = False
+    recordings: Mapping[float, Recording],
+    *,
+    cycles: float = CYCLES,
+    together: bool = False,
+    raw: Mapping[float, Recording] | None = None,
 ) -> list[Finding]:
     """Return what is wrong with the bursts of one configuration; empty when they are fine.
 
@@ -105,8 +110,12 @@ def check_configuration(
         Stated number of cycles of the bursts.
     together : bool
         Both accelerometers at one spot (a calibration): neither channel leads, and none is looked for.
+    raw : mapping, optional
+        The same as the converter gave them, where the recordings are filtered, shifted or rid of hum, which leaves no
+        flat tops.
     """
-    looks = {frequency: _look(recording, frequency, cycles) for frequency, recording in recordings.items()}
+    before = recordings if raw is None else raw
+    looks = {f: _look(recording, f, cycles, before[f]) for f, recording in recordings.items()}
     findings = [Finding(text, "burst", f) for f, look in looks.items() for text in look.problems]
     findings += [] if together else _judge_exchange(looks)
     findings += _judge_frequencies(recordings, looks, cycles)
@@ -161,11 +170,14 @@ def _frequency_message(frequency: float, ratio: float) -> str:
     )
 
 
-def _look(recording: Recording, frequency: float, cycles: float) -> _Look:
+def _look(recording: Recording, frequency: float, cycles: float, raw: Recording | None = None) -> _Look:
     unusable = _not_finite(recording) or _silent(recording)
     if unusable:
         return _Look(unusable)
-    problems = _clipped(recording) + _cut_off(recording, frequency, cycles)
+    problems = _clipped(raw or recording) + _cut_off(recording, frequency, cycles)
+    broken = _broken(recording, frequency, cycles)
+    if broken:  # the mean tells nothing then
+        return _Look(problems + broken)
     leads = leading_channel(recording, frequency, cycles)
     # a response drifts towards its resonance: the burst's frequency is that of the channel that was driven
     driven, _ = recording.exchanged().mean() if leads == SWAPPED else recording.mean()
@@ -212,6 +224,12 @@ def _clipped(recording: Recording) -> list[str]:
         for name, count in counts.items()
         if count
     ]
+
+
+def _broken(recording: Recording, frequency: float, cycles: float) -> list[str]:
+    """Find repeats in which a channel failed or changed its range."""
+    apart = compare_repeats(recording, frequency, cycles)
+    return [apart.refusal] if apart is not None and apart.refusal else []
 
 
 def _cut_off(recording: Recording, frequency: float, cycles: float) -> list[str]:

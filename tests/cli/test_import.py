@@ -30,6 +30,12 @@ def long_recording(noise=1e-3):
     return [np.concatenate([one[channel].ravel() for one in pairs]) for channel in (0, 1)]
 
 
+def shifted(signal, by):
+    """Return a signal later by a fraction of a sample."""
+    f = np.fft.rfftfreq(4 * signal.size)
+    return np.fft.irfft(np.fft.rfft(signal, 4 * signal.size) * np.exp(-2j * np.pi * f * by))[: signal.size]
+
+
 BASE, TOP = long_recording()
 IN_V = {"ai0": BASE * SENSITIVITY["ai0"], "ai1": TOP * SENSITIVITY["ai1"]}
 
@@ -174,6 +180,14 @@ class TestCampaign:
         assert done.status == 0
         assert "remark: repeats at 200 Hz differ in level by a factor of 2; a fit averages them" in done.err
 
+    def test_repeats_whose_channels_differ_are_remarked_on(self, tmp_path, expected):
+        channels = {name: np.concatenate([one, one]) for name, one in IN_V.items()}
+        channels["ai1"][BASE.size :] *= 0.9
+        path = write_tdms(tmp_path / "run.tdms", channels, RATE, VOLTS)
+        done = run("import", path, "--out", tmp_path / "foam", *IN_VOLTS, "--like", expected[0])
+        assert done.status == 0
+        assert "remark: repeats differ in top over base in 3 of 3 recordings" in done.err
+
     def test_a_calibration(self, tmp_path, expected):
         """Both accelerometers at one spot, the top's chain with a gain and a delay."""
         pairs = [burst(f, response=lambda f: 1.02 * np.exp(-2j * np.pi * f * 5e-6)) for f in BURSTS]
@@ -294,6 +308,33 @@ class TestRefused:
     def test_exchanged_channels(self, tmp_path):
         done = mistake(tmp_path, *IN_VOLTS[4:], names=("--base", "ai1", "--top", "ai0"))
         assert_refused(done, "base and top look exchanged")
+
+    def test_a_channel_that_failed_in_one_repeat(self, tmp_path):
+        channels = {name: np.concatenate([one, one, one]) for name, one in IN_V.items()}
+        channels["ai1"][2 * BASE.size :] *= 1e-3
+        done = mistake(tmp_path, *IN_VOLTS[4:], channels=channels)
+        assert_refused(done, "burst at 200 Hz (run.tdms at ", "repeats 5, 6 of 6 differ", "by a factor of 0.001")
+
+    @pytest.mark.parametrize("clipped", [(0,), (1, 2)])
+    def test_clipping_is_seen_ahead_of_the_shift_between_samples(self, tmp_path, clipped):
+        """Repeats begin between samples: all but the first are shifted, which rounds flat tops."""
+        pieces = []
+        for i, by in enumerate((0.0, 0.37, 0.61)):
+            for frequency in (400, 600):
+                pair = [shifted(np.append(one[0], np.zeros(500)), by) for one in burst(frequency, noise=0.0)]
+                if i in clipped:
+                    pair[1] = np.clip(pair[1], -0.6 * pair[1].max(), 0.6 * pair[1].max())
+                pieces.append(pair)
+        rng = np.random.default_rng(1)
+        base, top = (np.concatenate([pair[i] for pair in pieces]) for i in (0, 1))
+        channels = {"ai0": base + 1e-3 * rng.normal(size=base.size), "ai1": top}
+        done = mistake(tmp_path, channels=channels, units={"ai0": "m/s^2", "ai1": "m/s^2"})
+        assert_refused(done, f"the top channel is clipped in {len(clipped)} of 3 repeats", "burst at 600 Hz")
+
+    def test_channels_that_do_not_start_together(self, tmp_path):
+        path = write_tdms(tmp_path / "run.tdms", IN_V, RATE, VOLTS, starts={"ai0": 0.0, "ai1": 1 / RATE})
+        done = run("import", path, "--out", tmp_path / "foam", *IN_VOLTS)
+        assert_refused(done, "run.tdms: 'ai1' starts 78.12 us after 'ai0'; export all channels on a common time axis")
 
     def test_damaged_files_all_at_once(self, tmp_path):
         good = write_tdms(tmp_path / "good.tdms", IN_V, RATE, VOLTS)

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multilayer.errors import InputError
+from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.measurements.campaign import (
     load_calibration,
     load_campaign,
     load_recordings,
     read_burst,
 )
+from multilayer.rig.noise import pink_noise
 from multilayer.signals.bursts import hann_burst
 from multilayer.signals.spectra import frequencies, padded_length, to_signal, to_spectrum
 
@@ -231,6 +232,48 @@ class TestRecordings:
         assert (clipped.file, silent.file) == tuple(folder / f"signals/{n}_300.npz" for n in ("thin", "thick"))
         assert "base channel is clipped in 2 of 2" in clipped.message
         assert "top channel is silent" in silent.message
+
+    def test_clipping_is_seen_beneath_hum(self, folder):
+        """Hum taken off before would round the flat tops."""
+        for frequency in (300, 500, 700):
+            hum = 0.5 * np.sin(2 * np.pi * 50 * np.arange(4000) / RATE)
+            base, top = (one + hum for one in signals(frequency))
+            np.savez(
+                folder / f"signals/thin_{frequency}.npz", base=base, top=np.clip(top, -0.6 * top.max(), 0.6 * top.max())
+            )
+        rewrite(folder, "thin_500.csv", "thin_500.npz")
+        found = problems_of(load_recordings, load_campaign(folder))
+        assert [problem.file.name for problem in found] == [f"thin_{f}.npz" for f in (300, 500, 700)]
+        assert all("top channel is clipped in 2 of 2" in problem.message for problem in found)
+
+    def test_a_repeat_in_which_a_channel_failed(self, folder):
+        base, top = (np.concatenate([one, one[:1]]) for one in signals(300))
+        top[1] = 0.01 * np.random.default_rng(1).normal(size=4000)
+        np.savez(folder / "signals/thin_300.npz", base=base, top=top)
+        (problem,) = problems_of(load_recordings, load_campaign(folder))
+        assert problem.file == folder / "signals/thin_300.npz"
+        assert problem.message.startswith("repeat 2 of 3 differs from the others in top over base")
+
+    def test_repeats_that_differ_a_little_are_told_once(self, folder):
+        for frequency in (300, 700):
+            base, top = signals(frequency)
+            np.savez(folder / f"signals/thin_{frequency}.npz", base=base, top=top * [[1.0], [0.9]])
+        with pytest.warns(
+            PlausibilityWarning, match=r"differ in top over base in 2 of 6 .* up to 10 % \(repeat 2, "
+        ) as told:
+            load_recordings(load_campaign(folder))
+        assert len(told) == 1
+
+    def test_noise_that_is_not_white_is_told_once(self, folder):
+        for name in ("thin", "thick"):
+            for frequency in (300, 700):
+                rng = np.random.default_rng(frequency)
+                clean = (one.mean(axis=0) for one in signals(frequency))
+                base, top = (one + 0.1 * pink_noise((3, 4000), rng) for one in clean)
+                np.savez(folder / f"signals/{name}_{frequency}.npz", base=base, top=top)
+        with pytest.warns(PlausibilityWarning, match=r"campaign.yaml: noise is not white: .* in 4 of 6 ") as told:
+            load_recordings(load_campaign(folder))
+        assert len(told) == 1
 
     def test_swapped_channels_stand_at_their_configuration(self, folder):
         for frequency in (300, 700):

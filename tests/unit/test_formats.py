@@ -10,6 +10,7 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.measurements.accelerometers import acceleration_factor, parse_sensitivity, voltage_factor
 from multilayer.measurements.readers import read_channels, read_waveforms
+from multilayer.signals.channels import refuse_other_starts
 from tests.recorders import write_csv, write_h5, write_mat, write_tdms, write_uff, write_wav
 
 RATE = 12800.0
@@ -58,6 +59,12 @@ def test_a_burst_of_a_campaign_may_be_in_any_format(tmp_path):
         read_waveforms(write_tdms(tmp_path / "others.tdms", SIGNALS, RATE, UNITS))
 
 
+def test_commas_in_one_column_and_points_in_another(tmp_path):
+    (tmp_path / "run.csv").write_text("time;base\n0.000;1,230\n0.001;1,231\n0.002;1,232\n")
+    with pytest.raises(InputError, match=r"run.csv:2: '1,230' has a comma, and '0\.000' in line 2 a point"):
+        read_channels(tmp_path / "run.csv")
+
+
 class TestTdms:
     def test_groups_tell_channels_of_one_name_apart(self, tmp_path):
         from nptdms import ChannelObject, TdmsWriter
@@ -68,8 +75,39 @@ class TestTdms:
         assert found.names == ("fast/ai0", "slow/ai0")
         assert found.channels[0].sampling_rate is None
 
+    def test_a_common_start(self, tmp_path):
+        pair = {"base": SIGNALS["ai0"], "top": SIGNALS["ai1"]}
+        now = np.datetime64("2026-01-01T00:00:00.000000")
+        starts, times = {"base": 0.5, "top": 0.4}, {"base": now, "top": now + np.timedelta64(100, "ms")}
+        found = read_channels(write_tdms(tmp_path / "run.tdms", pair, RATE, {}, starts=starts, times=times))
+        assert [channel.start for channel in found.channels] == pytest.approx([0.5, 0.5])
+        refuse_other_starts(found, found.channels)
+        read_waveforms(tmp_path / "run.tdms")
+        found = read_channels(write_tdms(tmp_path / "run.tdms", pair, RATE, {}, times={"base": now}))
+        assert [channel.start for channel in found.channels] == [0, None]
+        assert read_channels(write_tdms(tmp_path / "run.tdms", pair, RATE, {})).channels[0].start is None
+
+    @pytest.mark.parametrize("how", ["offsets", "times"])
+    def test_other_starts(self, tmp_path, how):
+        pair, now = {"base": SIGNALS["ai0"], "top": SIGNALS["ai1"]}, np.datetime64("2026-01-01T00:00:00.000000")
+        told = (
+            {"starts": {"base": 0.0, "top": 5e-4}}
+            if how == "offsets"
+            else {"times": {"base": now, "top": now + np.timedelta64(500, "us")}}
+        )
+        path = write_tdms(tmp_path / "run.tdms", pair, RATE, {}, **told)
+        with pytest.raises(InputError, match=r"run.tdms: 'top' starts 500 us after 'base'; export all channels on a "):
+            read_waveforms(path)
+
 
 class TestUff:
+    def test_other_starts(self, tmp_path):
+        pair = {"base": SIGNALS["ai0"], "top": SIGNALS["ai1"]}
+        path = write_uff(tmp_path / "run.uff", pair, RATE, {}, binary=0, starts={"base": 0.25})
+        assert [channel.start for channel in read_channels(path).channels] == [0.25, 0]
+        with pytest.raises(InputError, match=r"run.uff: 'top' starts 250 ms before 'base'"):
+            read_waveforms(path)
+
     def test_records_without_a_name_are_called_by_their_place(self, tmp_path):
         nameless = {"NONE": SIGNALS["ai0"]}
         assert read_channels(write_uff(tmp_path / "run.uff", nameless, RATE, {})).names == ("1+Z",)
@@ -108,6 +146,68 @@ class TestArrays:
 
         savemat(tmp_path / "run.mat", {"rig": {"ai0": SIGNALS["ai0"], "fs": RATE}})
         assert read_channels(tmp_path / "run.mat")["rig/ai0"].sampling_rate == RATE
+
+    def test_each_group_has_its_rate(self, tmp_path):
+        import h5py
+        from scipy.io import savemat
+
+        x, time = SIGNALS["ai0"], np.arange(300) / RATE
+        savemat(
+            tmp_path / "run.mat",
+            {
+                "slow": {"ai0": x, "fs": 100.0}, "timed": {"ai0": x, "t": time}, "deep": {"in": {"ai0": x}, "dt": 0.5},
+                "ai0": x, "fs": 7.0,
+            },
+        )  # fmt: skip
+        found = read_channels(tmp_path / "run.mat")
+        rates = {channel.name: channel.sampling_rate for channel in found.channels}
+        assert rates == {"slow/ai0": 100, "timed/ai0": RATE, "deep/in/ai0": 2, "ai0": 7}
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            for name, rate in (("a", 100.0), ("b", 200.0)):
+                file.create_group(name).attrs["fs"] = rate
+                file[name]["ai0"] = x
+        found = read_channels(tmp_path / "run.h5")
+        assert [channel.sampling_rate for channel in found.channels] == [100, 200]
+
+    def test_rates_that_differ(self, tmp_path):
+        from scipy.io import savemat
+
+        x = SIGNALS["ai0"]
+        savemat(tmp_path / "run.mat", {"ai0": x, "info": {"fs": 100.0}, "more": {"dt": 0.01}})
+        assert read_channels(tmp_path / "run.mat")["ai0"].sampling_rate == 100
+        for arrays in ({"info": {"fs": 100.0}, "more": {"fs": 200.0}}, {"fs": 100.0, "t": np.arange(300) / 200}):
+            savemat(tmp_path / "run.mat", {"ai0": x, **arrays})
+            with pytest.raises(InputError, match=r"different sampling rates for 'ai0': 100 Hz by '.*fs', 200 Hz by '"):
+                read_channels(tmp_path / "run.mat")
+
+    def test_units_of_rates_and_times(self, tmp_path):
+        import h5py
+        from scipy.io import savemat
+
+        x = SIGNALS["ai0"]
+        for name, value, unit in (("fs", 12.8, "kHz"), ("dt", 1000 / RATE, "ms"), ("fs", 12800.0, "samples/s")):
+            savemat(tmp_path / "run.mat", {"ai0": x, name: value, "units": {name: unit}})
+            assert read_channels(tmp_path / "run.mat")["ai0"].sampling_rate == pytest.approx(RATE)
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            file["ai0"], file["time"] = x, 1000 * np.arange(300) / RATE + 5
+            file["time"].attrs["units"] = "ms"
+        found = read_channels(tmp_path / "run.h5")["ai0"]
+        assert (found.sampling_rate, found.start) == (RATE, pytest.approx(0.005))
+        savemat(tmp_path / "run.mat", {"ai0": x, "fs": 12.8, "units": {"fs": "V"}})
+        with pytest.raises(InputError, match=r"run.mat: column 'fs': '1 V' has the wrong unit"):
+            read_channels(tmp_path / "run.mat")
+
+    def test_packed_numbers(self, tmp_path):
+        import h5py
+
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            file["ai0"] = np.arange(300, dtype="i2")
+            file["ai0"].attrs.update({"scale_factor": 0.5, "add_offset": np.array([-1.0])})
+        np.testing.assert_array_equal(read_channels(tmp_path / "run.h5")["ai0"].samples, 0.5 * np.arange(300) - 1)
+        with h5py.File(tmp_path / "run.h5", "a") as file:
+            file["ai0"].attrs["scale_factor"] = [1.0, 2.0]
+        with pytest.raises(InputError, match="'ai0' has a scale_factor or add_offset that is no single number"):
+            read_channels(tmp_path / "run.h5")
 
     def test_matlab_73_is_hdf5(self, tmp_path):
         whole = write_h5(tmp_path / "run.h5", SIGNALS, RATE, UNITS).read_bytes()

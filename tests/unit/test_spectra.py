@@ -158,6 +158,9 @@ class TestUff:
         assert written("kPa", "m/s").factor("Pa*s/m") == pytest.approx(1000)
         assert written("Pa", "Pa").factor("") == 1
         assert written("NONE", "NONE").unit is None
+        # of accelerations g is no gram
+        assert written("m/s^2", "g").factor("") == pytest.approx(1 / 9.80665)
+        assert written("g", "m/s^2").factor("") == pytest.approx(9.80665)
 
     def test_different_frequencies(self, tmp_path):
         path = write_uff_spectra(tmp_path / "t.uff", F, {"alpha": SPECTRA["absorption"]}, {}, 0)
