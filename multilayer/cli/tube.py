@@ -18,9 +18,9 @@ def tube(
 ) -> None:
     """Evaluate raw data of an impedance tube: R, Z and absorption (ISO 10534-2), transmission loss (ASTM E2611).
 
-    Writes tube.csv, which compare, fit, diagnose and explore --measured take as measured data, and a figure; of four
-    microphones also rigid_backed.csv and transfer_matrix.csv. Exit status: 0 done, 2 the input cannot be used (nothing
-    is written).
+    Writes tube.csv, which compare, fit, diagnose and explore --measured take as measured data, tube.json and a figure;
+    of four microphones also rigid_backed.csv (air at rest behind the sample, an elastic frame free) and
+    transfer_matrix.csv. Exit status: 0 done, 2 the input cannot be used (nothing is written).
 
     Example: multilayer tube examples/raw_tube --out results/raw_tube
     """

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DRAWN = ("absorption", "normalised_impedance", "transmission_loss")
-_TITLES = {"tube": "gas on both sides", "rigid_backed": "in front of a rigid wall"}
+_TITLES = {"tube": "gas on both sides", "rigid_backed": "before a wall that it does not touch"}
+_BACKED = (
+    "rigid_backed.csv: before a wall that the sample does not touch, so that an elastic frame is free there; "
+    "'termination: rigid' holds it: for such a stack, {type: fluid, thickness: 1 um} goes ahead of the wall"
+)
 
 
 def tube_report(result: TubeResult) -> Report:
@@ -29,9 +33,11 @@ def tube_report(result: TubeResult) -> Report:
             f"working range: {low:.4g} to {high:.4g} Hz (spacing of the microphones, plane waves)",
             *([f"{result.n_outside} frequencies outside of it were {done}"] if result.n_outside else []),
             f"{len(result.frequency)} frequencies evaluated",
+            *((_BACKED,) if "rigid_backed" in result.spectra else ()),
         ),
         tables=result.tables(),
         record=result.to_dict(),
+        record_file="tube.json",
         figures={"tube.png": partial(draw_tube, result)},
     )
 

@@ -15,6 +15,7 @@ from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.errors import InputError, PlausibilityWarning, Problem
 from multilayer.signals.impedance_tube import (
+    FaceState,
     Range,
     TransferMatrix,
     cut_off,
@@ -31,11 +32,12 @@ from multilayer.signals.impedance_tube import (
     two_load_matrix,
 )
 from multilayer.simulation.quantities import columns_of
-from multilayer.tube.data import Transfer, read_transfer, refuse_other_frequencies
+from multilayer.tube.data import Transfer, read_transfer, refuse_other_frequencies, refuse_unlike_units
 from multilayer.tube.file import FILE_NAME, FourMicrophones, TubeFile, TwoMicrophones, load_tube, tube_file
 
 _MOST_POWER = 1.2  # of the arriving power, at half of the frequencies, that noise makes of a rigid sample
 _VARIES = 0.2  # Np or rad: the squared difference of two microphones of one kind varies less
+_ALIKE, _SAME = 0.05, 1e-9  # of two loads, 0 where they are the same: errors grow by its inverse
 Spectra = Mapping[str, NDArray[Any]]
 
 
@@ -54,11 +56,12 @@ class TubeResult:
         Number of frequencies, measured and wanted, outside of the working range: left out, or kept if the file says so.
     spectra : mapping
         Quantities as in `simulation.quantities`, by name of the CSV file that takes them: ``tube`` (the sample in front
-        of the tube's end, or with gas on both sides), ``rigid_backed`` (of four microphones).
+        of the tube's end, or with gas on both sides), ``rigid_backed`` (of four microphones: before a wall that the
+        sample does not touch, the gas between them at rest).
     matrix : TransferMatrix or None
         Of four microphones.
     coherence : array, shape (n,) or None
-        Of signals over time.
+        Of signals over time, averaged over eight segments or more.
     """
 
     name: str
@@ -185,9 +188,11 @@ def _kept(file: TubeFile, path: Path, frequency: RealArray, working: Range) -> t
     if not kept.any():
         band = f"{working.low:.4g} to {working.high:.4g} Hz"
         measured = f"there are frequencies from {frequency.min():.4g} to {frequency.max():.4g} Hz"
-        message = (
-            f"no frequency is left to evaluate: {measured}, and this tube works from {band}; check spacing and diameter"
-        )
+        bounds = {"from": file.start, "to": file.to}
+        asked = " ".join(f"'{name}' {value:.4g} Hz" for name, value in bounds.items() if value is not None)
+        message = f"no frequency is left to evaluate: {measured}, {f'wanted are those {asked}, ' if asked else ''}"
+        check = "'from' and 'to', spacing and diameter" if asked else "spacing and diameter"
+        message += f"and this tube works from {band}; check {check}"
         raise InputError(Problem(message, file=path))
     return kept, int(np.sum(wanted & ~inside))
 
@@ -224,6 +229,7 @@ def _ratio(data: Transfer) -> ComplexArray:
 def _switched(file: TwoMicrophones, path: Path, data: Transfer) -> tuple[ComplexArray, ComplexArray] | None:
     """Return the transfer functions before and after the microphones changed places; None where they did not."""
     if file.exchanged is None and file.calibration is None:
+        refuse_unlike_units(data, (), "'exchanged' or 'calibration'")
         return None
     pair = file.calibration
     straight = data if pair is None else read_transfer(pair.straight, path.parent, 2)
@@ -232,6 +238,7 @@ def _switched(file: TwoMicrophones, path: Path, data: Transfer) -> tuple[Complex
     exchanged = read_transfer(source, path.parent, 2)
     for other in (straight, exchanged):
         refuse_other_frequencies(data, other)
+    refuse_unlike_units(data, (straight, exchanged), "'exchanged' or 'calibration'")
     return _ratio(straight), _ratio(exchanged)
 
 
@@ -262,6 +269,8 @@ def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:
     correction = None if file.calibration is None else read_transfer(file.calibration, path.parent, 4)
     for other in [*loads[1:], *([] if correction is None else [correction])]:
         refuse_other_frequencies(loads[0], other)
+    for load in loads:
+        refuse_unlike_units(load, [] if correction is None else [correction], "a 'calibration'")
     a, b, c, d = file.positions
     working = _working_range(file, (b - a, d - c), e2611=True)
     kept, n_outside = _kept(file, path, loads[0].frequency, working)
@@ -272,6 +281,8 @@ def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:
         face_state(tuple(load.functions[:, kept] / gains), file.positions, k, impedance, file.thickness)
         for load in loads
     ]
+    if len(states) == 2:
+        _judge_loads(file, path, frequency, states[0], states[1])
     matrix = one_load_matrix(states[0]) if len(states) == 1 else two_load_matrix(states[0], states[1])
     known = [load.coherence[kept] for load in loads if load.coherence is not None]
     coherence = np.min(known, axis=0) if known else None
@@ -280,6 +291,22 @@ def _four_microphones(file: FourMicrophones, path: Path) -> TubeResult:
         "rigid_backed": _of_reflection(rigid_backed_reflection(matrix, impedance)),
     }
     return TubeResult(name_of(path), frequency, working, n_outside, spectra, matrix, coherence)
+
+
+def _judge_loads(file: FourMicrophones, path: Path, frequency: RealArray, a: FaceState, b: FaceState) -> None:
+    """Refuse two loads behind which the sample moves alike at most frequencies, and warn of nearly such."""
+    differences = np.abs(a.p_back * b.v_back - b.p_back * a.v_back)
+    share = differences / (np.abs(a.p_back * b.v_back) + np.abs(b.p_back * a.v_back))
+    alike = share < _ALIKE
+    if np.mean(alike) <= 0.5:
+        return
+    two = f"the two loads, {' and '.join(str(load.file or load.recording) for load in file.loads)}, are"
+    remedy = "two terminations are needed that differ, as open and closed"
+    if np.mean(share < _SAME) > 0.5:
+        raise InputError(Problem(f"{two} the same: {remedy}; name two measurements", "loads", path))
+    text = f"{two} nearly alike: at {np.sum(alike)} of {len(alike)} frequencies, as at {frequency[alike][0]:.6g} Hz, "
+    text += f"they differ by less than {100 * _ALIKE:g} %, and errors of the data grow more than {1 / _ALIKE:g}-fold"
+    warn(str(Problem(f"{text}; {remedy}", "loads", path)), PlausibilityWarning, stacklevel=4)
 
 
 def _of_matrix(matrix: TransferMatrix, impedance: float) -> Spectra:

@@ -119,6 +119,13 @@ class TubeFile(Model):
     to: Frequency | None = None
     keep_outside: bool = False
 
+    @model_validator(mode="after")
+    def _rising(self) -> Self:
+        if self.start is not None and self.to is not None and self.start > self.to:
+            text = f"the last frequency wanted, {self.to:g} Hz, lies below the first, 'from', {self.start:g} Hz"
+            refuse(self, [(("to",), f"{text}; exchange them", self.to)])
+        return self
+
     def implausible(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
         """Give path and text of values that are allowed, and hardly ever meant."""
         for field, text in self.ambient.implausible():

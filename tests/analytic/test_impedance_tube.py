@@ -130,6 +130,21 @@ def _matrix_of(layers):
     }  # fmt: skip
 
 
+def test_a_wall_that_an_elastic_frame_does_not_touch_lets_it_move():
+    """Air at rest behind the sample is a thin layer of air ahead of the wall; the wall itself holds the frame."""
+    foam = {
+        "type": "poroelastic", "thickness": 0.05, "porosity": 0.97, "flow_resistivity": 5e4, "tortuosity": 1.5,
+        "viscous_length": 1e-4, "thermal_length": 2e-4, "frame_density": 30, "young_modulus": 8e4,
+        "poisson_ratio": 0.3, "loss_factor": 0.1,
+    }  # fmt: skip
+    loads = [state([foam], cavity) for cavity in (0.4, 0.47)]
+    found = 1 - np.abs(rigid_backed_reflection(two_load_matrix(*loads), GAS.impedance)) ** 2
+    air = {"type": "fluid", "thickness": 1e-6}
+    np.testing.assert_allclose(found, plane_wave(stack([foam, air]), FREQUENCY).absorption, rtol=0, atol=1e-4)
+    i = int(np.argmin(np.abs(FREQUENCY - 300)))
+    assert (found[i], plane_wave(stack([foam]), FREQUENCY).absorption[i]) == pytest.approx((0.57, 0.21), abs=0.01)
+
+
 def test_one_load_does_for_a_sample_that_is_the_same_from_both_sides():
     two = two_load_matrix(state(SYMMETRIC, 0.4), state(SYMMETRIC, 0.47))
     one = one_load_matrix(state(SYMMETRIC, 0.4))

@@ -1,6 +1,7 @@
 """``multilayer tube``: raw data of impedance tubes, and what other commands make of the result."""
 
 import csv
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from multilayer.response import plane_wave
 from tests.analytic.test_impedance_tube import ASYMMETRIC, FREQUENCY, POSITIONS, pressures, stack, thickness
 from tests.cli.command import result_names, run
 from tests.cli.test_bad_input import assert_refused
-from tests.recorders import write_tdms, write_wav
+from tests.recorders import write_h5, write_tdms, write_wav
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TWO = """\
@@ -102,7 +103,7 @@ class TestTwoMicrophones:
         found = table(two / "out" / "tube.csv")
         assert 200 <= found["frequency_hz"].min() < 250
         np.testing.assert_array_equal(found["in_range"] == 1, found["frequency_hz"] >= 381.33)
-        assert result_names(two / "out") == {"tube.csv"}
+        assert result_names(two / "out") == {"tube.csv", "tube.json"}
 
     def test_compare_and_fit_take_the_table(self, tmp_path):
         out = tmp_path / "raw"
@@ -225,7 +226,7 @@ class TestFourMicrophones:
     def test_the_file_gives_the_stack_back(self, four):
         done = run("tube", four / "wall.yaml", "--out", four / "out")
         assert (done.status, done.err) == (0, "")
-        names = {"tube.csv", "rigid_backed.csv", "transfer_matrix.csv", "tube.png"}
+        names = {"tube.csv", "rigid_backed.csv", "transfer_matrix.csv", "tube.json", "tube.png"}
         assert result_names(four / "out") == names
         found, rigid = table(four / "out" / "tube.csv"), table(four / "out" / "rigid_backed.csv")
         exact = plane_wave(stack(ASYMMETRIC, "ambient"), found["frequency_hz"])
@@ -258,6 +259,8 @@ class TestRefused:
             ("{file: h12.csv}", "{recording: run.tdms}", ("measurement: a recording needs 'channels'",)),
             ("45 mm", "2 m", ("no frequency is left to evaluate", "this tube works from 8.581 to 77.23 Hz")),
             ("measurement", BOTH, ("calibration: give either 'exchanged' or 'calibration'",)),
+            ("measurement", "from: 3 kHz\nto: 500 Hz\nmeasurement", ("tube.yaml:7:5: to: ", "below the first, 'from'")),
+            ("measurement", "from: 2 kHz\nto: 2001 Hz\nmeasurement", ("wanted are those 'from' 2000 Hz 'to' 2001 Hz",)),
         ],
     )  # fmt: skip
     def test_mistakes_in_the_file(self, two, old, new, parts):
@@ -304,3 +307,154 @@ class TestRefused:
             text = TWO.replace("{file: h12.csv}", f"{{recording: run.tdms, {source}}}")
             (tmp_path / "tube.yaml").write_text(text)
             assert_refused(run("tube", tmp_path, "--out", tmp_path / "out"), part)
+
+    def test_loads_that_are_the_same(self, four):
+        (four / "closed.csv").write_bytes((four / "open.csv").read_bytes())
+        told = "loads: the two loads, open.csv and closed.csv, are the same: two terminations are needed that differ"
+        assert_refused(run("tube", four / "wall.yaml", "--out", four / "out"), told)
+
+
+RATE = 8192.0
+
+
+def _of_two(folder, signals=None, *, source="", units=None, more="", name="run.h5"):
+    """Write a recording, and a tube file that evaluates it."""
+    if signals is not None:
+        write_h5(folder / name, signals, RATE, units or {})
+    first = f"{{recording: {name}, channels: [a, b]{source}}}"
+    (folder / "tube.yaml").write_text(TWO.replace("{file: h12.csv}", first) + more)
+    return run("tube", folder, "--out", folder / "out", "--no-figures")
+
+
+@pytest.fixture
+def field():
+    """Give the signals of two places, 20 s: the second hears a part of the first, later."""
+    far = np.random.default_rng(0).standard_normal(int(20 * RATE))
+    return {"a": far, "b": 0.6 * far + 0.5 * np.roll(far, 3)}
+
+
+class TestUnitsOfChannels:
+    def test_alike_but_for_their_size_they_are_converted(self, field, tmp_path):
+        assert _of_two(tmp_path, field).status == 0
+        plain = table(tmp_path / "out" / "tube.csv")["absorption"]
+        for units, factor in ((("Pa", "mPa"), 1e3), (("mV", "Volts"), 1e-3), (("N/m2", "Pa"), 1)):
+            signals = {"a": field["a"], "b": factor * field["b"]}
+            done = _of_two(tmp_path, signals, units=dict(zip("ab", units, strict=True)))
+            assert (done.status, done.err) == (0, "")
+            np.testing.assert_allclose(table(tmp_path / "out" / "tube.csv")["absorption"], plain, rtol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("units", "part"),
+        [
+            ({"a": "Pa", "b": "V"}, "run.h5: has channels in Pa, V, whose ratio is no pure number"),
+            ({"a": "Pa"}, "in Pa, no unit"),
+            ({"a": "EU", "b": "Pa"}, "in EU, Pa"),
+        ],
+    )
+    def test_unlike_units_are_refused(self, field, tmp_path, units, part):
+        assert_refused(_of_two(tmp_path, field, units=units), part, "add 'exchanged' or 'calibration'")
+        assert not (tmp_path / "out").exists()
+
+    def test_unlike_units_that_an_exchange_takes_out(self, field, tmp_path):
+        far, near = field["a"], field["b"]
+        assert _of_two(tmp_path, field).status == 0
+        plain = table(tmp_path / "out" / "tube.csv")["absorption"]
+        in_volts = {"a": "Pa", "b": "V"}
+        write_h5(tmp_path / "turned.h5", {"a": near, "b": 0.05 * far}, RATE, in_volts)
+        more = "exchanged: {recording: turned.h5, channels: [a, b]}\n"
+        done = _of_two(tmp_path, {"a": far, "b": 0.05 * near}, units=in_volts, more=more)
+        assert (done.status, done.err) == (0, "")
+        np.testing.assert_allclose(table(tmp_path / "out" / "tube.csv")["absorption"], plain, atol=0.02)
+        write_h5(tmp_path / "turned.h5", {"a": near, "b": 50 * far}, RATE, {"a": "Pa", "b": "mV"})
+        assert_refused(
+            _of_two(tmp_path, more=more), "turned.h5: has channels in Pa, mV, and ", "in Pa, V: what corrects"
+        )
+
+    def test_unlike_units_of_four_microphones(self, tmp_path):
+        rng = np.random.default_rng(0)
+        signals = {name: rng.standard_normal(int(4 * RATE)) for name in "abcd"}
+        write_h5(tmp_path / "run.h5", signals, RATE, {"a": "Pa", "b": "Pa", "c": "V", "d": "Pa"})
+        loads = "loads: [{recording: run.h5, channels: [a, b, c, d]}]"
+        (tmp_path / "tube.yaml").write_text(FOUR[: FOUR.index("loads")] + loads)
+        assert_refused(run("tube", tmp_path, "--out", tmp_path / "out"), "in Pa, Pa, V, Pa", "add a 'calibration'")
+
+
+class TestRecordings:
+    def test_channels_named_twice(self, field, tmp_path):
+        for names in ("a, a", "a, A"):
+            source = f", channels: [{names}]"
+            write_h5(tmp_path / "run.h5", field, RATE, {})
+            text = TWO.replace("{file: h12.csv}", f"{{recording: run.h5{source}}}")
+            (tmp_path / "tube.yaml").write_text(text)
+            assert_refused(run("tube", tmp_path, "--out", tmp_path / "out"), "run.h5: 'channels' name 'a' twice")
+
+    def test_clipped(self, field, tmp_path):
+        field["b"] = np.clip(field["b"], -1.5, 1.5)
+        assert_refused(_of_two(tmp_path, field), "run.h5: channel 'b' is clipped: its tops are flat")
+
+    def test_a_rate_that_contradicts_the_file(self, field, tmp_path):
+        told = "says that it is sampled at 8192 Hz, but 'sampling_rate' beside 'recording' says 51200 Hz"
+        assert_refused(_of_two(tmp_path, field, source=", sampling_rate: 51.2 kHz"), told)
+        assert _of_two(tmp_path, source=", sampling_rate: 8192 Hz").status == 0
+
+    def test_channels_that_do_not_start_together(self, field, tmp_path):
+        from nptdms import ChannelObject, TdmsWriter
+
+        for late, status in ((0.0, 0), (1 / RATE, 2)):
+            times = {"a": 0.0, "b": late}
+            with TdmsWriter(str(tmp_path / "run.tdms")) as writer:
+                writer.write_segment([
+                    ChannelObject("rig", name, data, {"wf_increment": 1 / RATE, "wf_start_offset": times[name]})
+                    for name, data in field.items()
+                ])  # fmt: skip
+            done = _of_two(tmp_path, name="run.tdms")
+            assert (done.status, "'b' starts 122.1 us after 'a'" in done.err) == (status, status == 2)
+
+    @pytest.mark.parametrize(
+        ("segment", "part"),
+        [
+            ("20 s", "lasts 20 s: its segments of 20 s, which overlap by half, give 1 average; at least 2 are needed"),
+            ("15 s", "give 1 average"),
+            ("1 us", "'segment' of 1e-06 s is 0 samples at 8192 Hz; at least 8 are needed"),
+        ],
+    )
+    def test_segments_of_which_spectra_cannot_be_made(self, field, tmp_path, segment, part):
+        assert_refused(_of_two(tmp_path, field, source=f", segment: {segment}"), part)
+
+    def test_of_few_averages_the_coherence_is_left_out(self, field, tmp_path):
+        """Mere noise has a coherence of 1/5 there."""
+        done = _of_two(tmp_path, field, source=", segment: 6 s")
+        assert done.status == 0
+        assert "warning: " in done.err
+        assert "run.h5: lasts 20 s: its segments of 6 s, which overlap by half, give 5 averages" in done.err
+        assert "coherence" not in table(tmp_path / "out" / "tube.csv")
+        done = _of_two(tmp_path, source=", segment: 4 s")
+        assert (done.status, done.err) == (0, "")
+        assert "coherence" in table(tmp_path / "out" / "tube.csv")
+
+
+class TestWhatToMind:
+    def test_warnings_stand_in_the_record_also_when_quiet(self, two):
+        (two / "tube.yaml").write_text(TWO.replace("100 mm", "100"))
+        done = run("tube", two, "--quiet", "--out", two / "out", "--no-figures", "--json")
+        assert (done.status, done.err) == (0, "")
+        record = json.loads((two / "out" / "tube.json").read_text())
+        assert "numbers without a unit are in m: is '100 mm' meant?" in record["warnings"][0]
+        assert json.loads(done.out) == record
+        assert set(record["spectra"]["tube"]) >= {"absorption", "reflection_re"}
+
+    def test_loads_that_are_nearly_alike(self, four):
+        text = (four / "wall.yaml").read_text().replace("calibration", "# calibration")
+        (four / "wall.yaml").write_text(text)
+        for name, cavity in (("open", 0.4), ("closed", 0.4003)):
+            found = np.array(pressures(ASYMMETRIC, cavity)[0])
+            write_table(four / f"{name}.csv", FREQUENCY, **dict(zip(("h1", "h2", "h3", "h4"), found, strict=True)))
+        done = run("tube", four / "wall.yaml", "--out", four / "out", "--no-figures")
+        assert done.status == 0
+        assert "loads: the two loads, open.csv and closed.csv, are nearly alike: at " in done.err
+        assert "they differ by less than 5 %, and errors of the data grow more than 20-fold" in done.err
+
+    def test_what_rigid_backed_means_is_told(self, four):
+        done = run("tube", four / "wall.yaml", "--out", four / "out", "--no-figures")
+        assert "before a wall that the sample does not touch" in done.out
+        assert "{type: fluid, thickness: 1 um} goes ahead of the wall" in done.out

@@ -187,7 +187,7 @@ def raw_tube(source, folder):
     """Two unlike microphones, exchanged, give the reflection of the foam that they were computed from."""
     done = run("tube", source, "--out", folder)
     assert (done.status, done.err) == (0, "")
-    assert result_names(folder) == {"tube.csv", "tube.png"}
+    assert result_names(folder) == {"tube.csv", "tube.json", "tube.png"}
     rows = list(csv.DictReader((folder / "tube.csv").read_text().splitlines()))
     truth = plane_wave(load_stack(EXAMPLES / "foam_tube" / "truth.yaml"), [float(row["frequency_hz"]) for row in rows])
     found = np.array([complex(float(row["reflection_re"]), float(row["reflection_im"])) for row in rows])
