@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from multilayer.bounds import TEXT_BYTES, TEXT_LINES
-from multilayer.errors import InputError, Problem
+from multilayer.errors import InputError, Problem, show
 from multilayer.files import refuse_endless
 from multilayer.writing.manifest import note_input
 
@@ -39,6 +39,33 @@ class Layout:
     def pointed(self, text: str) -> str:
         """Return numbers with decimal points, as they are written where no comma separates columns."""
         return text if self.separator == "," else text.replace(",", ".")
+
+    def refuse_two_marks(self, rows: Sequence[Line], file: Path) -> None:
+        """Refuse commas in numbers where other numbers have points: which of them is before decimals, nothing tells.
+
+        Parameters
+        ----------
+        rows : sequence of (int, str)
+            Lines of numbers.
+        file : Path
+            Where they stand.
+
+        Raises
+        ------
+        InputError
+            With the line of the first comma.
+        """
+        if self.separator == ",":
+            return
+        comma, point = next(self._marked(rows, ","), None), next(self._marked(rows, "."), None)
+        if comma and point:
+            text = f"{show(comma[1])} has a comma, and {show(point[1])} in line {point[0]} a point"
+            remedy = "write decimals with a point, and thousands without a mark"
+            raise InputError(Problem(f"{text}; {remedy}", file=file, line=comma[0]))
+
+    def _marked(self, rows: Sequence[Line], mark: str) -> Iterator[tuple[int, str]]:
+        marked = ((number, cell) for number, line in rows if mark in line for cell in self.cells(line))
+        return ((number, cell) for number, cell in marked if mark in cell and self.is_number(cell))
 
     def is_number(self, cell: str) -> bool:
         """Tell whether a cell is a number."""

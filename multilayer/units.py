@@ -48,6 +48,7 @@ _POWER = re.compile(r"(?<=[^\W\d_])(-?[1-9])(?!\w)")  # kg/m3, N s m-4
 _UNIT = re.compile(r"(?:[^\W\d]\w*+(?:\s*(?:\*\*|\^)\s*-?[1-9])?|1(?=\s*/)|[*/()\s])+")
 _LONGEST_UNIT = 60
 _COMMA = re.compile(r",([0-9]+)")
+_THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}((?:,[0-9]{3})+)(?![0-9,])")
 _RAYL = re.compile(r"\brayls?\b", re.IGNORECASE)
 _RAYLS = {  # what takes its place
     "N*s/m^3": "Pa s/m",
@@ -93,6 +94,10 @@ def _parse_real(value: object, unit: str) -> float:
     number, written = float(match[0]), match.string[match.end() :].strip()
     if comma := _COMMA.match(written):
         remedy = f"'{match[0]}.{comma[1]}{written[comma.end() :]}'"
+        if thousands := _THOUSANDS.match(match.string):
+            decimals = remedy if thousands[1].count(",") == 1 else "as in '1.5'"
+            whole = thousands[0].replace(",", "") + match.string[thousands.end() :]
+            remedy = f"{decimals}, and thousands have no mark, '{whole}'"
         raise ValueError(f"{show(value)} has a comma: decimals follow a point, {remedy}")
     return _convert(number, written, unit, match.string) if written else number
 
@@ -166,6 +171,22 @@ def _factor(written: str, unit: str) -> float | None:
         return _in_si(1.0, spelled, unit)
     except Exception:  # pint raises many kinds for text that is no unit
         return None
+
+
+def base_unit(unit: str) -> str:
+    """Return what a unit is in units of the SI without prefixes, as pint writes it: ``kilogram / meter ** 3`` of g/cm3.
+
+    Raises
+    ------
+    ValueError
+        When the unit is not known.
+    """
+    import pint
+
+    try:
+        return str(_registry().get_base_units(_spelled(unit))[1])
+    except (pint.PintError, TypeError) as error:
+        raise ValueError(f"{show(unit)} is no unit known here") from error
 
 
 def _in_si(number: float, spelled: str, unit: str) -> float:

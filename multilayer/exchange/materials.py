@@ -23,6 +23,7 @@ from multilayer.writing.manifest import note_input
 _THICKNESS = 0.05  # m; a library's material has none, and a layer to be checked needs some
 _HEAVIEST = 2e4  # kg/m3, of a frame's material: beyond all but gold and platinum
 _TEXTS = ("source", "note", "model", "type")
+_DENSITY, _FRAME_DENSITY = "density", "frame_density"  # of a solid, and of a frame over the whole volume
 _SOLID_DENSITY, _SHEAR = "solid_density", "shear_modulus"
 _MADE = "# Made by `multilayer materials --from`\n"  # ahead of a library
 _UNITS_OF_OTHERS = {_SOLID_DENSITY: "kg/m^3", _SHEAR: "Pa"}
@@ -121,8 +122,9 @@ def read_materials(path: Path | str) -> Imported:
     Columns are separated by commas, semicolons or tabs, their names as in `NAMES`; units stand in brackets behind the
     names (``sigma [N s/m4]``), or behind the numbers of the cells. ``rho_s`` is the density of the frame's own material
     and needs a porosity, a shear modulus needs a Poisson's ratio. A row with a modulus is ``poroelastic``, else with a
-    density ``limp``, else an ``equivalent_fluid``; a column ``type`` may say another. The pores are those of model
-    ``jca``, with a thermal permeability ``jcal``; a column ``model`` may say another.
+    density ``limp``, else an ``equivalent_fluid``; a column ``type`` may say another, of a solid too, whose density it
+    then is. The pores are those of model ``jca``, with a thermal permeability ``jcal``; a column ``model`` may say
+    another.
 
     Parameters
     ----------
@@ -132,8 +134,9 @@ def read_materials(path: Path | str) -> Imported:
     Raises
     ------
     InputError
-        With every mistake, by line and column: a cell that is no number or out of range, a unit that is missing or
-        wrong, a material that lacks a field, has no name or one that is there twice.
+        With every mistake, by line and column: a cell that is no number or out of range, or may have separators between
+        thousands, a unit that is missing or wrong, a material that lacks a field, has no name or one that is there
+        twice.
 
     Warns
     -----
@@ -149,6 +152,8 @@ def read_materials(path: Path | str) -> Imported:
     if not table.rows:
         raise table.error("holds no material below its header")
     YAML_NAMES.check(len(table.rows), file, "make several libraries of it")
+    if unclear := list(_thousands(table, columns)):
+        raise InputError(unclear)
     problems: list[Problem] = []
     materials: dict[str, dict[str, Any]] = {}
     lines: dict[str, int | None] = {}
@@ -183,6 +188,14 @@ def _columns(table: Table) -> tuple[dict[str, tuple[int, Header]], tuple[str, ..
     return columns, tuple(left_out)
 
 
+def _thousands(table: Table, columns: Mapping[str, tuple[int, Header]]) -> Iterator[Problem]:
+    """Yield the columns of numbers that may have separators between thousands."""
+    for key, (index, header) in columns.items():
+        if key not in ("name", *_TEXTS) and (thousands := table.thousands(index)):
+            line, text = thousands
+            yield Problem(f"column '{header.text}': {text}", file=table.file, line=line)
+
+
 class _Row:
     """One row: its material, and the mistakes in it."""
 
@@ -197,8 +210,11 @@ class _Row:
 
     def problem(self, key: str, text: str) -> None:
         """Note a mistake in the column of a field, or in the row where there is none."""
-        where = f"column '{self.columns[key][1].text}': " if key in self.columns else ""
-        self.problems.append(Problem(f"{where}{text}", file=self.table.file, line=self.line))
+        self.problems.append(self._placed(key, text))
+
+    def _placed(self, key: str, text: str) -> Problem:
+        where = f"column '{self.columns[_column_of(key)][1].text}': " if _column_of(key) in self.columns else ""
+        return Problem(f"{where}{text}", file=self.table.file, line=self.line)
 
     def text(self, key: str) -> str:
         """Return the cell of a field; empty where there is none."""
@@ -214,13 +230,15 @@ class _Row:
         fields.setdefault("source", f"{self.table.file.name}, line {self.line}")
         numbers = dict(self._numbers())
         self._frame(numbers)
+        if _FRAME_DENSITY in numbers and _is_solid(fields.get("type", "")):
+            numbers[_DENSITY] = numbers.pop(_FRAME_DENSITY)
         fields |= numbers
         fields.setdefault("type", self._type(numbers))
         if "thermal_permeability" in numbers:
             fields.setdefault("model", "jcal")
         if not self.problems:
             self._check(fields)
-        ordered = {key: fields[key] for key in (*_TEXTS, *NAMES) if key in fields}
+        ordered = {key: fields[key] for key in (*_TEXTS, *NAMES, _DENSITY) if key in fields}
         return name, ordered
 
     def _numbers(self) -> Iterator[tuple[str, float]]:
@@ -279,13 +297,11 @@ class _Row:
         except ValidationError as error:
             for details in error.errors(include_url=False):
                 key = str(details["loc"][0]) if details["loc"] else ""
-                what = "" if key in self.columns else f"{key} " if key else ""
+                what = "" if _column_of(key) in self.columns else f"{key} " if key else ""
                 self.problem(key, f"{what}{details['msg'].removeprefix('Value error, ')}")
             return
         for key, text in (*layer.implausible(), *self._too_heavy(fields)):
-            where = f"column '{self.columns[key][1].text}': " if key in self.columns else ""
-            place = Problem(f"{where}{text}", file=self.table.file, line=self.line)
-            warnings.warn(str(place), PlausibilityWarning, stacklevel=5)
+            warnings.warn(str(self._placed(key, text)), PlausibilityWarning, stacklevel=5)
 
     @staticmethod
     def _too_heavy(fields: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -298,6 +314,20 @@ class _Row:
         yield "frame_density", f"{text}; is it that material's density? Then call the column rho_s"
 
 
+def _column_of(field: str) -> str:
+    """Return which of `NAMES` a field of a layer is read as."""
+    return _FRAME_DENSITY if field == _DENSITY else field
+
+
+def _is_solid(kind: str) -> bool:
+    """Tell whether layers of a type have a density, and no frame with pores; not of a type that there is not."""
+    try:
+        fields = layer_type(kind).model_fields
+    except InputError:
+        return False
+    return _DENSITY in fields and _FRAME_DENSITY not in fields
+
+
 def _number(header: Header, key: str, written: str) -> float:
     """Return a cell as a number in SI: its unit stands behind it, or in the header."""
     unit = _unit_of(key)
@@ -305,12 +335,12 @@ def _number(header: Header, key: str, written: str) -> float:
         number = float(written)
     except ValueError:
         return parse_quantity(written, unit)
-    if not unit and header.unit is None:
-        return parse_quantity(number, unit)
-    if header.unit is None:
-        named = f"{header.text} [{unit.replace('*', ' ')}]"
+    if header.unit not in (None, "", "-", "1"):
+        return parse_quantity(f"{written} {header.unit}", unit)
+    if unit:
+        named = f"{header.text.partition('[')[0].strip()} [{unit.replace('*', ' ')}]"
         raise ValueError(f"{written} has no unit; call the column '{named}', or in whatever unit its numbers are")
-    return parse_quantity(f"{written} {header.unit}" if header.unit not in ("", "-", "1") else number, unit)
+    return parse_quantity(number, unit)
 
 
 def _rounded(value: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -19,7 +20,7 @@ from multilayer.matrix.equations import FieldEquations
 from multilayer.matrix.faces import Faces
 from multilayer.matrix.wave import Wave
 from multilayer.media.gas import Gas, dry_air
-from multilayer.media.laws import Modulus, complex_modulus
+from multilayer.media.laws import Modulus, ModulusLaw, Table, complex_modulus
 from multilayer.models import InWords, Model, misspelt
 from multilayer.registry import Registry, RegistryError, subclass_fault
 from multilayer.units import PoissonRatio, Ratio, asked_back
@@ -34,6 +35,8 @@ _HARDLY = {
     "viscous_length": (0.0, 0.01, "pores", "m", "um"),
     "thermal_length": (0.0, 0.01, "pores", "m", "um"),
 }
+_LEAST_POROSITY, _MOST_LOSS = 0.1, 2.0  # beyond, '%' was written twice or forgotten
+_ASKED_AT = 1000.0  # Hz, of laws
 
 
 class Layer(Model, metaclass=InWords):
@@ -80,12 +83,21 @@ class Layer(Model, metaclass=InWords):
 
     def implausible(self) -> Iterator[tuple[str, str]]:
         """Give field and text of values that are allowed, and hardly ever meant."""
+        modulus = getattr(self, "young_modulus", None)
         for field, (least, most, what, unit, other) in _HARDLY.items():
-            value = getattr(self, field, None)
+            value = _storage_modulus(modulus) if field == "young_modulus" else getattr(self, field, None)
             if not isinstance(value, float) or least <= value <= most or value == 0:
                 continue
             if field != "density" or hasattr(self, "young_modulus"):
                 yield field, asked_back(what, value, unit, other)
+        porosity = getattr(self, "porosity", None)
+        if isinstance(porosity, float) and porosity < _LEAST_POROSITY:
+            meant = 100 * porosity if porosity < 0.01 else 1 - porosity  # '0.98 %', or the share of the solid
+            yield "porosity", f"a porosity of {porosity:g}, which is {100 * porosity:g} %: is {meant:g} meant?"
+        for owner, field in ((self, "loss_factor"), (modulus, "young_modulus")):  # a law may have a loss factor, too
+            loss = getattr(owner, "loss_factor", None)
+            if isinstance(loss, float) and loss > _MOST_LOSS:
+                yield field, f"a loss factor of {loss:g}, which is {100 * loss:g} %: is '{loss:g} %' meant?"
 
     @property
     def depth(self) -> Numeric:
@@ -205,6 +217,19 @@ class ElasticLayer(Layer):
     def complex_modulus(self, wave: Wave) -> Numeric:
         """Return E1 + i E2, Pa, at the frequencies of `wave`."""
         return complex_modulus(self.young_modulus, self.loss_factor, wave.frequency)
+
+
+def _storage_modulus(modulus: Any) -> Any:
+    """Return E1, Pa, of a modulus; of a law at 1 kHz, of a table at the nearest of its frequencies."""
+    if not isinstance(modulus, ModulusLaw):
+        return modulus.real if isinstance(modulus, complex) else modulus
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of validity: they come when something is computed
+            ends = (modulus.frequency[0], modulus.frequency[-1]) if isinstance(modulus, Table) else (0.0, np.inf)
+            return float(modulus(np.clip(_ASKED_AT, *ends)).real)
+    except Exception:  # a table within ends before, or a plugin is broken, which comes when something is computed
+        return _storage_modulus(getattr(modulus, "modulus", None))
 
 
 LAYERS: Registry[type[Layer]] = Registry("multilayer.layers", "layer", subclass_fault(Layer, "type"))

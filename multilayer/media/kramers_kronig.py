@@ -60,7 +60,9 @@ def gross_loss_modulus(frequency: ArrayLike, storage_modulus: ArrayLike) -> Real
     return np.asarray(np.pi / 2 * e1 * slope)
 
 
-def kramers_kronig_loss_modulus(frequency: ArrayLike, storage_modulus: ArrayLike) -> RealArray:
+def kramers_kronig_loss_modulus(
+    frequency: ArrayLike, storage_modulus: ArrayLike, at: ArrayLike | None = None
+) -> RealArray:
     """Return E2, Pa, that the dispersion of E1 over the whole frequency axis demands.
 
     ``E2(w) = (1/pi) integral of dE1/d ln u  ln|(u + w)/(u - w)| d ln u``, the Kramers-Kronig relation integrated by
@@ -74,9 +76,12 @@ def kramers_kronig_loss_modulus(frequency: ArrayLike, storage_modulus: ArrayLike
         Hz, increasing.
     storage_modulus : array, shape (n,)
         Pa.
+    at : array, shape (m,), optional
+        Hz, where E2 is wanted: at all frequencies when left out.
     """
     x, e1 = np.log(frequency), np.asarray(storage_modulus, dtype=float)
-    weight = np.diff(_kernel_integral(x - x[:, np.newaxis]), axis=-1)
+    wanted = x if at is None else np.log(at)
+    weight = np.diff(_kernel_integral(x - wanted[:, np.newaxis]), axis=-1)
     return np.asarray(weight @ (np.diff(e1) / np.diff(x)) / np.pi)
 
 

@@ -40,6 +40,8 @@ _OTHER_NAMES = {
     "il": "insertion_loss",
     "ln": "impact_level",
 }
+IN_RANGE = "in_range"  # a column of our tables of impedance tubes
+OUTSIDE = "outside of the working range of the tube"
 _MOST_ABSORBED = 2.0  # a reverberation room measures a little more than 1
 _OFF_CENTRE = 0.03  # nominal centres differ from the exact ones by less
 
@@ -101,6 +103,11 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     InputError
         With file and line, when the file is not text, a unit is missing, no known quantity is there, a cell is no
         number, or a frequency is not above 0.
+
+    Warns
+    -----
+    PlausibilityWarning
+        Of rows outside of the working range of an impedance tube, which are left out, and of absorption in per cent.
     """
     table = read_spectra(path)
     _refuse_unclear_impedance(table)
@@ -111,6 +118,7 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     names = _complete(table, places, wanted, quantity)
     if "case" in table.names and len(set(table.text(table.names.index("case")))) > 1:
         raise table.error("holds several cases of a simulation; keep the rows of one", table.line)
+    table = table.without({OUTSIDE: table.rejected(IN_RANGE)}, "compare")
     values = _with_empty_cells(table, places)
     whole = {name: complex_values(values, name) if QUANTITIES[name].is_complex else values[name] for name in names}
     there = {name: np.isfinite(column) for name, column in whole.items()}
@@ -118,11 +126,29 @@ def read_measured(path: Path | str, quantity: str | None = None) -> Measured:
     if not np.any(rows):
         raise table.error(f"holds no values of {', '.join(names)}: all cells are empty", table.line)
     whole = {name: column[rows] for name, column in whole.items() if np.any(there[name])}
-    largest = np.nanmax(whole["absorption"]) if "absorption" in whole else 0.0
-    if largest > _MOST_ABSORBED:
-        text = f"{table.file}: an absorption of {largest:g}; it is a share of 1: are these per cent?"
-        warn(text, PlausibilityWarning, stacklevel=2)
+    if "absorption" in whole:
+        ask_back_absorption(table.file, whole["absorption"])
     return Measured(table.file.stem, values["frequency"][rows], whole)
+
+
+def ask_back_absorption(file: Path, absorption: NDArray[Any]) -> None:
+    """Ask back absorption coefficients that are per cent.
+
+    Parameters
+    ----------
+    file : Path
+        Where they stand.
+    absorption : array
+        NaN where there is none.
+
+    Warns
+    -----
+    PlausibilityWarning
+    """
+    largest = np.nanmax(absorption)
+    if largest > _MOST_ABSORBED:
+        text = f"{file}: an absorption of {largest:g}; it is a share of 1: are these per cent?"
+        warn(text, PlausibilityWarning, stacklevel=3)
 
 
 def _with_empty_cells(table: Table, places: Places) -> dict[str, RealArray]:

@@ -200,6 +200,14 @@ class TestForms:
         assert run("compare", foam, measured(text), "--out", tmp_path / "out", "--no-figures").status == 0
         assert misfits(tmp_path / "out")[0]["largest"] < 1e-12
 
+    def test_frequencies_outside_of_the_working_range_are_left_out(self, foam, measured, wave, tmp_path):
+        rows = [f"{f},{str(f > 300).lower()},{a if f > 300 else 3.6}" for f, a in zip(F, wave.absorption, strict=True)]
+        file = measured("\n".join(["frequency_hz,in_range,absorption", *rows]))
+        done = run("compare", foam, file, "--out", tmp_path / "out", "--no-figures")
+        n = sum(F <= 300)
+        assert f"{file}: rows left out of {len(F)}: {n} outside of the working range of the tube" in done.err
+        assert misfits(tmp_path / "out")[0]["largest"] < 1e-12
+
     @pytest.mark.parametrize("suffix", SPECTRA_WRITERS)
     def test_formats(self, foam, tmp_path, suffix):
         f = np.array([250.0, 500.0, 750.0])
@@ -296,6 +304,28 @@ BAD = {
         "f [Hz];alpha\n500;0,31\n1.000;0,62\n",
         "tube.csv:2: '0,31' is no number; write decimals with a point, as '1.000' in line 3 has one; a point between "
         "thousands must go",
+    ),
+    "comma between thousands and commas": (
+        'f [Hz],alpha\n500,0.31\n"1,000",0.62\n',
+        "tube.csv:3: '1,000' is no number; write decimals with a point, as '0.31' in line 2 has one, and thousands "
+        "without a mark, '1000'",
+    ),
+    "decimal comma in quotes between commas": (
+        'f [Hz],alpha\n500,"0,31"\n',
+        "tube.csv:2: '0,31' is no number; write decimals with a point\n",
+    ),
+    "comma between thousands": (
+        "f [Hz];alpha\n800;0\n1,000;1\n1,250;0\n",
+        "tube.csv:3: '1,000' stands among whole numbers as '800': are these thousands, or decimals? Write '1000', or "
+        "'1,0000' for decimals",
+    ),
+    "frequency without a unit": (
+        "frequency [-], alpha\n1, 0\n",
+        "'frequency [-]' holds no pure numbers; write its unit",
+    ),
+    "outside of the working range": (
+        "frequency_hz,in_range,absorption\n100,false,3.6\n",
+        "tube.csv:1: holds no row to compare; left out: 1 outside of the working range of the tube",
     ),
     "blanks": (
         "f_hz absorption\n100 0.5\n",

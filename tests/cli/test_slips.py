@@ -16,6 +16,8 @@ from tests.cli.command import run
 from tests.examples.test_examples import EXAMPLES
 from tests.explore.command import SCRIPT
 
+SOLID = "{{type: elastic_solid, density: 2700, poisson_ratio: 0.3, thickness: 1 mm, young_modulus: {}}}"
+TABLE_UP_TO = "law: table, frequency: [10, 100]"
 FOAM = "{type: equivalent_fluid, name: foam, model: jca, porosity: 0.9, flow_resistivity: 10000, tortuosity: 1.1"
 
 
@@ -57,6 +59,23 @@ def written(tmp_path, layer, rest="termination: rigid\n"):
           "layers.0.young_modulus: a Young's modulus of 210 Pa; numbers without a unit are in Pa: is '210 GPa' "
           "meant?"]),
         (f"{FOAM}, viscous_length: 1e-4, thermal_length: 1e-4, thickness: 50 mm}}", "termination: rigid\n", []),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 1e-4, thickness: 50 mm}}".replace("0.9", "0.98 %"),
+         "termination: rigid\n",
+         ["layers.0.porosity: a porosity of 0.0098, which is 0.98 %: is 0.98 meant?"]),
+        (f"{FOAM}, viscous_length: 1e-4, thermal_length: 1e-4, thickness: 50 mm}}".replace("0.9", "0.05"),
+         "termination: rigid\n", ["layers.0.porosity: a porosity of 0.05, which is 5 %: is 0.95 meant?"]),
+        (SOLID.format("70 GPa, loss_factor: 10"), "termination: rigid\n",
+         ["layers.0.loss_factor: a loss factor of 10, which is 1000 %: is '10 %' meant?"]),
+        (SOLID.format("70 GPa, loss_factor: 0.1"), "termination: rigid\n", []),
+        (SOLID.format("70+7j"), "termination: rigid\n",
+         ["layers.0.young_modulus: a Young's modulus of 70 Pa; numbers without a unit are in Pa: is '70 GPa' meant?"]),
+        (SOLID.format("{law: loss_factor, young_modulus: 70, loss_factor: 5}"), "termination: rigid\n",
+         ["layers.0.young_modulus: a Young's modulus of 70 Pa;", "layers.0.young_modulus: a loss factor of 5,"]),
+        (SOLID.format(f"{{{TABLE_UP_TO}, storage_modulus: [2, 3], loss_modulus: [0, 0]}}"),
+         "termination: rigid\nfrequency: [20, 90]\n", ["layers.0.young_modulus: a Young's modulus of 3 Pa;"]),
+        (SOLID.format(f"{{law: shifted, modulus: {{{TABLE_UP_TO}, storage_modulus: [2, 3], loss_modulus: [0, 0]}}, "
+                      "temperature: 300, reference_temperature: 300, activation_energy: 1e5}"),
+         "termination: rigid\nfrequency: [20, 90]\n", ["layers.0.young_modulus: a Young's modulus of 3 Pa;"]),
     ],
 )  # fmt: skip
 def test_what_is_hardly_meant_is_asked_back_once(tmp_path, layer, rest, told):

@@ -39,6 +39,29 @@ def test_rows_that_are_not_there(tmp_path, suffix):
         read_values(measurement(tmp_path, suffix, {"angle": "0.5", "sample": "4.5"}), tmp_path)
 
 
+def in_a_tube(folder, lines, **more):
+    """Return a measurement of absorption that `multilayer tube` wrote with the frequencies it cannot measure."""
+    (folder / "tube.csv").write_text("frequency_hz,in_range,absorption\n" + "\n".join(lines))
+    one = {"kind": "absorption", "file": "tube.csv", "noise": 0.01, **more}
+    return load_stack_fit(write(folder, IN_A_TUBE, {}, [one], PORES)).measurements[0]
+
+
+def test_frequencies_outside_of_the_working_range_are_left_out(tmp_path):
+    outside, inside = "100,false,3.6", "200,true,0.5"
+    with pytest.warns(PlausibilityWarning, match="rows left out of 2: 1 outside of the working range of the tube"):
+        found = read_values(in_a_tube(tmp_path, [outside, inside]), tmp_path)
+    np.testing.assert_array_equal(found.values, [0.5])
+    with pytest.raises(InputError, match="holds no row to fit; left out: 1 outside of the working range"):
+        read_values(in_a_tube(tmp_path, [outside]), tmp_path)
+    chosen = in_a_tube(tmp_path, ["100,false,0.6", inside], rows={"in_range": "false"})
+    np.testing.assert_array_equal(read_values(chosen, tmp_path).values, [0.6])
+
+
+def test_absorption_in_per_cent_is_asked_back(tmp_path):
+    with pytest.warns(PlausibilityWarning, match=r"tube.csv: an absorption of 60; .* are these per cent\?"):
+        read_values(in_a_tube(tmp_path, ["200,true,60"]), tmp_path)
+
+
 MODULI = "configuration,frequency_hz,E1_pa,E1_std_pa,E2_pa,E2_std_pa,accepted\n"
 
 

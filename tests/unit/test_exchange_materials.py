@@ -72,6 +72,21 @@ def test_what_is_given_says_the_type_and_the_model(tmp_path: Path) -> None:
     assert result["limp"]["source"] == "a book"
 
 
+def test_the_density_of_a_solid_is_no_frame_density(tmp_path: Path) -> None:
+    head = "name,type,density [kg/m3],E [GPa],nu,eta\n"
+    text = f"{head}alu,elastic_solid,2700,70,0.33,0.01\npane,elastic_plate,2500,65,0.2,0\n"
+    result = read_materials(write(tmp_path, text))
+    (tmp_path / "ours.yaml").write_text(result.library)
+    layers = [{"material": name, "thickness": 0.001} for name in ("alu", "pane")]
+    stack = Stack.model_validate({"library": "ours.yaml", "layers": layers}, context={"folder": tmp_path})
+    assert [(layer.type, layer.density) for layer in stack.layers] == [("elastic_solid", 2700), ("elastic_plate", 2500)]
+
+
+def test_points_in_names_are_no_decimal_points(tmp_path: Path) -> None:
+    text = "name;sigma [kN s/m4];phi;source;model\nBasotect 2.1;10,5;0,99;of 01.02.2024;miki\n"
+    assert read_materials(write(tmp_path, text)).materials["Basotect 2.1"]["flow_resistivity"] == 10500
+
+
 HEAD = "name,sigma [N s/m4],phi,alpha_inf,Lambda [um],Lambda' [um],rho [kg/m3],E [kPa],nu\n"
 MISTAKES = {
     "1: no column names the materials; call one of them 'name', 'material'": "sigma,phi\n1,2\n",
@@ -92,6 +107,13 @@ MISTAKES = {
     "2: column 'rho_s [kg/m3]': needs a porosity beside it": "name,rho_s [kg/m3]\na,900\n",
     "2: column 'N [Pa]': young_modulus is given, too": "name,N [Pa],E [Pa],nu\na,1,2,0.3\n",
     "2: column 'type': there is no layer type 'foam'": "name,type\na,foam\n",
+    "2: column 'sigma [-]': 10500 has no unit; call the column 'sigma [N s/m^4]'": "name,sigma [-]\na,10500\n",
+    "2: column 'sigma [N s/m4]': '10,500' has a comma: decimals follow a point, '10.500', and thousands have no mark, "
+    "'10500'": 'name,sigma [N s/m4],phi\na,"10,500",0.9\n',
+    "3: column 'r [N s/m4]': '10.500' stands among whole numbers as '900': are these thousands, or decimals? Write "
+    "'10500', or '10.5000' for decimals": "name,r [N s/m4],model\na,900,miki\nb,10.500,miki\n",
+    "2: column 'density [kg/m3]': -1.0 is not allowed": "name,type,density [kg/m3],E [GPa],nu\n"
+    "a,elastic_solid,-1,70,0.3\n",
     "is empty; its first line must name the columns": "",
     "holds no material below its header": HEAD,
 }

@@ -29,6 +29,7 @@ class TestTableInAFile:
             "f_khz,e1_mpa,e2_pa\n1,1,1e5\n2,2,3e5\n",
             "f/kHz;E1 / N/mm2;E2 (MPa)\n1;1;0,1\n2;2;0,3\n",
             "# of lot 7\nf [Hz]\tE1\tE2\n\n1e3\t1e6\t1e5  # damp\n2e3\t2e6\t3e5\n",
+            "x,y [MPa],z [MPa]\n1e3,1,0.1\n2e3,2,0.3\n",
         ],
     )
     def test_units_of_its_header(self, text, tmp_path):
@@ -55,6 +56,40 @@ class TestTableInAFile:
         file = tmp_path / "rubber.csv"
         file.write_text(text)
         with pytest.raises(ValueError, match=f"^{re.escape(f'{file}:{told}')}"):
+            read_modulus_table(file)
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "f [kHz],E2 [MPa],E1 [MPa]\n1,0.1,1\n2,0.3,2\n",
+            "E' (MPa);E'' (MPa);Frequency (kHz)\n1;0,1;1\n2;0,3;2\n",
+            "Loss modulus E″ / MPa,Storage modulus E′ / MPa,freq / kHz\n0.1,1,1\n0.3,2,2\n",
+            "frequency [kHz],E1 [MPa],tan delta\n1,1,0.1\n2,2,0.15\n",
+            "Tan(δ) [%],f_khz,e1_mpa\n10,1,1\n15,2,2\n",
+            "f [kHz],E [MPa],eta [-]\n1,1,0.1\n2,2,0.15\n",
+            "storage modulus [MPa],loss factor,f [kHz]\n1,0.1,1\n2,0.15,2\n",
+        ],
+    )
+    def test_columns_by_their_names(self, text, tmp_path):
+        (tmp_path / "rubber.csv").write_text(text)
+        assert_allclose(read_modulus_table(tmp_path / "rubber.csv"), HERTZ_AND_PASCAL, rtol=1e-14)
+
+    @pytest.mark.parametrize(
+        ("header", "told"),
+        [
+            ("f [Hz],G' [Pa],G'' [Pa]", "column 'G' [Pa]' holds shear moduli; write Young's moduli, E = 2 (1 + nu) G"),
+            ("f [Hz],shear modulus [Pa],tan delta", "column 'shear modulus [Pa]' holds shear moduli"),
+            ("f [Hz],E1 [-],E2 [Pa]", "column 'E1 [-]' holds no pure numbers; write its unit, as '[Pa]'"),
+            ("f [Hz],E1 [Pa],E2 [%]", "column 'E2 [%]': '1 %' has the wrong unit"),
+            ("f [Hz],E1 [Pa],tan delta [Pa]", "column 'tan delta [Pa]': '1 Pa' has the wrong unit"),
+            ("f [Hz],E1 [Pa],E' [Pa]", "columns 'f [Hz]', 'E1 [Pa]', 'E' [Pa]' hold the same twice"),
+            ("f [Hz],E2 [Pa],tan delta", "columns 'f [Hz]', 'E2 [Pa]', 'tan delta' hold the same twice"),
+        ],
+    )
+    def test_columns_that_are_something_else(self, header, told, tmp_path):
+        file = tmp_path / "rubber.csv"
+        file.write_text(f"{header}\n100,1e6,0.1\n200,1e6,0.1\n")
+        with pytest.raises(ValueError, match=f"^{re.escape(f'{file}:1: {told}')}"):
             read_modulus_table(file)
 
     def test_a_file_beside_columns(self):

@@ -92,6 +92,8 @@ def test_text_with_a_unit_becomes_an_si_number(kind, text, value):
         (Length, "50 Pa", "'50 Pa' has the wrong unit: this is a quantity in m, as 0.05 or '50 mm'"),
         (Length, "50 mmm", "'mmm' in '50 mmm' is no unit known here; write 0.05 or '50 mm'"),
         (Length, "1,5 mm", "decimals follow a point"),
+        (Length, "1,250 mm", "decimals follow a point, '1.250 mm', and thousands have no mark, '1250 mm'"),
+        (Length, "1,250,000 um", "decimals follow a point, as in '1.5', and thousands have no mark, '1250000 um'"),
         (Length, "50 + 3 mm", "is no unit known here"),
         (Length, "1 2 mm", "is no unit known here"),
         (Length, "thick", "'thick' is no number in m; write 0.05 or '50 mm'"),

@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
-from multilayer.errors import PlausibilityWarning, suggest
+from multilayer.errors import suggest
 from multilayer.experiments.stacks.measurements import (
     COMPLEX,
     POLAR,
     REAL,
     SPREADS,
+    Absorption,
     DynamicModulus,
     Measurement,
     Stiffness,
@@ -25,6 +25,7 @@ from multilayer.experiments.stacks.measurements import (
 from multilayer.inference.whitening import ValueNoise
 from multilayer.measurements.columns import FREQUENCY, Column, Places, called_column, column_values, find_columns
 from multilayer.measurements.readers import read_spectra
+from multilayer.simulation.measured import IN_RANGE, OUTSIDE, ask_back_absorption
 from multilayer.tables import Table
 
 _VERDICT = "accepted"  # a column of our tables of moduli
@@ -54,6 +55,12 @@ def read_values(measurement: Measurement, folder: Path) -> MeasuredValues:
     InputError
         With file and line, when a column is missing or has no unit, a row is short, a cell is no number, or nothing
         lies between the frequencies wanted.
+
+    Warns
+    -----
+    PlausibilityWarning
+        Of rows that are left out: outside of the working range of an impedance tube, or of moduli not found or not
+        accepted; and of absorption in per cent.
     """
     if isinstance(measurement, Stiffness) and measurement.frequency is not None:
         return _with_noise(measurement, np.array([measurement.frequency]), np.array([measurement.stiffness]), {})
@@ -61,10 +68,11 @@ def read_values(measurement: Measurement, folder: Path) -> MeasuredValues:
     table = read_spectra(folder / measurement.file)
     places = find_columns(table, _wanted(measurement), _NEEDED, measurement.columns)
     _refuse_missing(table, places, measurement)
-    table = _wanted_rows(table, measurement)
-    if isinstance(measurement, DynamicModulus):
-        table = _found_rows(table, places, judged=_VERDICT not in measurement.rows)
-    return _chosen(table, measurement, column_values(table, places))
+    table = _found_rows(_wanted_rows(table, measurement), places, measurement)
+    measured = _chosen(table, measurement, column_values(table, places))
+    if isinstance(measurement, Absorption):
+        ask_back_absorption(table.file, measured.values)
+    return measured
 
 
 def _wanted(measurement: Measurement) -> list[Column]:
@@ -102,22 +110,22 @@ def _wanted_rows(table: Table, measurement: Measurement) -> Table:
     return table
 
 
-def _found_rows(table: Table, places: Places, *, judged: bool) -> Table:
-    """Return the rows with moduli that were found and, if `judged`, accepted: a fit writes the others too."""
-    verdicts = table.text(table.names.index(_VERDICT)) if judged and _VERDICT in table.names else [""] * len(table.rows)
-    cells = zip(*(table.text(index) for index, _ in places.values()), strict=True)
-    rejected = np.array([verdict.lower() == "false" for verdict in verdicts], dtype=bool)
-    empty = np.array([not all(row) for row in cells], dtype=bool) & ~rejected
-    counts = {"not accepted": int(rejected.sum()), "with an empty cell": int(empty.sum())}
-    told = ", ".join(f"{count} {what}" for what, count in counts.items() if count)
-    if not told:
-        return table
-    kept = tuple(row for row, out in zip(table.rows, rejected | empty, strict=True) if not out)
-    if not kept:
-        raise table.error(f"holds no row to fit; left out: {told}", table.line)
-    text = f"{table.file}: rows left out of {len(table.rows)}: {told}"
-    warn(text, PlausibilityWarning, stacklevel=3)
-    return replace(table, rows=kept)
+def _found_rows(table: Table, places: Places, measurement: Measurement) -> Table:
+    """Return the rows with values that hold: a fit writes moduli not found or not accepted, a tube what is outside.
+
+    Rows that are chosen by their verdict are kept.
+    """
+    left_out = {}
+    if IN_RANGE not in measurement.rows:
+        left_out[OUTSIDE] = table.rejected(IN_RANGE)
+    if isinstance(measurement, DynamicModulus):
+        cells = zip(*(table.text(index) for index, _ in places.values()), strict=True)
+        empty = np.array([not all(row) for row in cells], dtype=bool)
+        if _VERDICT not in measurement.rows:
+            left_out["not accepted"] = table.rejected(_VERDICT)
+            empty &= ~left_out["not accepted"]
+        left_out["with an empty cell"] = empty
+    return table.without(left_out, "fit")
 
 
 def _chosen(table: Table, measurement: Measurement, values: dict[str, RealArray]) -> MeasuredValues:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +18,21 @@ from multilayer.errors import InputError
 from multilayer.files import exists
 from multilayer.media.laws.base import LossModulus, ModulusLaw
 from multilayer.tables import Header, read_text_table
+from multilayer.tables import Table as TextTable
 from multilayer.text_lines import Layout
 from multilayer.units import Frequency, Pressure
 
 _UNITS = {"frequency": "Hz", "storage_modulus": "Pa", "loss_modulus": "Pa"}  # of the columns, in this order
+_SHEAR, _TAN = "shear_modulus", "loss_factor"
+_WORDS = {  # words of a header that tell what its column holds, in small letters; the first line with such a word does
+    _SHEAR: {"shear", "g", "g1", "g2", "g'", "g''"},
+    "frequency": {"frequency", "freq", "f"},
+    _TAN: {"tan", "tand", "tanδ", "tandelta", "tangent", "factor", "damping", "eta", "η"},
+    "loss_modulus": {"e2", "e''", "loss"},
+    "storage_modulus": {"e1", "e'", "storage"},
+}
+_PRIMES = str.maketrans({"′": "'", "’": "'", "`": "'", "´": "'", "″": "''", "”": "''", '"': "''"})
+_TAN_OF = re.compile(r"\btan\s*[\[(]?\s*(?:delta|δ|d)\s*[\])]?", re.IGNORECASE)
 
 
 class Table(ModulusLaw):
@@ -28,8 +40,8 @@ class Table(ModulusLaw):
 
     It is as causal as its values are (`kramers_kronig.check_kramers_kronig`).
 
-    In an input, `file` may name a CSV file (beside the YAML file) with the columns frequency, E1, E2; its values then
-    stand in the fields. See `read_modulus_table`.
+    In an input, `file` may name a CSV file (beside the YAML file) with the columns frequency, E1, and E2 or tan delta;
+    its values then stand in the fields. See `read_modulus_table`.
     """
 
     causal: ClassVar[bool] = False
@@ -82,14 +94,16 @@ class Table(ModulusLaw):
 
 
 def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
-    """Return frequency (Hz), E1 and E2 (Pa) from a CSV file with one header line and these three columns.
+    """Return frequency (Hz), E1 and E2 (Pa) from a CSV file with one header line and three columns.
 
-    Their units stand in the header, as ``E1 [MPa]``; where it has none, they are Hz and Pa.
+    The header names them, in any order: frequency; E1, E' or storage modulus; E2, E'' or loss modulus, or in its place
+    tan delta, eta or loss factor, which E1 is multiplied by. What names tell none of these is, in this order, what is
+    missing. Units stand in the header, as ``E1 [MPa]``; where it has none, they are Hz and Pa.
 
     Raises
     ------
     ValueError
-        When the file is missing or is not such a table.
+        When the file is missing or is not such a table, or holds shear moduli.
     """
     if not exists(path):
         raise ValueError(f"there is no file {path}; the path is relative to the YAML file")
@@ -100,27 +114,60 @@ def read_modulus_table(path: Path) -> tuple[RealArray, RealArray, RealArray]:
     return frequency, storage, loss
 
 
-def _columns(path: Path) -> list[RealArray]:
+def _columns(path: Path) -> tuple[RealArray, RealArray, RealArray]:
     table = read_text_table(path)
     wanted = "the first line that is no comment must name three columns, as 'frequency [Hz], E1 [Pa], E2 [Pa]'"
     if len(table.headers) != len(_UNITS):
         raise table.error(f"has {len(table.headers)} columns; {wanted}", table.line)
     if Layout(None, 0).is_row(table.names):
         raise table.error(f"begins with numbers; {wanted}", table.line)
+    headers = [_with_unit(header) for header in table.headers]
+    roles = _roles(table, headers)
     try:
-        factors = [_factor(header, unit) for header, unit in zip(table.headers, _UNITS.values(), strict=True)]
+        factors = [_factor(header, _UNITS.get(role, "")) for header, role in zip(headers, roles, strict=True)]
     except ValueError as error:
         raise table.error(str(error), table.line) from None
     numbers = table.numbers(range(len(factors)))
-    columns = [numbers[i] * factor for i, factor in enumerate(factors)]
-    for (line, _), frequency, storage, loss in zip(table.rows, *columns, strict=True):
-        if not (frequency > 0 and storage > 0 and loss >= 0):
-            raise table.error("frequency and E1 must be above 0, E2 at least 0", line)
+    columns = {role: numbers[i] * factors[i] for i, role in enumerate(roles)}
+    frequency, storage = columns["frequency"], columns["storage_modulus"]
+    loss, told = (columns[_TAN] * storage, "tan delta") if _TAN in columns else (columns["loss_modulus"], "E2")
+    for (line, _), f, e1, e2 in zip(table.rows, frequency, storage, loss, strict=True):
+        if not (f > 0 and e1 > 0 and e2 >= 0):
+            raise table.error(f"frequency and E1 must be above 0, {told} at least 0", line)
     if len(table.rows) < 2:
         raise table.error("needs two rows of values at least")
-    return columns
+    return frequency, storage, loss
+
+
+def _roles(table: TextTable, headers: list[Header]) -> list[str]:
+    """Return what each column holds, by its name, and by its position where that tells nothing."""
+    named = [_role(header) for header in headers]
+    if _SHEAR in named:
+        text = f"column '{headers[named.index(_SHEAR)].text}' holds shear moduli"
+        raise table.error(f"{text}; write Young's moduli, E = 2 (1 + nu) G, as 'E1 [Pa]' and 'E2 [Pa]'", table.line)
+    loss = _TAN if _TAN in named else "loss_modulus"
+    missing = [role for role in ("frequency", "storage_modulus", loss) if role not in named]
+    if named.count(None) != len(missing):
+        held = ", ".join(f"'{header.text}'" for header in headers)
+        text = f"columns {held} hold the same twice; one must be the frequency, one E1, and one E2 or tan delta"
+        raise table.error(text, table.line)
+    return [role or missing.pop(0) for role in named]
+
+
+def _role(header: Header) -> str | None:
+    words = set(re.split(r"[\s_,;:*|]+", header.name.translate(_PRIMES)))
+    return next((role for role, telling in _WORDS.items() if words & telling), None)
+
+
+def _with_unit(header: Header) -> Header:
+    """Return a header whose unit may stand behind a slash, as ``E1 / MPa``, and whose tan may have brackets."""
+    plain = Header.of(_TAN_OF.sub("tan delta", header.text))
+    before, slash, behind = plain.text.partition("/")
+    if not slash or plain.unit is not None:
+        return replace(plain, text=header.text)
+    return replace(Header.of(before), text=header.text, unit=behind.strip())
 
 
 def _factor(header: Header, unit: str) -> float:
     """Return what 1 in a column is in SI, which its numbers are in where the header tells no unit."""
-    return replace(header, unit=header.unit or header.text.partition("/")[2].strip()).factor(unit)
+    return 1.0 if header.unit is None else header.factor(unit)
