@@ -52,7 +52,8 @@ def percent(share: float) -> str:
     """Return a share in percent; a digit more where it is all but whole."""
     if not math.isfinite(share):
         return "–"
-    return f"{100 * share:.{1 if 0.99 < share < 0.9995 else 0}f} %"
+    digits = 1 if 0.99 < share < 0.9995 else 0
+    return f"{round(100 * share, digits) + 0.0:.{digits}f} %"  # + 0: no minus before a zero
 
 
 def readable_unit(value: float, unit: str) -> tuple[str, float]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
+from multilayer.csv_table import csv_table
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.result import Curves, Diagnosis, Similarity
 from multilayer.diagnosis.thresholds import ABSORBED, ALIKE
@@ -81,9 +82,8 @@ def _moduli_csv(moduli: Mapping[str, Any]) -> str:
     """Return the moduli over frequency with their 90 % intervals, Pa."""
     kinds = [(f"{name}_{key}_pa", values) for name in ("nominal", "corrected") for key, values in moduli[name].items()]
     columns = [("frequency_hz", moduli["frequency_hz"]), *kinds]
-    rows = zip(*(values for _, values in columns), strict=True)
-    lines = [",".join(name for name, _ in columns), *(",".join(f"{value:.6g}" for value in row) for row in rows)]
-    return "\n".join(lines) + "\n"
+    names, values = zip(*columns, strict=True)
+    return csv_table(names, zip(*values, strict=True), digits=6)
 
 
 def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) -> tuple[Section, ...]:

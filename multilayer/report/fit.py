@@ -250,8 +250,9 @@ def _by_configuration(result: FitResult) -> Listing:
     unit, factor = _unit(burst.storage_modulus for burst in result.bursts)
 
     def ends(name: str, digits: str, attribute: str, size: float = 1.0) -> str:
-        bursts = result.of(name)
-        return " to ".join(f"{getattr(burst, attribute) / size:{digits}}" for burst in (bursts[0], bursts[-1]))
+        values = [getattr(burst, attribute) / size for burst in result.of(name)]
+        solved = [value for value in values if np.isfinite(value)]
+        return " to ".join(f"{value:{digits}}" for value in (solved[0], solved[-1])) if solved else "–"
 
     def check(name: str) -> str:
         gross = result.gross_check(name)

@@ -104,8 +104,9 @@ class Listing:
 def listing_of(table: str, caption: str = "") -> Listing:
     """Return a CSV table with rounded numbers."""
     headings, *rows = rows_of(table)
-    cells = tuple(tuple(map(_rounded, row)) for row in rows)
     numeric = tuple(i for i in range(len(headings)) if any(_is_number(row[i]) for row in rows))
+    digits = [_DIGITS if heading.startswith("frequency") else 4 for heading in headings]
+    cells = tuple(tuple(map(_rounded, row, digits)) for row in rows)
     return Listing(tuple(headings), cells, numeric, caption)
 
 
@@ -113,8 +114,9 @@ def _is_number(cell: str) -> bool:
     return _NUMBER.fullmatch(cell) is not None
 
 
-def _rounded(cell: str) -> str:
-    return significant(float(cell), 4) if _is_number(cell) else cell
+def _rounded(cell: str, digits: int) -> str:
+    """Return a cell with so many digits; whole numbers, which may count or name something, and texts as they are."""
+    return significant(float(cell), digits) if _is_number(cell) and not cell.isdecimal() else cell
 
 
 def flat_items(values: Mapping[str, Any], before: str = "") -> list[tuple[str, str]]:

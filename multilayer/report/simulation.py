@@ -304,9 +304,9 @@ def _sentence(result: SimulationResult, quantity: Quantity, cases: list[CaseResu
     if len(f) == 1:
         return f"The {quantity.title} at {f[0]:g} Hz is {mean}."
     values = cases[0].quantities[quantity.name]
-    at = f[int(np.nanargmax(np.where(np.isfinite(values), values, -np.inf)))]
-    most = _shown(float(np.max(values)), quantity)
-    return f"The {quantity.title} is {mean} on average {band}, and {most} at most, at {at:.4g} Hz."
+    most = int(np.argmax(np.where(np.isfinite(values), values, -np.inf)))  # what nothing gets through is no value
+    largest = _shown(float(values[most]), quantity)
+    return f"The {quantity.title} is {mean} on average {band}, and {largest} at most, at {f[most]:.4g} Hz."
 
 
 def _note(result: SimulationResult) -> str:

@@ -14,7 +14,7 @@ from multilayer.arrays import ComplexArray, RealArray
 from multilayer.csv_table import csv_table
 from multilayer.frames import Column, Frame, Tabular
 from multilayer.response.bands import Width
-from multilayer.simulation.quantities import LOST_IN, QUANTITIES, columns_of
+from multilayer.simulation.quantities import LOST_IN, QUANTITIES, columns_of, quantity_named
 
 PERCENTILES = (5, 50, 95)
 
@@ -100,6 +100,18 @@ class CaseResult:
             columns |= {f"{name}_sd_from_{path}": values for path, values in of_fields.items()}
         return columns
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns that are no pure numbers."""
+        quantities = [quantity for quantity in map(quantity_named, self.quantities) if quantity.unit]
+        return {
+            name: quantity.unit
+            for quantity in quantities
+            for column in quantity.columns
+            for name in self.columns
+            if name == column or name.startswith((f"{column}_p", f"{column}_sd_from_"))
+        }
+
 
 @dataclass(frozen=True, repr=False)
 class SimulationResult(Tabular):
@@ -135,7 +147,7 @@ class SimulationResult(Tabular):
         labels: dict[str, Column] = {"case": (("case",), np.array([case.label for case in self.cases]))}
         for path in self.cases[0].shown:
             labels[path] = (("case",), np.array([case.shown.get(path, "") for case in self.cases]))
-        units = {"frequency": "Hz", **{name: "dB" for name in columns if "_db" in name}}
+        units = {"frequency": "Hz", **{name: unit for case in self.cases for name, unit in case.units.items()}}
         return Frame({**labels, "frequency": (("frequency",), self.frequency)}, columns, units, {"name": self.name})
 
     @property

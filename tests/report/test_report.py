@@ -124,3 +124,8 @@ def test_tables_are_rounded_where_there_are_numbers():
     listing = listing_of(table, "t.csv")
     assert listing.rows == (("foam-1", "123500", ""), ("2.5 mm", "", "a, b"))
     assert (listing.numeric, listing.caption) == ((1,), "t.csv")
+
+
+def test_whole_numbers_and_frequencies_keep_their_digits_in_tables():
+    listing = listing_of("campaign,frequency_hz,E1_pa\n20240115,1234.5,171.56789\n")
+    assert listing.rows == (("20240115", "1234.5", "171.6"),)

@@ -66,3 +66,11 @@ def test_others_like_the_best_are_counted():
     )  # fmt: skip
     assert "the best is roof.thickness = 0.003 m, roof.loss_factor = 0.01 (and 1 alike): Rw" in report.sentence
     assert "the worst is roof.thickness = 0.001 m, roof.loss_factor = 0.01 (and 1 alike): Rw" in report.sentence
+
+
+def test_the_largest_value_is_the_one_at_its_frequency():
+    """Metres of wool let nothing through at high frequencies: less than the least number there is."""
+    wool = WOOL | {"thickness": 20.0}
+    report = report_of(layers=[wool], termination="ambient", frequency=[100, 125, 20000])
+    assert report.sentence.endswith(" dB at most, at 125 Hz.")
+    assert "inf" not in report.sentence.rpartition(" and ")[2]

@@ -73,3 +73,14 @@ def test_a_lossless_layer_loses_nothing():
 def test_what_has_no_shares_is_refused(more, message):
     with pytest.raises(ValidationError, match=message):
         wall(**more)
+
+
+def test_columns_have_the_units_of_their_quantities():
+    """A layer may be called as a column in dB is."""
+    board = BOARD | {"name": "x_db"}
+    toleranced = wall(layers=[WOOL, board], tolerances={"layers.x_db.density": "5 %"}, samples=3, frequency=[125.0])
+    units = simulate(toleranced).frame.units | simulate(wall(layers=[BOARD], free_waves=True)).frame.units
+    assert units["transmission_loss_db"] == units["transmission_loss_db_p05"] == "dB"
+    assert units["transmission_loss_db_sd_from_x_db.density"] == "dB"
+    assert (units["phase_speed"], units["bending_stiffness"]) == ("m/s", "N m")
+    assert "lost_in_x_db" not in units
