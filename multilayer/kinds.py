@@ -116,7 +116,7 @@ def _read_stack_fit(source: Path) -> str:
 
 
 def _read_diagnosis(source: Path) -> str:
-    from multilayer.diagnosis.tube.file import load_diagnosis
+    from multilayer.diagnosis.file import load_diagnosis
 
     return _counted(len(load_diagnosis(source).measurements), "measurement", "diagnosis")
 
@@ -154,7 +154,7 @@ _ALL = (
     Kind("calibration", "multilayer.measurements.description:CalibrationCampaign", _read_calibration),
     Kind("fit", "multilayer.fits.settings:FitSettings", _read_campaign),
     Kind("stack-fit", "multilayer.experiments.stacks.file:StackFitFile", _read_stack_fit),
-    Kind("diagnose", "multilayer.diagnosis.tube.file:DiagnosisFile", _read_diagnosis),
+    Kind("diagnose", "multilayer.diagnosis.file:DiagnosisFile", _read_diagnosis),
     Kind("rig", "multilayer.rig.file:RigFile", _read_rig),
     Kind("tube", "multilayer.tube.file:TubeMeasurement", _read_tube),
     Kind("library", "multilayer.materials:Library", _read_library),

@@ -148,6 +148,11 @@ Termination = Annotated[
 ]
 
 
+def lets_through(termination: Termination) -> bool:
+    """Tell whether sound leaves through a termination, a half-space; none does through a wall or a free face."""
+    return termination not in ("rigid", "free")
+
+
 class Stack(Model, metaclass=InWords):
     """Layers from the excitation to the termination; immutable.
 
@@ -265,6 +270,11 @@ class Stack(Model, metaclass=InWords):
         for contact in self.contacts:
             kinds[self._place(contact, known)] = contact.kind
         return tuple(kinds)
+
+    @property
+    def lets_through(self) -> bool:
+        """Whether sound leaves through the termination."""
+        return lets_through(self.termination)
 
     @property
     def isotropic_in_plane(self) -> bool:

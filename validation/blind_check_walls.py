@@ -24,9 +24,9 @@ from scipy.stats import beta
 
 from multilayer.diagnosis.effects.base import EFFECTS
 from multilayer.diagnosis.effects.levels import LevelEffect, LevelSetting, SoundField
+from multilayer.diagnosis.file import DiagnosisFile, diagnosis_file
 from multilayer.diagnosis.levels.diagnose import diagnose_levels
 from multilayer.diagnosis.levels.uncertainty import insulation_spread
-from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
 from multilayer.executors import as_done, local_pool
 from multilayer.experiments.levels.response import LevelResponse
 from multilayer.experiments.levels.sound_field import Ridges

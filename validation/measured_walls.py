@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from multilayer.arrays import RealArray
+from multilayer.diagnosis.file import diagnosis_file
 from multilayer.diagnosis.levels.diagnose import diagnose_levels
-from multilayer.diagnosis.tube.file import diagnosis_file
 from multilayer.errors import ValidityWarning
 from multilayer.response.bands import band_points
 from multilayer.response.beside import Sound

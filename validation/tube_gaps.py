@@ -13,10 +13,11 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis.effects.rear_air_gap import RearAirGap
+from multilayer.diagnosis.file import DiagnosisFile, diagnosis_file
 from multilayer.diagnosis.fitting import fit
+from multilayer.diagnosis.nominal import nominal_minimum
 from multilayer.diagnosis.result import Diagnosis
-from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
-from multilayer.diagnosis.tube.file import DiagnosisFile, diagnosis_file
+from multilayer.diagnosis.tube.diagnose import diagnose_tube
 from multilayer.experiments.stacks.problem import StackProblem
 from multilayer.inference.problem import GaussianPrior
 from multilayer.media.gas import dry_air

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from multilayer.arrays import ComplexArray, RealArray
+from multilayer.diagnosis.file import DiagnosisFile
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.nominal import nominal_minimum
 from multilayer.diagnosis.place_fits import PlaceFit, fit_places
 from multilayer.diagnosis.simple_forms import with_simple_laws
-from multilayer.diagnosis.tube.diagnose import diagnose_tube, nominal_minimum
-from multilayer.diagnosis.tube.file import DiagnosisFile
+from multilayer.diagnosis.tube.diagnose import diagnose_tube
 from multilayer.inference.least_squares import minimise
 from multilayer.inference.problem import GaussianPrior
 from multilayer.number_text import percent, significant

@@ -195,9 +195,9 @@ def _stacks(
 ) -> tuple[Diagnosis, Path]:
     """Return the diagnosis of stacks and measurements of a tube, or of levels, and the folder for its files."""
     from multilayer.cli.progress import progress_bar
+    from multilayer.diagnosis.file import load_diagnosis
     from multilayer.diagnosis.levels.diagnose import diagnose_levels
     from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
-    from multilayer.diagnosis.tube.file import load_diagnosis
     from multilayer.errors import InputError
     from multilayer.experiments.stacks.file import name_of
 

@@ -20,7 +20,7 @@ TITLES = {
     "calibration": "calibration of two accelerometers",
     "fit": "fit of a campaign",
     "stack-fit": "fit of stacks",
-    "diagnose": "diagnosis of tube measurements",
+    "diagnose": "diagnosis of measured stacks",
     "rig": "campaign of the virtual rig",
     "tube": "raw data of an impedance tube",
     "library": "library of materials",

@@ -221,7 +221,7 @@ def _levels(file: SimulationFile, grid: Grid, kind: Kind, wanted: Wanted, name: 
         raise InputError(f"{wanted.kind} belongs to waves that come through the gas; give --angle")
     if (wanted.front, wanted.back) != ("fluid", "fluid"):
         raise InputError(f"{wanted.kind} belongs to a stack in the gas; leave out --front and --back")
-    if "transmission_loss" in kind.levels and file.termination in ("rigid", "free"):
+    if "transmission_loss" in kind.levels and not file.lets_through:
         text = f"{wanted.kind} needs a half-space behind the stack; write 'termination: ambient'"
         raise InputError(text)
     waves = [PlaneIncidence(angle=angle) for angle in wanted.directions]

@@ -17,10 +17,10 @@ from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.diagnose import chosen_effects, fit_nominal, warn_of_settings
 from multilayer.diagnosis.effects.base import BaseEffect, Effect
+from multilayer.diagnosis.file import load_diagnosis
 from multilayer.diagnosis.fitting import Fitted, minimise_scaled
 from multilayer.diagnosis.free_rim import free_rim
-from multilayer.diagnosis.tube.diagnose import fitted_nominal
-from multilayer.diagnosis.tube.file import load_diagnosis
+from multilayer.diagnosis.nominal import fitted_nominal
 from multilayer.doors import for_log
 from multilayer.errors import InputError, PlausibilityWarning
 from multilayer.experiments.hypothesis import Hypothesis

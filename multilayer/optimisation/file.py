@@ -27,6 +27,7 @@ from multilayer.optimisation.design import AMONG, Space, Variant, space_of
 from multilayer.optimisation.predict import size_of
 from multilayer.simulation.bands import grid_of
 from multilayer.simulation.file import SimulatedStack, SimulationFile
+from multilayer.stack import lets_through
 
 _TRIED = 64  # combinations of choices, for one that is allowed
 _END = {"type": ["number", "string"], "pattern": QUANTITY_TEXT}
@@ -124,8 +125,7 @@ class OptimisationFile(SimulatedStack):
         of_each: list[list[Mistake]] = []
         for termination in terminations:
             mistakes: list[Mistake] = []
-            through = termination not in ("rigid", "free")
-            setting = Setting(grid_of(self.frequency), through, self.reference is not None, folder)
+            setting = Setting(grid_of(self.frequency), lets_through(termination), self.reference is not None, folder)
             self._goals = tuple(aim for i, goal in enumerate(self.goal) for aim in goal_of(goal, i, setting, mistakes))
             self._bounds = tuple(
                 aim for i, limit in enumerate(self.limits) for aim in limit_of(limit, i, setting, mistakes)

@@ -26,6 +26,7 @@ from multilayer.response.finite_size import (
 )
 from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.simulation.bands import Grid
+from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
 from multilayer.simulation.tolerances import allowed
 from multilayer.simulation.warned import collected_warnings
@@ -256,9 +257,8 @@ def _keeps_energy(spectra: Mapping[str, RealArray]) -> NDArray[Any]:
     return np.asarray(np.all(sound, axis=1))
 
 
-def _names(simulation: Any) -> list[str]:
-    through = simulation.termination not in ("rigid", "free")
-    names = ["absorption", *(["transmission_loss"] if through else [])]
+def _names(simulation: SimulationFile) -> list[str]:
+    names = ["absorption", *(["transmission_loss"] if simulation.lets_through else [])]
     return [*names, *(["insertion_loss"] if simulation.reference is not None else [])]
 
 

@@ -164,7 +164,6 @@ class Candidate:
     x: RealArray
     goals: RealArray
     missed: float
-    origin: int = -1  # which search ended here
 
     @property
     def is_kept(self) -> bool:
@@ -223,7 +222,6 @@ class Descent:
     variant: Variant
     scalar: Scalar
     start: RealArray
-    origin: int = -1
 
     def __call__(self) -> list[Candidate]:
         """Return the best design on the way."""
@@ -234,7 +232,7 @@ class Descent:
             raise StoppedError([self._end(walk.best())] if walk.visited else []) from None
 
     def _end(self, best: Point) -> Candidate:
-        return Candidate(self.variant.key, best.x, best.goals, float(missed(best.slack)), self.origin)
+        return Candidate(self.variant.key, best.x, best.goals, float(missed(best.slack)))
 
 
 class _StuckError(Exception):

@@ -57,9 +57,9 @@ class Construction(Stack):
             yield ("area",), text, self.area
 
     def _wrong_ends(self) -> Iterator[Mistake]:
-        through = _lets_through(self)
+        through = self.lets_through
         for i, path in enumerate(self.beside):
-            if isinstance(path, Patch) and _lets_through(path.stack) != through:
+            if isinstance(path, Patch) and path.stack.lets_through != through:
                 text = "this patch and the wall must end alike, in a half-space behind both or behind none"
                 yield ("beside", i, "stack"), f"{text}; see their terminations", path.stack.termination
             elif not isinstance(path, Patch) and not through:
@@ -73,10 +73,6 @@ class Construction(Stack):
     def is_plain(self) -> bool:
         """Whether it is no more than its stack."""
         return not (self.beside or self.links)
-
-
-def _lets_through(stack: Stack) -> bool:
-    return stack.termination not in ("rigid", "free")
 
 
 def paths(

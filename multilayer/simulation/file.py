@@ -83,7 +83,7 @@ class SimulatedStack(Stack):
     @model_validator(mode="after")
     def _lets_sound_through(self) -> Self:
         for stack, which in ((self, "this stack"), (self.reference, "the reference")):
-            if self.reference is not None and stack is not None and stack.termination in ("rigid", "free"):
+            if self.reference is not None and stack is not None and not stack.lets_through:
                 text = f"an insertion loss needs a half-space behind {which}; write 'termination: ambient' there"
                 refuse(self, [(("reference",), text, None)])
         return self

@@ -11,9 +11,10 @@ from multilayer.config.yaml12 import dump_yaml
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.sample_position import SamplePosition
 from multilayer.diagnosis.effects.tube import Tube, TubeSetting, Values, with_layers
+from multilayer.diagnosis.file import diagnosis_file, load_diagnosis, tube_names
+from multilayer.diagnosis.nominal import nominal_minimum
 from multilayer.diagnosis.tube.data import roughness
-from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube, nominal_minimum
-from multilayer.diagnosis.tube.file import diagnosis_file, load_diagnosis, tube_names
+from multilayer.diagnosis.tube.diagnose import N_STEPS, diagnose_tube
 from multilayer.errors import InputError, PluginWarning
 from multilayer.experiments.hypothesis import Data, Hypothesis
 from multilayer.inference.problem import GaussianPrior

@@ -5,10 +5,11 @@ import pytest
 
 from multilayer.diagnosis.diagnose import chosen_effects
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.nominal import fitted_nominal
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.places import TUBE_PLACES
 from multilayer.diagnosis.simple_forms import simple_form
-from multilayer.diagnosis.tube.diagnose import diagnose_tube, fitted_nominal
+from multilayer.diagnosis.tube.diagnose import diagnose_tube
 from multilayer.experiments.places import SimpleLaw, Term
 from multilayer.experiments.stacks.effects import Tube, TubeSetting, with_layers
 from multilayer.experiments.stacks.observations import Observation, Scale

@@ -4,7 +4,7 @@ import numpy as np
 
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.tube import Tube, TubeSetting
-from multilayer.diagnosis.tube.file import diagnosis_file
+from multilayer.diagnosis.file import diagnosis_file
 from multilayer.stack import Stack
 
 F = np.geomspace(200.0, 2000.0, 28)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from multilayer.diagnosis.effects import EFFECTS
-from multilayer.diagnosis.tube.file import diagnosis_file
+from multilayer.diagnosis.file import diagnosis_file
 from multilayer.response.bands import band_centres
 
 BANDS = band_centres(100, 3150)

@@ -9,7 +9,7 @@ from multilayer.experiments.two_plate.burst import BurstProblem
 from multilayer.fits.burst.acceptance import Criteria, discrepancies_in_band
 from multilayer.fits.burst.branches import find_candidates
 from multilayer.fits.burst.fit import search_bounds
-from multilayer.fits.burst.uncertainty import noise_covariance, pseudo_inverse, solution_covariance
+from multilayer.fits.burst.uncertainty import error_parts, noise_covariance, pseudo_inverse
 from multilayer.fits.settings import FitSettings
 from multilayer.measurements.description import Uncertainty
 from multilayer.signals.envelope import envelope, level_difference_db
@@ -29,7 +29,7 @@ def test_a_stated_uncertainty_adds_its_square(quantity: str) -> None:
 
     def variance(size: float) -> np.ndarray:
         known = Uncertainty(**{quantity: size * getattr(LABORATORY, quantity)})
-        return np.diag(solution_covariance(posed, truth.x, known) - solution_covariance(posed, truth.x, None))
+        return np.diag(error_parts(posed, truth.x, known).covariance - error_parts(posed, truth.x, None).covariance)
 
     assert np.all(variance(1) >= 0)
     assert variance(1).max() > 0
@@ -74,7 +74,7 @@ def test_coverage_over_simulated_laboratories() -> None:
         data = replace(data, top=data.top * (1 + gain * draw[0]))
         posed = BurstProblem(data, rig())
         best = find_candidates(posed, *BOUNDS).minima[0]
-        spread = np.sqrt(np.diag(solution_covariance(posed, best.z, LABORATORY)))
+        spread = np.sqrt(np.diag(error_parts(posed, best.z, LABORATORY).covariance))
         scores.append((best.z - truth.x) / spread)
     z = np.abs(np.array(scores))
     assert np.all((z < 2).mean(axis=0) >= 0.9)

@@ -113,6 +113,11 @@ class TestFullRelation:
         law = KelvinVoigt(young_modulus=1e5, viscosity=10.0)
         assert_allclose(kramers_kronig_loss_modulus(BAND, law(BAND).real), 0.0, atol=1e-6)
 
+    def test_at_some_frequencies(self):
+        f = np.geomspace(1e-3, 1e9, 400)
+        everywhere = kramers_kronig_loss_modulus(f, ZENER(f).real)
+        assert_allclose(kramers_kronig_loss_modulus(f, ZENER(f).real, f[[20, 200]]), everywhere[[20, 200]])
+
 
 class TestConsistent:
     def test_false_alarms_are_as_many_as_said(self):

@@ -14,9 +14,9 @@ from multilayer.cli.rig import _make
 from multilayer.config.validate import placed_in, validate
 from multilayer.config.yaml12 import parse_yaml
 from multilayer.diagnosis.diagnose import chosen_effects, diagnose_campaign
+from multilayer.diagnosis.file import load_diagnosis
 from multilayer.diagnosis.levels.diagnose import diagnose_levels
 from multilayer.diagnosis.tube.diagnose import diagnose_tube
-from multilayer.diagnosis.tube.file import load_diagnosis
 from multilayer.exchange.nastran import FRAME_DENSITIES, poroelastic_cards
 from multilayer.exchange.quantities import KINDS, Wanted, export
 from multilayer.fits.sources import open_source

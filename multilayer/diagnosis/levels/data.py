@@ -63,7 +63,7 @@ def level_data(
     if len(f) < _FEWEST:
         raise InputError(f"{name}: {len(f)} frequencies are too few for a diagnosis, which needs {_FEWEST}")
     quantity = measurement.quantity
-    if quantity == "transmission_loss" and stack.termination in ("rigid", "free"):
+    if quantity == "transmission_loss" and not stack.lets_through:
         raise InputError(f"{name}: nothing gets through stack '{stack_name}'; end it with 'termination: ambient'")
     sound = _sound(measurement)
     spread = _spread(measurement, f, measured, situation, tube)

@@ -11,14 +11,14 @@ from typing import Any
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.file import DiagnosisFile
 from multilayer.diagnosis.fitting import fit_effects, polish_fits, rough_fit, with_response
 from multilayer.diagnosis.levels.data import spread_in_words
 from multilayer.diagnosis.levels.designs import rank_level_designs
+from multilayer.diagnosis.nominal import fitted_nominal, unknown_entries
 from multilayer.diagnosis.place_fits import fit_places, may_explain
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
-from multilayer.diagnosis.tube.diagnose import fitted_nominal, unknown_entries
-from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.experiments.levels.problem import LevelProblem
 from multilayer.log import logged
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from typing import Any
@@ -14,16 +13,15 @@ import numpy as np
 from multilayer.diagnosis import assessment as steps
 from multilayer.diagnosis.assessment import Progress, assess
 from multilayer.diagnosis.effects.base import BaseEffect
+from multilayer.diagnosis.file import DiagnosisFile
 from multilayer.diagnosis.fitting import Fitted, fit_effects, polish_fits, with_response
+from multilayer.diagnosis.nominal import fitted_nominal, unknown_entries
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
 from multilayer.diagnosis.tube.designs import rank_tube_designs
-from multilayer.diagnosis.tube.file import DiagnosisFile
 from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.fits.stacks.fit import find_minima
-from multilayer.inference.problem import GaussianPrior, Minimum
 from multilayer.log import logged
 from multilayer.simulation.warned import collected_warnings
 
@@ -79,42 +77,6 @@ def diagnose_tube(
     return Diagnosis(name, record, residual_curves(nominal, assessment.best_fit), assessment.similarity, {})
 
 
-def fitted_nominal(file: DiagnosisFile) -> Fitted:
-    """Return the fit of a file's nominal model, what a reference measurement tells of its unknowns being known.
-
-    Raises
-    ------
-    InputError
-        When the stacks have no response for most values that the priors allow.
-    """
-    hypothesis = file.hypothesis
-    if file.reference_file is not None:
-        hypothesis = replace(hypothesis, earlier=GaussianPrior.of(nominal_minimum(file.reference_file)))
-    return Fitted(hypothesis, least_minimum(hypothesis, file))
-
-
-def nominal_minimum(file: DiagnosisFile) -> Minimum:
-    """Return the nominal model of a file at its most probable unknowns.
-
-    Raises
-    ------
-    InputError
-        When the stacks have no response for most values that the priors allow.
-    """
-    return least_minimum(file.hypothesis, file)
-
-
-def least_minimum(hypothesis: StackProblem, file: DiagnosisFile) -> Minimum:
-    """Return a nominal model at its most probable unknowns, searched with the effort that a file asks for.
-
-    Raises
-    ------
-    InputError
-        When the stacks have no response for most values that the priors allow.
-    """
-    return find_minima(hypothesis, file)[0]
-
-
 def single_fits(
     nominal: Fitted, effects: Mapping[str, BaseEffect], executor: Executor | None
 ) -> dict[tuple[str, ...], Fitted]:
@@ -130,21 +92,6 @@ def single_fits(
     others = fit_effects(Fitted(hypothesis, hypothesis.as_minimum(hypothesis.start)), effects, executor=executor)
     best = {names: min(fit, others[names], key=lambda fitted: fitted.minimum.cost) for names, fit in fits.items()}
     return polish_fits(best, executor)
-
-
-def _values(fitted: Fitted) -> dict[str, tuple[float, str]]:
-    """Return the nominal model's quantities and their units."""
-    hypothesis = fitted.hypothesis_as(StackProblem)
-    return hypothesis.field_values(hypothesis.own_coordinates(fitted.minimum.z))
-
-
-def unknown_entries(nominal: Fitted, best: Fitted) -> dict[str, Any]:
-    """Return the entries of ``unknowns``: values of the nominal model and with the cause, with their units."""
-    after = _values(best)
-    return {
-        name: {"nominal": value, "corrected": after[name][0], "unit": unit}
-        for name, (value, unit) in _values(nominal).items()
-    }
 
 
 def _warnings(nominal: Fitted) -> list[str]:

@@ -44,12 +44,6 @@ class ErrorParts:
         stated = {name: shift.tolist() for name, shift in self.stated.items()}
         return {"own": self.own.tolist(), "stated": stated, "model": self.model.tolist()}
 
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> ErrorParts:
-        """Return what `to_dict` gave."""
-        stated = {str(name): np.array(shift, dtype=float) for name, shift in data["stated"].items()}
-        return cls(np.array(data["own"], dtype=float), stated, np.array(data["model"], dtype=float))
-
 
 def pseudo_inverse(jacobian: RealArray) -> RealArray:
     """Return the matrix that turns a small change of the data into the change of the solution."""
@@ -75,11 +69,6 @@ def error_parts(problem: BurstProblem, x: RealArray, known: Uncertainty | None) 
     # a model that is too large finds what a measurement that is too small does
     model = np.stack([response @ problem.as_real(-top), response @ problem.as_real(-1j * top)])
     return ErrorParts(np.asarray(own), {name: response @ shift for name, shift in shifts.items()}, model)
-
-
-def solution_covariance(problem: BurstProblem, x: RealArray, known: Uncertainty | None) -> RealArray:
-    """Return the covariance of (ln E1, E2/E1) at a solution, shape (2, 2): all parts but that of the model."""
-    return error_parts(problem, x, known).covariance
 
 
 def noise_covariance(problem: BurstProblem, x: RealArray, response: RealArray) -> RealArray:

@@ -284,10 +284,9 @@ class Joint(CampaignMethod):
             job.campaign, job.recordings, self.law, elements=self.elements, settings=job.settings,
             calibration=job.calibration, given=self.given, progress=tell,
         )  # fmt: skip
-        bursts = fit.at_bursts()
         for name, unit in (("storage_modulus", " Pa"), ("loss_factor", "")):
             low, high = getattr(job.settings.bounds, name)
-            values = [getattr(burst, name) for burst in bursts]
+            values = [getattr(burst, name) for burst in fit.bursts]
             if min(values) < low or max(values) > high:
                 text = f"bounds: {name} of the law runs from {min(values):.3g} to {max(values):.3g}{unit}, out of the "
                 text += f"bounds {low:g} to {high:g}{unit}; they limit fits burst by burst, not those of one law"

@@ -1,4 +1,4 @@
-"""A diagnosis file: a stack-fit file of tube measurements, the effects to try, and the tube."""
+"""A diagnosis file: a stack-fit file of measured tubes or levels, the effects to try, and the tube."""
 
 from __future__ import annotations
 
