@@ -130,7 +130,7 @@ def _save(result: Diagnosis, file: Path) -> None:
     try:
         found = saved_law(result.record, result.campaign)
     except InputError as error:
-        typer.echo(f"warning: {error}", err=True)
+        typer.echo(f"warning: --save-law: {error}", err=True)
         return
     data = {"kind": "rig-law", **found.model_dump(mode="json", exclude_defaults=True), "version": 1}
     with _told_of_law():
@@ -172,10 +172,11 @@ def _campaign(
     from multilayer.diagnosis.diagnose import N_STEPS, chosen_effects, diagnose_campaign, warn_of_settings
     from multilayer.diagnosis.saved_law import known_effects
     from multilayer.errors import InputError, suggest
+    from multilayer.fits.settings import DEFAULT_LAW
     from multilayer.media.laws import LAWS
 
     effects = chosen_effects(None, without)
-    chosen = law or "fractional_zener"
+    chosen = law or DEFAULT_LAW
     if chosen not in LAWS:
         raise InputError(f"--law: there is no law '{chosen}'; {suggest(chosen, LAWS.names())}")
     given = [effect for name in known for effect in known_effects(name)]

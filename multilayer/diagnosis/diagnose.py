@@ -58,7 +58,7 @@ from multilayer.experiments.two_plate.plane_waves import Rig
 from multilayer.fits.burst.fit import burst_problems
 from multilayer.fits.joint.fit import cut_where_records_end, plane_wave_problem
 from multilayer.fits.joint.search import refuse_none, solve_from_bursts
-from multilayer.fits.settings import FitSettings
+from multilayer.fits.settings import DEFAULT_LAW, FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import Stencil
 from multilayer.inference.least_squares import distinct, minimise
@@ -96,7 +96,7 @@ def diagnose_campaign(
     recordings: Mapping[tuple[str, float], Recording] | None = None,
     effects: Mapping[str, BaseEffect] | None = None,
     *,
-    law: str = "fractional_zener",
+    law: str = DEFAULT_LAW,
     calibration: Calibration | None = None,
     given: Sequence[Acting] = (),
     seed: int = 0,
@@ -200,7 +200,7 @@ def fit_nominal(
     campaign: Campaign,
     recordings: Mapping[tuple[str, float], Recording],
     *,
-    law: str = "fractional_zener",
+    law: str = DEFAULT_LAW,
     calibration: Calibration | None = None,
     given: Sequence[Acting] = (),
     seed: int = 0,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -230,13 +229,11 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
     if record["verdict"] == "effect":
         return RigLaw(campaign=campaign, effects=named_effects(record))
     if record["verdict"] == "no_gap" or not record["law"]:
-        raise InputError(
-            "--save-law: the diagnosis shows no law to save: there is no gap, or no place that explains it"
-        )
+        raise InputError("the diagnosis shows no law to save: there is no gap, or no place that explains it")
     if both := record.get("two_causes"):
         if not both["effects"]:
             text = "two unknown laws at once are drawn to be looked at; to save one, find the cause of the other first"
-            raise InputError(f"--save-law: {text}")
+            raise InputError(text)
         return RigLaw(campaign=campaign, effects=_saved_effects(both), laws=(_saved(both["law"]),))
     return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))
 
@@ -391,8 +388,7 @@ def _of_diagnosis(file: Path) -> tuple[Acting, ...]:
     try:
         saved = from_record(file, lambda record: saved_law(record, file.stem))
     except InputError as error:
-        told = [replace(problem, message=problem.message.removeprefix("--save-law: ")) for problem in error.problems]
-        raise InputError([problem.at(file) for problem in told]) from None
+        raise InputError([problem.at(file) for problem in error.problems]) from None
     effects: list[Acting] = []
     for one in saved.effects:
         effect = _with_parameters(one, file)

@@ -137,7 +137,8 @@ EFFECTS = {
 def test_every_effect_changes_the_motion_and_is_passive(name):
     nominal = disc().transmissibility(FREQUENCY, MODULUS)
     found = disc(**EFFECTS[name]).transmissibility(FREQUENCY, MODULUS)
-    assert relative(found, nominal) > 1e-3 or name == "elastic base"
+    # a centimetre of metal yields little under a soft sample
+    assert relative(found, nominal) > (1e-4 if name == "elastic base" else 1e-3)
     # the base does work on a passive sample: it lags
     assert found[0].imag < 0
     assert abs(found[0] - 1) < 0.1
