@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import numpy as np
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -260,19 +261,26 @@ class Unit(UnitLabel):
 
 def field_unit(info: FieldInfo) -> str | None:
     """Return the unit that a field of a model is annotated with, also inside ``T | None``; None for no quantity."""
-    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
-    return next((item.symbol for item in (*info.metadata, *inner) if isinstance(item, UnitLabel)), None)
+    return next((item.symbol for item in annotated_with(info) if isinstance(item, UnitLabel)), None)
 
 
-def _metadata(annotation: Any) -> tuple[Any, ...]:
-    return tuple(getattr(annotation, "__metadata__", ()))
+def annotated_with(info: FieldInfo) -> Iterator[Any]:
+    """Give what a field of a model is annotated with, also inside ``T | None`` and of the entries of a list."""
+    inner = (item for part in get_args(info.annotation) for item in getattr(part, "__metadata__", ()))
+    for item in (*info.metadata, *inner):
+        yield from item.metadata if isinstance(item, FieldInfo) else [item]
 
 
 def field_bounds(info: FieldInfo) -> list[tuple[str, float]]:
     """Return what bounds a field of a model, also inside ``T | None``, as ``("gt", 0.0)``: gt, ge, lt or le."""
-    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
-    constraints = [part for item in (*info.metadata, *inner) for part in (item, *getattr(item, "metadata", []))]
-    return [(key, getattr(c, key)) for c in constraints for key in ("gt", "ge", "lt", "le") if hasattr(c, key)]
+    return [(key, getattr(c, key)) for c in annotated_with(info) for key in ("gt", "ge", "lt", "le") if hasattr(c, key)]
+
+
+def field_limits(info: FieldInfo) -> tuple[float, float]:
+    """Return the least and the largest value of a model's field, infinite without bounds; both may be excluded."""
+    bounds = field_bounds(info)
+    least = max((float(end) for side, end in bounds if side in ("gt", "ge")), default=-math.inf)
+    return least, min((float(end) for side, end in bounds if side in ("lt", "le")), default=math.inf)
 
 
 Positive = Field(gt=0)

@@ -394,15 +394,14 @@ def expected_gain(fitted: Fitted, effect: BaseEffect) -> float:
     """
     hypothesis, minimum = fitted.hypothesis, fitted.minimum
     more = hypothesis.with_effects(*hypothesis.effects, effect)
-    parts = [p.prior.normal is not None for p in effect.parameters]
-    steps = np.concatenate([minimum.z, [1.0 if is_signed else 0.0 for is_signed in parts]])
+    steps = np.concatenate([minimum.z, effect.usual])
     change = fitted.whitened(more.residual(steps) - hypothesis.residual(minimum.z))
     if not np.all(np.isfinite(change)):
         return 0.0
     along = minimum.jacobian.T @ change
     stiffness = float(change @ change - along @ np.linalg.solve(minimum.precision, along))
     pull = -float(minimum.residual @ change)
-    low = -_MOST_TIMES if any(parts) else 0.0
+    low = -_MOST_TIMES if any(effect.usual) else 0.0  # of the other sign
     times = float(np.clip(pull / max(stiffness, 1e-12), low, _MOST_TIMES))
     return times * pull - 0.5 * times**2 * stiffness
 

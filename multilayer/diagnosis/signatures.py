@@ -36,7 +36,7 @@ def signatures(nominal: Fitted, effects: Mapping[str, BaseEffect], executor: Exe
 
 def _signature(nominal: Fitted, effect: BaseEffect) -> RealArray:
     hypothesis = nominal.hypothesis.with_effects(effect)
-    z = np.concatenate([nominal.minimum.z, _usual(effect)])
+    z = np.concatenate([nominal.minimum.z, effect.usual])
     return np.asarray(hypothesis.residual(z) - nominal.hypothesis.residual(nominal.minimum.z))
 
 
@@ -84,7 +84,7 @@ def detectable_sizes(
 def _detectable_size(nominal: Fitted, task: tuple[BaseEffect, RealArray]) -> dict[str, object]:
     """Return the entry of an effect, given its signature."""
     effect, column = task
-    first, usual, z = effect.parameters[0], _usual(effect), nominal.minimum.z
+    first, usual, z = effect.parameters[0], effect.usual, nominal.minimum.z
     prior, hypothesis = first.prior, nominal.hypothesis.with_effects(effect)
     bare = nominal.hypothesis.residual(z)[:, None]
     # sizes of either sign are sought by the logarithm of their coordinate: what they change is about as large
@@ -132,11 +132,6 @@ def _stated_absence(effect: BaseEffect, parameter: Parameter) -> float | None:
     """Return the coordinate at which an effect states that it vanishes, if it does."""
     value = effect.absent.get(parameter.name)
     return None if value is None else float(parameter.prior.coordinate(value))
-
-
-def _usual(effect: BaseEffect) -> list[float]:
-    """Return the coordinates of an effect of usual size."""
-    return [1.0 if parameter.prior.normal else 0.0 for parameter in effect.parameters]
 
 
 def _length(minimum: Minimum, columns: RealArray) -> RealArray:

@@ -79,6 +79,11 @@ class BaseEffect:
     absent_in: ClassVar[str] = ""
     error_of: str = ""
 
+    @property
+    def usual(self) -> list[float]:
+        """Standard normal coordinates of an effect of usual size: signed parameters are one standard deviation."""
+        return [0.0 if parameter.prior.normal is None else 1.0 for parameter in self.parameters]
+
     def error_of_size(self, parameter: str) -> float:
         """Return the relative standard deviation of a parameter's value beyond its statistical error."""
         usual = self.law_error if self.size_error is None else self.size_error

@@ -354,7 +354,7 @@ def _described(effect: BaseEffect) -> dict[str, Any]:
             {"name": f"{effect.name}.{one.name}", "title": one.name.replace("_", " "), "stated": False}
             for one in effect.parameters
         ],
-        "z": [1.0 if one.prior.normal is not None else 0.0 for one in effect.parameters],
+        "z": effect.usual,
     }
 
 

@@ -15,12 +15,10 @@ from multilayer.response.diffuse_field import Weighting, WeightingName, angle_of
 from multilayer.response.finite_size import Window, finite_transmission, radiation_at
 from multilayer.response.links import LineLinks, PointLinks, periodic
 from multilayer.response.periodic_links import PeriodicLinks
-from multilayer.response.quadrature import NODES, Tolerance, integrate
+from multilayer.response.quadrature import LINKED, LINKED_PANELS, NODES, integrate
 from multilayer.response.single_links import SingleLinks
 from multilayer.stack import Stack
 
-_EXACT = Tolerance(absorption=1.0, transmission=2e-3)
-_PANELS = 64
 # directions of periodic links, and steps of azimuths; the first two for means over frequencies only
 _LATTICES = ((34, 21), (89, 55), (233, 144), (610, 377), (1597, 987))
 _SHIFTS = 0.7548776662466927, 0.5698402909980532  # of the lattice of the next frequency (R2 sequence of M. Roberts)
@@ -116,7 +114,7 @@ def linked_transmission(
             weight, nothing = relative(angle_of(s)), np.zeros_like(s)
             return np.array([weight, nothing, weight * tau(which, s), nothing, nothing])
 
-        rows, _ = integrate(integrand, len(piece), upper**2, _EXACT, _PANELS)
+        rows, _ = integrate(integrand, len(piece), upper**2, LINKED, LINKED_PANELS)
         return np.asarray(rows[2] / rows[0])
 
     n_angles = _LATTICES[0][0] if lines else 2 * len(NODES)

@@ -51,6 +51,10 @@ class Tolerance:
         return Tolerance(self.absorption / 2, self.transmission / 2)
 
 
+# of what goes through links, with the most panels: far below what the models of links are good for
+LINKED, LINKED_PANELS = Tolerance(absorption=1.0, transmission=2e-3), 64
+
+
 @dataclass(frozen=True)
 class Panels:
     """Panels of a quadrature: the item of each, and its ends; arrays of shape (n_panels,)."""

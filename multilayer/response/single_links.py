@@ -22,12 +22,9 @@ from multilayer.matrix.solve import Solution, System
 from multilayer.matrix.wave import Wave
 from multilayer.media.validity import warn_outside
 from multilayer.response.links import Leaf, LineLinks, PointLinks, leaves
-from multilayer.response.quadrature import Tolerance, integrate
+from multilayer.response.quadrature import LINKED, LINKED_PANELS, integrate
 from multilayer.response.system import between_gas, solve_or_explain
 from multilayer.stack import Stack
-
-_EXACT = Tolerance(absorption=1.0, transmission=2e-3)
-_PANELS = 64
 
 
 class SingleLinks:
@@ -231,7 +228,7 @@ def _radiated(stack: Stack, leaf: Leaf, links: LineLinks | PointLinks, frequency
         nothing = np.zeros_like(angle)
         return np.array([np.ones_like(angle), nothing, radiated, nothing, nothing])
 
-    rows, _ = integrate(integrand, len(frequency), np.pi / 2, _EXACT, _PANELS, 2)
+    rows, _ = integrate(integrand, len(frequency), np.pi / 2, LINKED, LINKED_PANELS, 2)
     per_link = k / np.pi if is_line else k**2 / (2 * np.pi)
     return np.asarray(per_link / links.spacing ** (1 if is_line else 2) * rows[2])
 

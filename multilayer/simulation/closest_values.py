@@ -30,7 +30,7 @@ from multilayer.simulation.tasks import Task, is_of_sound, run_task
 from multilayer.simulation.tolerances import allowed
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
-from multilayer.units import field_bounds
+from multilayer.units import field_limits
 
 TOLD = 3  # fields of a quantity
 _MOST_TIMES = 10.0  # larger or smaller than stated: what is farther off is another layer, not another value
@@ -276,9 +276,7 @@ class _Axis:
         self.stack, self.path, self.field = stack, path, (field := locate(stack, path))
         self.stated = float(field.value)
         self.usual = magnitudes(field.unit or "").usual
-        sides = field_bounds(type(field.owner).model_fields[field.field])
-        least = max((end for side, end in sides if side in ("gt", "ge")), default=-math.inf)
-        largest = min((end for side, end in sides if side in ("lt", "le")), default=math.inf)
+        least, largest = field_limits(type(field.owner).model_fields[field.field])
         ends = (-self.usual, self.usual) if self.stated == 0 else (self.stated / _MOST_TIMES, self.stated * _MOST_TIMES)
         inside = (min(max(end, least), largest) for end in ends)
         self.bounds = (*sorted(self.coordinate(end) for end in inside),)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
-from pydantic.fields import FieldInfo
 
 from multilayer.errors import show
 from multilayer.inference.priors import Prior
 from multilayer.paths import Located
-from multilayer.units import Unit, UnitLabel, parse_quantity
+from multilayer.units import Unit, UnitLabel, annotated_with, field_limits, parse_quantity
 
 _FAR = 6.0  # standard deviations: the probability beyond is negligible
 Place = tuple[str | int, ...]
@@ -27,31 +25,17 @@ class MistakeError(Exception):
         self.place, self.text, self.value = place, text, value
 
 
-def _annotations(field: Located) -> Iterator[Any]:
-    """Yield the annotations of a field, also those inside ``T | None``."""
-    info = type(field.owner).model_fields[field.field]
-    inner = [item for argument in getattr(info.annotation, "__args__", ()) for item in _metadata(argument)]
-    for item in (*info.metadata, *inner):
-        yield from item.metadata if isinstance(item, FieldInfo) else [item]
-
-
-def _metadata(annotation: Any) -> tuple[Any, ...]:
-    return tuple(getattr(annotation, "__metadata__", ()))
-
-
 def is_modulus(field: Located) -> bool:
     """Tell whether a field takes a modulus: a number or a law."""
-    labels = [item for item in _annotations(field) if isinstance(item, UnitLabel)]
+    info = type(field.owner).model_fields[field.field]
+    labels = [item for item in annotated_with(info) if isinstance(item, UnitLabel)]
     return any(label.symbol == "Pa" and not isinstance(label, Unit) for label in labels)
 
 
-def field_limits(field: Located) -> Limits:
-    """Return the limits of a field; the ends may be excluded."""
-    low, high = (0.0 if is_modulus(field) else -np.inf), np.inf
-    for item in _annotations(field):
-        low = max([low, *(float(getattr(item, name)) for name in ("gt", "ge") if hasattr(item, name))])
-        high = min([high, *(float(getattr(item, name)) for name in ("lt", "le") if hasattr(item, name))])
-    return low, high
+def limits_of(field: Located) -> Limits:
+    """Return the limits of a field, which of a modulus are at least 0; the ends may be excluded."""
+    low, high = field_limits(type(field.owner).model_fields[field.field])
+    return max(low, 0.0) if is_modulus(field) else low, high
 
 
 def pair(place: Place, written: Any, unit: str) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError, MultilayerError, suggest
-from multilayer.experiments.stacks.field_priors import MistakeError, field_limits, is_modulus, pair, prior_of
+from multilayer.experiments.stacks.field_priors import MistakeError, is_modulus, limits_of, pair, prior_of
 from multilayer.inference.priors import Parameter, Prior, Priors
 from multilayer.json_schema import Written, any_of
 from multilayer.media.laws import LAWS, ModulusLaw, complex_modulus
@@ -224,7 +224,7 @@ def resolve(
         raise MistakeError(("paths",), f"these fields are in {units}; one value cannot be all of them", entry.paths)
     if entry.law is not None:
         return _law(name, entry, targets, stacks, frequencies)
-    limits = np.array([field_limits(field) for field in fields])
+    limits = np.array([limits_of(field) for field in fields])
     prior = prior_of(entry, fields[0].unit or "", (float(limits[:, 0].max()), float(limits[:, 1].min())))
     parameter = Parameter(name=name, prior=prior, unit=fields[0].unit or "", nuisance=entry.nuisance)
     start = np.clip(prior.coordinate([float(fields[0].value)]), -_NEAR, _NEAR)

@@ -15,6 +15,7 @@ from multilayer.experiments.two_plate.burst import STRETCH_POWERS
 from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.measurements.description import Campaign, Configuration
 from multilayer.media.elastic import FIRST_BENDING, flexural_rigidity
+from multilayer.rig.effect_base import GRAVITY
 from multilayer.rig.partly_bonded import CENTRE_DEFLECTION
 
 _CREST = (16 / 3) ** 0.5  # crest factor of a Hann burst: peak of the envelope over rms
@@ -27,7 +28,6 @@ _EXPONENTS = np.array(STRETCH_POWERS)[:, np.newaxis]
 _FOURTH = 63 / 128  # mean fourth power of the amplitude of a Hann burst, as it acts at its centre; its largest is 1
 _MARGIN = 1.1  # by which amplitudes may exceed those of a Hann burst with such a mean
 _PLATE_LOSS = 0.01  # loss factor of the top plate's bending
-GRAVITY = 9.80665  # m/s2
 CENTRED_SENSOR = "sensor in the centre, or two opposite ones"
 VACUUM = "in vacuum"
 MATERIAL = "sample"  # the place of what the material's own modulus has beyond its law

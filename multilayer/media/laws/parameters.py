@@ -6,17 +6,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import log
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError, create_model
-from pydantic.fields import FieldInfo
 
 from multilayer.arrays import BoolArray, ComplexArray, RealArray
 from multilayer.errors import InputError, suggest
 from multilayer.media.laws.base import ModulusLaw
 from multilayer.models import Model
-from multilayer.units import UnitLabel
+from multilayer.units import field_bounds, field_unit
 
 Bounds = Mapping[str, tuple[float, float]]
 _WIDE = 1e3  # how far, as a factor, plateaus and times are sought beyond the data
@@ -197,15 +196,8 @@ def _plain(value: Any) -> Any:
     return tuple(map(float, value)) if isinstance(value, tuple | list) else float(value)
 
 
-def _annotation(template: ModulusLaw, name: str) -> list[Any]:
-    """Return the annotations of a field, or of the entries of a list: unit and bounds."""
-    info = type(template).model_fields[name]
-    annotations = [*info.metadata, *(part for item in get_args(info.annotation)[:1] for part in item.__metadata__)]
-    return [part for item in annotations for part in (item.metadata if isinstance(item, FieldInfo) else [item])]
-
-
 def _unit(template: ModulusLaw, name: str) -> str:
-    return next((part.symbol for part in _annotation(template, name) if isinstance(part, UnitLabel)), "")
+    return field_unit(type(template).model_fields[name]) or ""
 
 
 def _ranges(f: RealArray, e: ComplexArray) -> dict[str, tuple[float, float]]:
@@ -226,9 +218,9 @@ def _unknowns(
     if bounds is None and unit not in ranges:
         raise InputError(f"{name} is in {unit}: say within which `bounds` to seek it, or fix it")
     low, high = ranges[unit] if bounds is None else bounds
-    said = _annotation(template, name)
-    most = min([high, *(part.le for part in said if hasattr(part, "le"))])
-    low = max([low, *(part.ge * (1 + _ROUNDING) for part in said if hasattr(part, "ge"))])
+    bounded = field_bounds(type(template).model_fields[name])  # open ends, as 0, are no bounds of a logarithm
+    most = min([high, *(end for side, end in bounded if side == "le")])
+    low = max([low, *(end * (1 + _ROUNDING) for side, end in bounded if side == "ge")])
     if not 0 < low < most:
         raise InputError(
             f"{name}: bounds {low:g} and {most:g} must be above 0 and in order; fix it where they are equal"
