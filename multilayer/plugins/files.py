@@ -1,7 +1,7 @@
 """Plugins in single files, without an installation: ``--plugin FILE.py``.
 
 Such a file may become the module of a package. Its classes and functions are registered under the names that they
-state: layers (`type`), laws (`law`), effects and inverse methods (`name`), functions ``read_SUFFIX`` returning
+state: layers (`type`), laws (`law`), effects, places and inverse methods (`name`), functions ``read_SUFFIX`` returning
 `Waveforms`, `Channels` or `Spectra`, and functions ``command_NAME``.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import sys
 import traceback
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from hashlib import sha256
@@ -23,13 +24,17 @@ from multilayer.plugins.listing import KINDS, registry
 from multilayer.registry import Registry, RegistryError
 from multilayer.writing.manifest import note_input
 
-_STATED_IN = {"layer": "type", "law": "law", "effect": "name", "method": "name", "rig effect": "effect"}
+_STATED_IN = {
+    "layer": "type", "law": "law", "effect": "name", "method": "name", "rig effect": "effect", "place": "name",
+    "place of a tube": "name", "place of a construction": "name",
+}  # fmt: skip
 _UNION = re.compile(r"(?:\w+\.)?Union\[(.*)\]")
 _REGISTERS_NOTHING = (
-    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect or method with a 'name', no "
-    "function read_SUFFIX returning Waveforms, Channels or Spectra, no function command_NAME; see docs/plugins.md, or "
-    "begin with 'multilayer plugins new'"
+    "registers nothing: it defines no layer with a 'type', no law with a 'law', no effect, place or method with a "
+    "'name', no function read_SUFFIX returning Waveforms, Channels or Spectra, no function command_NAME; see "
+    "docs/plugins.md, or begin with 'multilayer plugins new'"
 )
+_users: Counter[str] = Counter()  # of registered files: contexts, one inside another
 
 
 @contextmanager
@@ -45,9 +50,19 @@ def plugin_files(files: Sequence[Path]) -> Iterator[None]:
         for file in dict.fromkeys(path.resolve() for path in files):
             text = _text(file)
             register_source(str(file), text)
-            stack.callback(_forget, str(file), text)
+            _users[_module_name(str(file), text)] += 1
+            stack.callback(_leave, str(file), text)
             stack.enter_context(prepared(register_source, str(file), text))
         yield
+
+
+def _leave(file: str, text: str) -> None:
+    """Forget a file that nobody uses any more."""
+    name = _module_name(file, text)
+    _users[name] -= 1
+    if not _users[name]:
+        del _users[name]
+        _forget(file, text)
 
 
 def _text(file: Path) -> str:
@@ -124,6 +139,7 @@ def _line(error: BaseException, file: str) -> int | None:
 
 def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
     """Give registry, name and object of every plugin that a module defines; those that it imports do not count."""
+    classes: set[type] = set()
     for name, item in vars(module).copy().items():
         if getattr(item, "__module__", None) != module.__name__ or name.startswith("_"):
             continue
@@ -131,7 +147,8 @@ def definitions(module: ModuleType) -> Iterator[tuple[Registry[Any], str, Any]]:
             yield registry("reader"), name.removeprefix("read_"), item
         elif isinstance(item, FunctionType) and name.startswith("command_"):
             yield registry("command"), name.removeprefix("command_").replace("_", "-"), item
-        elif isinstance(item, type):
+        elif isinstance(item, type) and item not in classes:  # a further name of a class is an alias
+            classes.add(item)
             yield from ((registry(kind), key, item) for kind in KINDS if (key := _stated(kind, item)))
 
 
@@ -156,12 +173,17 @@ def _stated(kind: str, item: type) -> str:
 
 def _base(kind: str) -> type:
     from multilayer.diagnosis.effects.base import BaseEffect
+    from multilayer.diagnosis.places import LevelPlace, Place, TubePlace
     from multilayer.fits.methods import Method
     from multilayer.layers.base import Layer
     from multilayer.media.laws.base import ModulusLaw
     from multilayer.rig.effect_base import Effect
 
-    return {"layer": Layer, "law": ModulusLaw, "effect": BaseEffect, "method": Method, "rig effect": Effect}[kind]
+    bases: dict[str, type] = {
+        "layer": Layer, "law": ModulusLaw, "effect": BaseEffect, "method": Method, "rig effect": Effect, "place": Place,
+        "place of a tube": TubePlace, "place of a construction": LevelPlace,
+    }  # fmt: skip
+    return bases[kind]
 
 
 def _forget(file: str, text: str) -> None:

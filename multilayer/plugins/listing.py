@@ -15,6 +15,9 @@ _REGISTRIES = {
     "method": ("multilayer.fits.methods", "METHODS"),
     "reader": ("multilayer.measurements.readers", "READERS"),
     "rig effect": ("multilayer.rig.effects", "EFFECTS"),
+    "place": ("multilayer.diagnosis.places.base", "PLACES"),
+    "place of a tube": ("multilayer.diagnosis.places.base", "TUBE_PLACES"),
+    "place of a construction": ("multilayer.diagnosis.places.base", "LEVEL_PLACES"),
     "command": ("multilayer.plugins.commands", "COMMANDS"),
 }
 KINDS = tuple(_REGISTRIES)

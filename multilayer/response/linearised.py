@@ -159,7 +159,7 @@ def linearised(variations: Variations, wave: Wave, head: HalfSpace | Wall) -> Li
     except np.linalg.LinAlgError:  # with a message
         solve_or_explain(system, stack, wave)
         raise
-    refuse_infinite(outcomes.solution, stack, wave)
+    refuse_infinite(outcomes.solution, stack, wave, system)
     values = outcomes_of(system, outcomes.solution)
     slopes = np.zeros((len(fields), *values.shape), dtype=complex)
     unknown = set()

@@ -84,24 +84,80 @@ def made_once(wave: Wave) -> Callable[[Layer], Faces]:
     Layers must live as long as the function does.
     """
     made: dict[Any, Faces] = {}
+    shape = np.broadcast_shapes(*map(np.shape, (wave.frequency, wave.kx, wave.azimuth, wave.ambient.impedance)))
 
     def faces(layer: Layer) -> Faces:
         key = _all_but_name(layer)
         if key not in made:
-            made[key] = _faces(layer, wave).computed
+            made[key] = _faces(layer, wave, shape)
         return made[key]
 
     return faces
 
 
-def _faces(layer: Layer, wave: Wave) -> Faces:
-    """Return the face matrices of a layer, whose type may be a plugin's."""
+def _faces(layer: Layer, wave: Wave, shape: tuple[int, ...]) -> Faces:
+    """Return the face matrices of a layer, whose type may be a plugin's, for waves of a shape."""
     faces: object = layer.faces(wave)
-    if isinstance(faces, Faces):
-        return faces
-    origin = " and ".join(LAYERS.origins(layer.type)) or type(layer).__qualname__
-    text = f"layer type '{layer.type}' of {origin} is at fault, not the stack: what its 'faces' returns is of type"
-    raise InputError(f"{text} {type(faces).__name__}, and must be multilayer.matrix.faces.Faces")
+    if not isinstance(faces, Faces):
+        what = f"what its 'faces' returns is of type {type(faces).__name__}"
+        raise _at_fault(layer, f"{what}, and must be multilayer.matrix.faces.Faces")
+    try:
+        faces = faces.computed
+        misshapen = _misshapen(layer, faces, shape)
+    except np.linalg.LinAlgError:
+        raise
+    except ValueError as error:  # arrays that do not go together: those of its fields may be at fault
+        if (room := _room(layer, shape)) is None:
+            raise
+        misshapen = f"arrays of its 'faces' do not go together ({error}), and must broadcast to {room}"
+    if misshapen:
+        raise _at_fault(layer, misshapen)
+    return faces
+
+
+def _at_fault(layer: Layer, text: str) -> InputError:
+    """Return the error of a layer whose type does something wrong."""
+    name = f"layer {layer.name}: " if layer.name else ""
+    return InputError(f"{name}layer type '{layer.type}' of {_origin(layer)} is at fault, not the stack: {text}")
+
+
+def _origin(layer: Layer) -> str:
+    return " and ".join(LAYERS.origins(layer.type)) or type(layer).__qualname__
+
+
+def _misshapen(layer: Layer, faces: Faces, shape: tuple[int, ...]) -> str:
+    """Return what is wrong with the shapes of a layer's face matrices; empty where nothing is."""
+    n, states = faces.family.size, faces.states
+    expected = {"front": (states.front, (n, n)), "back": (states.back, (n, n)), "decay": (states.decay, (n // 2, 1))}
+    shapes = []
+    for name, (array, size) in expected.items():
+        if array is None:
+            continue
+        if not isinstance(array, np.ndarray) or array.shape[:2] != size:
+            what = f"of shape {array.shape}" if isinstance(array, np.ndarray) else f"of type {type(array).__name__}"
+            return (
+                f"the matrix '{name}' of its 'faces' is {what}, and must be an array of shape {(*size, *shape)}: "
+                f"{size} of the family '{faces.family.name}', then frequencies and angles"
+            )
+        shapes.append(array.shape[2:])
+    if all(given == shape for given in shapes):
+        return ""
+    given = np.broadcast_shapes(shape, *shapes)
+    room = _room(layer, shape)
+    if room is None or np.broadcast_shapes(given, room) == room:
+        return ""
+    return f"matrices of its 'faces' have the shape {given} over frequencies and angles, and must have {room}"
+
+
+def _room(layer: Layer, shape: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Return the shape of waves and of a layer's fields together; None where that is unknown, or these do not fit."""
+    fields = [value for value in vars(layer).values() if not isinstance(value, _PLAIN)]
+    if layer.__pydantic_private__ or not all(isinstance(value, np.ndarray) for value in fields):
+        return None
+    try:
+        return np.broadcast_shapes(shape, *(np.shape(value) for value in fields))
+    except ValueError:
+        return None
 
 
 def _all_but_name(layer: Layer) -> tuple[Any, ...]:
@@ -131,28 +187,43 @@ def solve_or_explain(system: System, stack: Stack, wave: Wave) -> Solution:
     Raises
     ------
     InputError
-        When there is none that is finite, with the first such frequency.
+        When there is none that is finite, with the first such frequency, and the layer if its matrices are not.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         try:
             solution = solve(system)
         except np.linalg.LinAlgError:
-            raise refusal(stack, _NO_RESPONSE) from None
-    refuse_infinite(solution, stack, wave)
+            raise refusal(stack, _no_response(stack, system)) from None
+    refuse_infinite(solution, stack, wave, system)
     return solution
 
 
-def refuse_infinite(solution: Solution, stack: Stack, wave: Wave) -> None:
+def refuse_infinite(solution: Solution, stack: Stack, wave: Wave, system: System) -> None:
     """Refuse a solution that is not finite everywhere.
 
     Raises
     ------
     InputError
-        With the first such frequency.
+        With the first such frequency, and the layer if its matrices are not.
     """
     for coefficients in solution.layers:
         if not np.all(finite := np.isfinite(coefficients)):
-            raise refusal(stack, _NO_RESPONSE, _first(wave.frequency, ~np.all(finite, axis=0)))
+            raise refusal(stack, _no_response(stack, system), _first(wave.frequency, ~np.all(finite, axis=0)))
+
+
+def _no_response(stack: Stack, system: System) -> str:
+    """Return why there is no response: a layer whose face matrices are not finite, if there is such a one."""
+    text = "the stack has no finite response here:"
+    is_whole = len(system.layers) == len(stack.layers)  # others are a part of the stack
+    for i, faces in enumerate(system.layers if is_whole else ()):
+        if not all(np.all(np.isfinite(matrix)) for matrix in faces.states.matrices()):
+            layer = stack.layers[i]
+            what = f"layer {layer.name or i} gives numbers that are not finite; its values are too large or too small"
+            return f"{text} {what}, or the formulae of its type '{layer.type}' ({_origin(layer)}) are wrong"
+    return (
+        f"{text} an undamped resonance lies at a frequency asked for, or nothing between the base and a rigid "
+        "termination gives way"
+    )
 
 
 def _first(frequency: RealArray, wrong: BoolArray) -> float:
@@ -160,10 +231,6 @@ def _first(frequency: RealArray, wrong: BoolArray) -> float:
     return float(np.broadcast_to(frequency, np.broadcast_shapes(wrong.shape, frequency.shape))[wrong].ravel()[0])
 
 
-_NO_RESPONSE = (
-    "the stack has no finite response here: an undamped resonance lies at a frequency asked for, "
-    "or nothing between the base and a rigid termination gives way"
-)
 _EXTREME = 5.0  # decades from what is usual
 
 

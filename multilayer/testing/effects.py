@@ -18,8 +18,9 @@ from multilayer.inference.priors import Parameter
 from multilayer.testing.benches import bench
 from multilayer.testing.broken import broken_laws
 
-_TINY, _USUAL = -6.0, 0.0  # standard normal coordinates of an effect's parameters
-_INVISIBLE = 0.02  # of ln(ratio), of R, or of 25 dB: what an effect of next to no size may do
+_TINY, _TINIER, _USUAL = -6.0, -9.0, 0.0  # standard normal coordinates of an effect's parameters
+_INVISIBLE = 0.02  # of ln(ratio), of R, or of 25 dB: what an effect of next to no size may do,
+_NOTHING, _FALLS = 0.002, 0.5  # and what it may do without falling so far on the way to an even smaller one
 _SAME = 1e-10
 _SAMPLE = (80.0, 0.025, 0.01)  # density, thickness and mass of the plate on it
 _FAR = 1e4  # standard normal coordinates: a gap drags unknowns off by hundreds
@@ -29,10 +30,11 @@ def check_effect(effect: BaseEffect | type[BaseEffect]) -> None:
     """Check that an effect keeps the laws of a diagnosis.
 
     The laws: it states its name, its law, what separates it and a source for its prior; parameters have priors and
-    distinct names; it vanishes as its parameters become small; at their usual size it changes something that it does
-    not change then; responses stay finite there, and far out of the priors become NaN at worst, without an exception; a
-    batch of parameters gives the same as single ones, over frequencies and configurations; its arguments are not
-    changed in place; a finer law of it keeps all these, and has the same parameters and more.
+    distinct names; it vanishes as its parameters become small, or at the values in `absent`; at their usual size it
+    changes something that it does not change then; responses stay finite there, and far out of the priors become NaN at
+    worst, without an exception; a batch of parameters gives the same as single ones, over frequencies and
+    configurations; its arguments are not changed in place; a finer law of it keeps all these, and has the same
+    parameters and more.
 
     Parameters
     ----------
@@ -70,20 +72,31 @@ def _says_what_it_is(effect: BaseEffect) -> Iterator[str]:
 def _vanishes(effect: BaseEffect) -> Iterator[str]:
     if not _is_tried(effect):
         return
-    change = np.max(np.abs(_without(effect) - _nominal(effect)))
-    if not change < _INVISIBLE * bench(effect).unit:
-        yield f"with parameters of next to no size the response still changes by {change:.2g}"
+    unit = bench(effect).unit
+    change, closer = (np.max(np.abs(_without(effect, size) - _nominal(effect))) for size in (_TINY, _TINIER))
+    names = [p.name for p in effect.parameters if p.prior.kind != "normal" and p.name not in effect.absent]
+    remedy = (
+        "; where the prior ends before the effect does, or it vanishes at another value than the smallest, the class "
+        f"says at which: absent = {{'{(names or [effect.parameters[0].name])[0]}': 0.0}}"
+    )
+    if not change < _INVISIBLE * unit:
+        yield f"with parameters of next to no size the response still changes by {change:.2g}{remedy}"
+    elif not closer <= max(_FALLS * change, _NOTHING * unit):
+        yield (
+            f"with parameters of next to no size the response still changes by {change:.2g}, and with smaller ones by "
+            f"{closer:.2g}{remedy}"
+        )
 
 
-def _without(effect: BaseEffect) -> ComplexArray:
+def _without(effect: BaseEffect, size: float = _TINY) -> ComplexArray:
     """Return the `_logs` with parameters of next to no size."""
-    return _logs(effect, np.array([_absent(effect, parameter) for parameter in effect.parameters]))
+    return _logs(effect, np.array([_absent(effect, parameter, size) for parameter in effect.parameters]))
 
 
-def _absent(effect: BaseEffect, parameter: Parameter) -> float:
+def _absent(effect: BaseEffect, parameter: Parameter, size: float) -> float:
     if parameter.name in effect.absent:
         return float(parameter.prior.coordinate(effect.absent[parameter.name]))
-    return 0.0 if parameter.prior.kind == "normal" else _TINY
+    return 0.0 if parameter.prior.kind == "normal" else size
 
 
 def _acts(effect: BaseEffect) -> Iterator[str]:

@@ -8,7 +8,9 @@ from multilayer.plugins.files import definitions
 
 
 def use_module(module: ModuleType) -> None:
-    """Register the layers, laws, effects, methods, readers and commands that a module defines, unless they are there.
+    """Register the layers, laws, effects, places, methods, readers and commands that a module defines.
+
+    Those that are there already stay.
 
     To be called in a plugin's ``conftest.py``: its tests then run before it is installed, and after.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -21,9 +21,10 @@ _SAME, _ANALYTIC, _SEEN = 1e-6, 1e-3, 1e-3
 def check_place(place: BasePlace | type[BasePlace]) -> None:
     """Check that a place of the two-plate rig, of a tube or of a construction keeps the laws of a diagnosis.
 
-    The laws: it states its name, title and quantity; a law of 0 changes nothing; one of a tenth of its scale changes
-    ln(top/base), the reflection coefficient, or a level, visibly and stays finite; what it does is analytic in the
-    law, so that a law drawn as amount and phase is one complex function (not asked of the real laws of levels).
+    The laws: it states its name, title and quantity, and all its variants have its name; a law of 0 changes nothing;
+    one of a tenth of its scale changes ln(top/base), the reflection coefficient, or a level, visibly and stays finite;
+    what it does is analytic in the law, so that a law drawn as amount and phase is one complex function (not asked of
+    the real laws of levels).
 
     Parameters
     ----------
@@ -45,8 +46,14 @@ def check_place(place: BasePlace | type[BasePlace]) -> None:
     broken = [text for each in places for text in broken_laws(_LAWS, each)]
     if not places:
         broken = ["has places: there is none in a campaign of several configurations"]
+    if isinstance(place, type) and (others := _names(place.variants()) - _names([place])):
+        broken.append(f"says what it is: its variants have the name {', '.join(sorted(others))}; override 'variants'")
     if broken:
         raise AssertionError("\n".join(broken))
+
+
+def _names(kinds: Iterable[type[BasePlace]]) -> set[str]:
+    return {str(getattr(kind, "name", "")) for kind in kinds}
 
 
 def _says_what_it_is(place: BasePlace) -> Iterator[str]:

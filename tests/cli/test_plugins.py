@@ -10,6 +10,7 @@ from typer.main import get_command
 
 from multilayer.cli import app
 from multilayer.cli.plugin_commands import OF_THIS_PROJECT
+from multilayer.diagnosis.places import LEVEL_PLACES, PLACES, TUBE_PLACES
 from multilayer.errors import InputError
 from multilayer.layers import LAYERS
 from multilayer.measurements.readers import read_channels, read_spectra, read_waveforms
@@ -17,6 +18,7 @@ from multilayer.plugins.commands import BUILT_IN
 from multilayer.plugins.files import plugin_files
 from multilayer.plugins.listing import KINDS, describe_plugins
 from multilayer.registry import Registry
+from multilayer.testing import check_place
 from tests.cli.command import run, run_elsewhere
 from tests.cli.test_bad_input import assert_refused
 
@@ -36,6 +38,12 @@ class Water(Fluid):
     type: Literal['water'] = 'water'
     density: float = 1000.0
     sound_speed: float = 1480.0
+"""
+FACES = """\
+import numpy as np
+from multilayer.layers.fluid import fluid_faces
+from multilayer.matrix.faces import Faces
+from multilayer.matrix.families import FLUID
 """
 EFFECT = """\
 from multilayer.diagnosis.effects.base import positive
@@ -64,6 +72,27 @@ class Untyped(Fluid):
 class Unbounded(Fluid):
     type: Literal['unbounded'] = 'unbounded'
     extra: Annotated[int, Field(multiple_of='x')] = 1
+"""
+PLACE = """\
+from multilayer.diagnosis.places import LevelPlace, Place, TubePlace
+
+class Housing(Place):
+    name, title, quantity = 'housing', 'in the housing', 'relative change of the reading'
+
+    def motion(self, setting, motion, values):
+        return motion * (1 + values)
+
+class Front(TubePlace):
+    name, title, quantity = 'front', 'in front', 'relative change of R'
+
+    def reading(self, setting, reflection, values):
+        return reflection * (1 + values)
+
+class Meter(LevelPlace):
+    name, title, quantity, unit = 'meter', 'in the meter', 'change of the level', 'dB'
+
+    def reading(self, setting, level, values):
+        return level + values
 """
 COMMAND = """\
 from pathlib import Path
@@ -371,6 +400,31 @@ class TestFile:
         ours = [(one["kind"], one["name"]) for one in found if str(tmp_path) in one["origin"][0]["value"]]
         assert ours == [("law", "stiff"), ("reader", "dat")]
 
+    def test_places_of_all_kinds(self, tmp_path):
+        (tmp_path / "places.py").write_text(PLACE)
+        found = json.loads(run("plugins", "--json", "--plugin", tmp_path / "places.py").out)
+        ours = {(one["kind"], one["name"]) for one in found if str(tmp_path) in one["origin"][0]["value"]}
+        assert ours == {("place", "housing"), ("place of a tube", "front"), ("place of a construction", "meter")}
+        assert {("place", "top_plate"), ("place of a tube", "behind"), ("place of a construction", "cavity")} <= {
+            (one["kind"], one["name"]) for one in found
+        }
+        assert "housing" not in PLACES
+        with plugin_files([tmp_path / "places.py"]):
+            for known, name in ((PLACES, "housing"), (TUBE_PLACES, "front"), (LEVEL_PLACES, "meter")):
+                check_place(known[name])
+
+    def test_an_alias_is_no_second_definition(self, water, tmp_path):
+        water[0].write_text(f"{LAYER}\nOldWater = Water\n")
+        assert "\nwater  " in run("layers", "--plugin", water[0]).out
+
+    def test_it_stays_as_long_as_somebody_uses_it(self, water):
+        with plugin_files([water[0]]):
+            kind = LAYERS["water"]
+            with plugin_files([water[0]]):
+                assert LAYERS["water"] is kind
+            assert LAYERS["water"] is kind
+        assert "water" not in LAYERS
+
     @pytest.mark.parametrize("future", ["", "from __future__ import annotations\n"])
     @pytest.mark.parametrize(
         "returned",
@@ -441,6 +495,40 @@ class TestWhatIsReturned:
         what = "what its 'faces' returns is of type NoneType, and must be multilayer.matrix.faces.Faces"
         assert_refused(done, f"layer type 'water' of {plugin} is at fault, not the stack: {what}")
         assert not (tmp_path / "out").exists()
+
+    @pytest.mark.parametrize(
+        ("faces", "words"),
+        [
+            ("fluid_faces(wave, self.thickness, np.ones(7), 1e5)",
+             "arrays of its 'faces' do not go together (operands could not be broadcast together with shapes (3,) (7,) "
+             "), and must broadcast to (3,)"),
+            ("fluid_faces(wave, self.thickness, np.ones((7, 1)), 1e5)",
+             "matrices of its 'faces' have the shape (7, 3) over frequencies and angles, and must have (3,)"),
+            ("Faces(FLUID, np.ones((1, 2, 3)), np.ones((2, 2, 3)))",
+             "the matrix 'front' of its 'faces' is of shape (1, 2, 3), and must be an array of shape (2, 2, 3): (2, 2) "
+             "of the family 'fluid', then frequencies and angles"),
+            ("Faces(FLUID, np.ones((2, 2, 3)), [[1, 2], [3, 4]])", "the matrix 'back' of its 'faces' is of type list"),
+        ],
+    )  # fmt: skip
+    @pytest.mark.parametrize("name", ["", "sea"])
+    def test_arrays_of_a_layer(self, tmp_path, faces, words, name):
+        plugin, file = tmp_path / "still.py", tmp_path / "stack.yaml"
+        plugin.write_text(f"{FACES}{LAYER}\n    def faces(self, wave):\n        return {faces}\n")
+        file.write_text(STACK.replace("water,", f"water, name: {name},") if name else STACK)
+        done = run("simulate", file, "--plugin", plugin, "--out", tmp_path / "out")
+        named = f"layer {name}: " if name else ""
+        assert_refused(done, f"{file}: {named}layer type 'water' of {plugin} is at fault, not the stack: {words}")
+
+    def test_a_layer_whose_numbers_are_not_finite(self, tmp_path):
+        plugin, file = tmp_path / "still.py", tmp_path / "stack.yaml"
+        plugin.write_text(
+            f"{FACES}{LAYER}\n    def faces(self, wave):\n"
+            "        return fluid_faces(wave, self.thickness, np.where(wave.frequency > 150, np.nan, 1.2), 1e5)\n"
+        )
+        file.write_text(STACK.replace("layers:\n", "layers:\n  - {type: fluid, thickness: 1 cm}\n"))
+        done = run("simulate", file, "--plugin", plugin, "--out", tmp_path / "out")
+        assert_refused(done, "the stack has no finite response here: layer 1 gives numbers that are not finite",
+                       f"the formulae of its type 'water' ({plugin}) are wrong (at 200 Hz)")  # fmt: skip
 
     @pytest.mark.parametrize(
         ("returned", "words"),

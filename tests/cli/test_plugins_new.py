@@ -1,7 +1,9 @@
 """``multilayer plugins new``: skeletons that work at once, and names that cannot be used."""
 
 import json
+import re
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +11,7 @@ from multilayer.writing import disk
 from tests.cli.command import python, run
 from tests.cli.test_bad_input import assert_refused
 
+MANUAL = Path(__file__).parents[2] / "docs" / "plugins.md"
 KINDS = ("layer", "law", "effect", "method", "reader", "command")
 ENTRY = dict.fromkeys(KINDS, "our_new_thing") | {"command": "our-new-thing"}
 
@@ -74,6 +77,19 @@ def test_a_layer_with_three_lines_of_its_own(tmp_path):
         text = text.replace(old, new)
     file.write_text(text)
     assert_tests_pass(package)
+
+
+def test_the_layer_of_the_manual_in_the_skeleton(tmp_path):
+    package = made(tmp_path, "layer", "my-foam")
+    (code,) = (code for code in re.findall(r"```python\n(.*?)```", MANUAL.read_text(), re.DOTALL) if "MyFoam" in code)
+    (package / "my_foam.py").write_text(code)
+    done = python("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=package)
+    assert (done.status, "skipped" in done.out) == (0, False), done.out
+    assert code.count("    examples = ") == 1
+    (package / "my_foam.py").write_text(re.sub(r"    examples = .*\n", "", code))
+    done = python("-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=package)
+    assert done.status == 1
+    assert "give the class 'examples', fields of typical layers: check_layer checks those" in done.out
 
 
 def test_a_wrong_edit_is_caught(tmp_path):

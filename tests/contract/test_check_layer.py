@@ -173,6 +173,12 @@ class OfNoUnit(Fluid):
     width: Annotated[float, Unit("smoot per fortnight")] = 1.0
 
 
+class InMillimetres(Fluid):
+    """A field whose unit is not SI."""
+
+    width: Annotated[float, Unit("mm")] = 1.0
+
+
 class WrongDerivative(Fluid):
     """The right matrices, with wrong derivatives by the medium."""
 
@@ -202,6 +208,7 @@ WRONG = [
     (NotANumber, {"thickness": 0.1}, "well formed faces: the back matrix holds numbers that are not finite"),
     (WrongShape, {"thickness": 0.1}, "well formed faces: the front matrix is 1 x 2, not 2 x 2"),
     (OfNoUnit, {"thickness": 0.1}, "units: the unit 'smoot per fortnight' of field 'width' is unknown"),
+    (InMillimetres, {"thickness": 0.1}, "units: the unit 'mm' of field 'width' is not SI: 1 mm is 0.001 meter"),
     (WrongDerivative, {"thickness": 0.1, "density": 1.3}, "derivatives: the derivative by density and differences"),
     (ForgetsItsFile, {"thickness": 0.1, "colour": "blue"}, "yaml round trip: .* comes back as"),
 ]

@@ -82,6 +82,24 @@ class Mixed(Silent):
         return motion * (1 + np.mean(values["size"]) * 1e-3)
 
 
+class NeverVanishes(Silent):
+    """So little is left of it that a bound alone does not see it."""
+
+    def motion(self, setting, motion, values):
+        return motion * (1.015 + values["size"])
+
+
+class Narrow(Silent):
+    parameters = (positive("share", 0.2, 0.3),)
+
+    def motion(self, setting, motion, values):
+        return motion * (1 + values["share"])
+
+
+class NarrowAndKnown(Narrow):
+    absent: ClassVar = {"share": 0.0}
+
+
 class Nameless(Silent):
     law = ""
 
@@ -118,6 +136,8 @@ class JumpTube(SilentTube):
         (Inplace, "an array it was given is changed in place"),
         (InplaceValues, "the values of its parameters are changed in place"),
         (TakesItsValues, "the values of its parameters are changed in place"),
+        (NeverVanishes, r"vanishes: .* still changes by 0.017, and with smaller ones by 0.015; .* {'size': 0.0}"),
+        (Narrow, r"vanishes: .* still changes by 0.033; where the prior ends before .*: absent = {'share': 0.0}"),
         (OfOneSize, "acts: at its usual size it changes nothing"),
         (Mixed, "other responses than one by one"),
         (Nameless, "needs a 'law'"),
@@ -130,6 +150,10 @@ class JumpTube(SilentTube):
 def test_a_broken_effect_is_told(effect, word):
     with pytest.raises(AssertionError, match=word):
         check_effect(effect)
+
+
+def test_an_effect_of_a_narrow_prior_says_where_it_is_absent():
+    check_effect(NarrowAndKnown)
 
 
 class OfAnotherName(EFFECTS["channel_gain"]):

@@ -3,7 +3,7 @@
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from multilayer.media import laws
 from multilayer.media.kramers_kronig import kramers_kronig_loss_modulus
 from multilayer.media.laws import LAWS, ModulusLaw, Table
 from multilayer.testing import check_law
+from multilayer.units import Unit
 from tests.contract import samples
 
 BUILT_IN = [name for name in LAWS if [owner.package for owner in LAWS.owners(name)] == ["multilayer"]]
@@ -127,6 +128,17 @@ class PowerLawOfAnotherLoss(Wrong):
         return self.modulus * (np.abs(f) / 100) ** 0.2 * (1 + 0.01j * np.sign(f))
 
 
+class InKilopascal(Wrong):
+    modulus: Annotated[float, Unit("kPa")] = 100.0
+
+    def __call__(self, frequency):
+        return np.asarray(1e3 * self.modulus + 0j * np.asarray(frequency))
+
+
+class InFoo(InKilopascal):
+    modulus: Annotated[float, Unit("foo")] = 100.0
+
+
 class OneValue(Wrong):
     def __call__(self, frequency):
         return np.asarray(float(np.mean(self.modulus)) + 0j * np.asarray(frequency))
@@ -146,6 +158,8 @@ class OneFrequency(Wrong):
         (AcausalWithDashpot, "causal: E2 differs by 5e\\+03 Pa at .* Hz from what Kramers and Kronig demand"),
         (AcausalBesideAPowerLaw, "causal: E2 differs by 5e\\+03 Pa at .* Hz from what Kramers and Kronig demand"),
         (PowerLawOfAnotherLoss, "causal: E2 differs by .* from what Kramers and Kronig demand"),
+        (InKilopascal, "units: the unit 'kPa' of field 'modulus' is not SI: 1 kPa is 1000 kilogram / meter / second"),
+        (InFoo, "units: the unit 'foo' of field 'modulus' is unknown"),
         (OneValue, "any parameters: an array and single numbers of modulus differ"),
         (OneFrequency, "any frequencies: frequencies of shape"),
         (OneFrequency, "file round trip: no entry point 'multilayer.modulus_laws' is called 'wrong'"),
@@ -188,6 +202,46 @@ def test_what_grows_without_end_is_causal(order, dashpot):
     check_law(SpringPot(order=order, dashpot=dashpot))
     with pytest.raises(AssertionError, match="it says that it is not causal, and is"):
         check_law(AcausalInName(order=order, dashpot=dashpot))
+
+
+class Resonance(ModulusLaw):
+    """A mini-oscillator, as that of CONTRIBUTING.md; of the direct formula rounding makes E2 negative far above."""
+
+    law: Literal["resonance"] = "resonance"
+    damping: float
+    direct: bool = False
+
+    def __call__(self, frequency):
+        w = np.asarray(frequency, dtype=float) / 500.0
+        if self.direct:
+            square = (1j * w) ** 2 + 2j * self.damping * w
+            return np.asarray(1e6 + 2e4 * square / (square + 1))
+        inertia, loss = 1 - w**2, 2 * self.damping * w
+        size = inertia**2 + loss**2
+        return np.asarray(1e6 + 2e4 * (1 - inertia / size + 1j * loss / size))
+
+
+class WronglyAcausal(Resonance):
+    law: Literal["wrongly_acausal"] = "wrongly_acausal"
+    causal: ClassVar[bool] = False
+
+
+@pytest.fixture
+def resonances():
+    for kind in (Resonance, WronglyAcausal):
+        LAWS.register(kind.model_fields["law"].default, kind)
+    yield
+    for kind in (Resonance, WronglyAcausal):
+        LAWS.unregister(kind.model_fields["law"].default)
+
+
+@pytest.mark.usefixtures("resonances")
+@pytest.mark.parametrize("damping", [0.02, 0.5, 0.6, 1.0])
+def test_what_resonates_is_causal(damping):
+    for direct in (False, True):
+        check_law(Resonance(damping=damping, direct=direct))
+    with pytest.raises(AssertionError, match="it says that it is not causal, and is"):
+        check_law(WronglyAcausal(damping=damping))
 
 
 def table():

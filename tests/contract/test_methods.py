@@ -1,17 +1,19 @@
 """Every registered inverse method, those of plugins included, keeps what `check_method` asks; wrong ones are told."""
 
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from multilayer.experiments.two_plate.finite_elements import two_plate_rig
 from multilayer.fits.methods import METHODS, CampaignMethod, Method
 from multilayer.fits.result import BurstFit, FitResult
 from multilayer.fits.run import FitTask
 from multilayer.registry import RegistryError
 from multilayer.testing import check_method
-from multilayer.testing.methods import method_bench
+from multilayer.testing.methods import disc_bench, method_bench, true_modulus, true_motion
 from tests.fits.half_power import HalfPower
 
 OF_CAMPAIGNS = [name for name, kind in METHODS.working() if issubclass(kind, CampaignMethod)]
@@ -91,6 +93,61 @@ class Another(Silent):
 def test_wrong_methods_are_caught(wrong, words):
     with pytest.raises(AssertionError, match=words):
         check_method(wrong)
+
+
+class Exact(Silent):
+    """Knows the truth, and scatters about it by a hundredth."""
+
+    scatter, std = 0.01, 0.005
+
+    def bursts(self, job):
+        moduli = []
+        for i, burst in enumerate(job.bursts):
+            e = complex(true_modulus(burst.frequency)) * (1 + self.scatter * (-1) ** i)
+            errors = (self.std * abs(e),) * 2
+            values = e.real, errors[0], e.imag, errors[1], e.imag / e.real, np.nan
+            moduli.append(BurstFit(burst.configuration, burst.frequency, *values))
+        return moduli
+
+
+class OfFreeRods(Exact):
+    def bursts(self, job):
+        held = 1.0 if job is method_bench() else 1.28
+        return [replace(b, storage_modulus=held * b.storage_modulus) for b in super().bursts(job)]
+
+
+class Sure(Exact):
+    std = 1e-9
+
+
+class Certain(Exact):
+    std = 0.0
+
+
+def test_an_exact_method_passes():
+    check_method(Exact)
+
+
+def test_a_missing_shape_factor_is_told():
+    with pytest.raises(AssertionError, match=r"flat 150 Hz: .* are accepted; the truth is") as caught:
+        check_method(OfFreeRods)
+    assert "flat is a bonded disc with a Poisson's ratio of 0.3, 1.28 times as stiff as a free rod" in str(caught.value)
+    assert "static_shape_factor" in str(caught.value)
+    assert "thick" not in str(caught.value)
+
+
+@pytest.mark.parametrize("wrong", [Sure, Certain])
+def test_standard_deviations_far_below_the_scatter_are_told(wrong):
+    with pytest.raises(AssertionError, match=r"knows_its_errors: E1 scatters by 2e\+03 Pa .*, or NaN where it is not"):
+        check_method(wrong)
+
+
+def test_the_truth_of_the_disc_is_that_of_finite_elements():
+    campaign = disc_bench().campaign
+    for configuration in campaign.configurations:
+        f = np.array([burst.frequency for burst in configuration.bursts])
+        expected = two_plate_rig(campaign, configuration).transmissibility(f, true_modulus(f))
+        np.testing.assert_allclose(true_motion(campaign, configuration, f), expected, rtol=0.005)
 
 
 class Untold(Silent):

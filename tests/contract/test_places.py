@@ -65,6 +65,14 @@ def test_a_place_that_breaks_a_law_is_told(place, law):
         check_place(place)
 
 
+def test_a_place_made_of_another_one_has_its_own_variants():
+    class Foreign(PLACES["top_plate"]):
+        name = "foreign"
+
+    with pytest.raises(AssertionError, match="its variants have the name top_plate; override 'variants'"):
+        check_place(Foreign)
+
+
 def test_a_place_without_a_name():
     class Silent(Nowhere):
         title = ""
