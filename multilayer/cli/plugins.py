@@ -31,7 +31,7 @@ def list_plugins(
     context: typer.Context,
     as_json: ListAsJson = False,
 ) -> None:
-    """List layers, laws, effects, places, methods, readers and plugins' commands: their package, what is broken and why.
+    """List layers, laws, effects, places, methods, readers, plugins' commands: their package, what is broken and why.
 
     Example: multilayer plugins
 
