@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -19,6 +19,7 @@ from multilayer.arrays import ComplexArray, RealArray, half_turn
 from multilayer.diagnosis.evidence import UNKNOWN
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.executors import run_all
+from multilayer.experiments.effects import BaseEffect
 from multilayer.experiments.places import LawAtPlace
 
 Rivals: TypeAlias = Sequence[tuple[Fitted, float]]  # hypotheses with their probabilities
@@ -35,10 +36,17 @@ class Design:
         In words.
     cost : float
         Hours of a laboratory's time.
+    without : tuple of str
+        Effects that the change removes, besides those that name it as `absent_in`.
     """
 
     change: str
     cost: float
+    without: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def removes(self, effect: BaseEffect) -> bool:
+        """Tell whether an effect does not act after the change."""
+        return effect.name in self.without or effect.absent_in == self.change
 
 
 class Prediction(NamedTuple):

@@ -30,7 +30,7 @@ _QUIET = 0.3  # of the level
 
 @dataclass(frozen=True)
 class RigDesign(Design):
-    """A planned change of the rig; it removes the effects that name it as `absent_in`.
+    """A planned change of the rig.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def rank_rig_designs(rivals: Rivals, executor: Executor | None = None) -> list[d
 def _predict(fitted: Fitted, design: RigDesign) -> Prediction:
     """Return ln(ratio) of the first configuration with a design."""
     hypothesis = fitted.hypothesis_as(CampaignProblem)
-    effects, z, root = posterior_without(fitted, lambda effect: effect.absent_in == design.change)
+    effects, z, root = posterior_without(fitted, design.removes)
     stencil = Stencil.central(z, WIDE)
     moved, shown = hypothesis.with_effects(*effects).predict(design.setting(hypothesis.settings[0]), stencil.points)
     # an error of the top channel becomes one of the base channel when the channels are exchanged

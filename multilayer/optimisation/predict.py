@@ -28,6 +28,7 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.simulation.bands import Grid
 from multilayer.simulation.file import SimulationFile
 from multilayer.simulation.settings import DiffuseIncidence, PlaneIncidence
+from multilayer.simulation.tasks import ENERGY_ERROR, keeps_energy
 from multilayer.simulation.tolerances import allowed
 from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
@@ -37,7 +38,6 @@ _EVERY = 4  # of the frequencies of a band: 5 in a third octave
 _ANGLES, _AZIMUTHS = 16, 8
 _SIZE_STEP = 1e-3  # of central differences, in coordinates from 0 to 1: sizes are linear in each field
 TINY = 1e-20  # of complex steps
-_ROUNDING = 5e-4  # of the energy that comes in: half of what a simulation forgives, whose figures are finer
 _AT_ONCE = 30_000  # frequencies times directions times designs of a few layers: some 10 MB for each layer
 
 
@@ -188,7 +188,9 @@ class Predictor:
                 for name in names:
                     spectra[name][part] = values[name]
         if self.window is None:  # edges add to what a sample takes in
-            refused = ~_keeps_energy(spectra)
+            # half of what a simulation forgives, whose figures are finer
+            kept = keeps_energy(spectra["absorption"], spectra.get("transmission_loss"), ENERGY_ERROR / 2)
+            refused = ~np.all(kept, axis=1)
             for spectrum in spectra.values():
                 spectrum[refused] = np.nan
         return spectra
@@ -247,14 +249,6 @@ class Predictor:
             k0 = 2 * np.pi * self.points.ravel()[:, None] / self.gas.sound_speed
             self._radiations[key] = radiation_impedance(window, k0, k0 * np.sin(np.deg2rad(around.angle)))[..., None]
         return self._radiations[key]
-
-
-def _keeps_energy(spectra: Mapping[str, RealArray]) -> NDArray[Any]:
-    """Tell which designs give back no more energy than came in, as `refuse_unsound` asks it of a simulation."""
-    absorption = spectra["absorption"]
-    through = 10 ** (-spectra["transmission_loss"] / 10) if "transmission_loss" in spectra else 0.0
-    sound = (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
-    return np.asarray(np.all(sound, axis=1))
 
 
 def _names(simulation: SimulationFile) -> list[str]:

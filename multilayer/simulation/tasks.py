@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import RealArray
+from multilayer.arrays import BoolArray, RealArray
 from multilayer.errors import InputError, MultilayerError, Problem
 from multilayer.paths import value_at, with_values
 from multilayer.response.bands import POINTS_PER_THIRD
@@ -319,7 +319,21 @@ def _of_wall(shares: Shares) -> dict[str, NDArray[Any] | None]:
     return {"absorption": shares.absorption, "transmission_loss": loss}
 
 
-_ROUNDING = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
+ENERGY_ERROR = 1e-3  # of the energy that comes in; a diffuse field is known to 1e-4
+
+
+def keeps_energy(absorption: RealArray, loss: RealArray | None, error: float = ENERGY_ERROR) -> BoolArray:
+    """Tell where a response gives back no more energy than came in, but for an error as a share of that.
+
+    Parameters
+    ----------
+    absorption : array
+    loss : array or None
+        Transmission loss, dB, of the same shape; None where nothing goes through.
+    error : float
+    """
+    through = 0.0 if loss is None else 10 ** (-loss / 10)
+    return np.asarray((absorption - through >= -error) & (absorption <= 1 + error))
 
 
 def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
@@ -345,8 +359,7 @@ def refuse_unsound(task: Task, outcome: Outcome, frequency: RealArray) -> None:
     kept = [values for name, values in outcome.quantities.items() if name not in OF_FREE_WAVES]
     sound = ~np.isnan(np.array(kept)).any(axis=0)
     if task.size is None and not _is_built(task.stack):  # edges, and openings, add to what a sample takes in
-        through = np.zeros(1) if loss is None else 10 ** (-loss / 10)
-        sound &= (absorption - through >= -_ROUNDING) & (absorption <= 1 + _ROUNDING)
+        sound &= keeps_energy(absorption, loss)
     if not np.all(sound):
         first = float(np.broadcast_to(frequency, sound.shape)[~sound][0])
         reason = f"perhaps as a model does not hold here ({outcome.warnings[0]})" if outcome.warnings else _LOST

@@ -11,13 +11,29 @@ from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.evidence import UNKNOWN
 from multilayer.diagnosis.experiment_design import posterior_without
 from multilayer.diagnosis.fitting import Fitted
+from multilayer.diagnosis.levels.designs import LEVEL_DESIGNS
 from multilayer.diagnosis.rig_designs import RIG_DESIGNS, rank_rig_designs
 from multilayer.diagnosis.tube.designs import TUBE_DESIGNS
 from multilayer.executors import local_pool
 from multilayer.testing.benches import joint_bench
 
+ALL_DESIGNS = [RIG_DESIGNS, TUBE_DESIGNS, LEVEL_DESIGNS]
 
-@pytest.mark.parametrize("designs", [RIG_DESIGNS, TUBE_DESIGNS])
+
+@pytest.mark.parametrize("designs", ALL_DESIGNS)
+def test_designs_remove_effects_that_there_are(designs):
+    """By the design's list, and by what an effect, as that of a plugin, says of itself."""
+    assert {name for design in designs for name in design.without} <= {*EFFECTS}
+    of_plugin = SimpleNamespace(name="of_plugin", absent_in=designs[-1].change)
+    assert [design.removes(of_plugin) for design in designs] == [design is designs[-1] for design in designs]
+
+
+def test_changes_that_effects_name_are_designs():
+    changes = {design.change for designs in ALL_DESIGNS for design in designs}
+    assert {EFFECTS[name].absent_in for name in EFFECTS} - {""} <= changes
+
+
+@pytest.mark.parametrize("designs", ALL_DESIGNS)
 def test_designs_reach_other_processes(designs):
     assert [design.change for design in pickle.loads(pickle.dumps(designs))] == [design.change for design in designs]
 

@@ -38,12 +38,9 @@ class LevelDesign(Design):
     ----------
     stack : callable
         The new nominal stack from the old one.
-    without : tuple of str
-        Effects that the change removes.
     """
 
     stack: Callable[[Stack], Stack] = unchanged
-    without: tuple[str, ...] = ()
 
 
 def _doubled(stack: Stack) -> Stack:
@@ -96,7 +93,7 @@ def rank_level_designs(rivals: Rivals, executor: Executor | None = None) -> list
 def _predict(fitted: Fitted, design: LevelDesign) -> Prediction:
     """Return levels of the first measurement with a design."""
     hypothesis = fitted.hypothesis_as(LevelProblem)
-    effects, z, root = posterior_without(fitted, lambda effect: effect.name in design.without)
+    effects, z, root = posterior_without(fitted, design.removes)
     stacks = {name: design.stack(stack) for name, stack in hypothesis.stacks.items()}
     first = hypothesis.data[0]
     assert isinstance(first.response, LevelResponse)

@@ -37,13 +37,10 @@ class TubeDesign(Design):
         The new nominal stack from the old one.
     tube : callable
         The new tube from the old one.
-    without : tuple of str
-        Effects that the change removes.
     """
 
     stack: Callable[[Stack], Stack] = unchanged
     tube: Callable[[Tube], Tube] = unchanged
-    without: tuple[str, ...] = ()
 
 
 def _thicker(stack: Stack) -> Stack:
@@ -84,7 +81,7 @@ def rank_tube_designs(rivals: Rivals, executor: Executor | None = None) -> list[
 def _predict(fitted: Fitted, design: TubeDesign) -> Prediction:
     """Return R of the first measurement with a design."""
     hypothesis = fitted.hypothesis_as(StackProblem)
-    effects, z, root = posterior_without(fitted, lambda effect: effect.name in design.without)
+    effects, z, root = posterior_without(fitted, design.removes)
     stacks = {name: design.stack(stack) for name, stack in hypothesis.stacks.items()}
     changed = replace(hypothesis, stacks=stacks, tube=design.tube(hypothesis.tube), effects=tuple(effects))
     r, slopes = central(lambda points: changed.with_data(changed.data[:1]).predict(points)[0], z, WIDE)
