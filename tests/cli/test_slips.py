@@ -252,11 +252,13 @@ def test_ctrl_c_during_the_import_of_an_extension_module_is_no_bug(monkeypatch):
 @pytest.mark.skipif(sys.platform == "win32", reason="processes get no Ctrl-C there")
 @pytest.mark.parametrize("seconds", [2.0, 5.0])
 def test_ctrl_c_is_one_line(tmp_path, seconds):
-    command = [sys.executable, "-c", SCRIPT, "diagnose", EXAMPLES / "foam_b", "--jobs", "2", "--seed", "3"]
+    begun = SCRIPT.replace("main()", "print('begun', flush=True); main()")  # a loaded machine takes seconds to import
+    command = [sys.executable, "-c", begun, "diagnose", EXAMPLES / "foam_b", "--jobs", "2", "--seed", "3"]
     started = subprocess.Popen(
         [*command, "--out", tmp_path / "out"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
     )  # fmt: skip
+    assert started.stdout.readline() == "begun\n"
     time.sleep(seconds)
     os.killpg(started.pid, signal.SIGINT)
     _, told = started.communicate(timeout=30)
