@@ -35,6 +35,26 @@ def _harmless_mistakes() -> Iterator[None]:
         raise
 
 
+@contextmanager
+def _told_of_the_end() -> Iterator[None]:
+    """Tell in a line, where a command is stopped, what it has written."""
+    try:
+        yield
+    except (KeyboardInterrupt, ImportError) as error:
+        # an extension module whose import Ctrl-C interrupts tells that it could not be initialised
+        stop: BaseException | None = error
+        while stop is not None and not isinstance(stop, KeyboardInterrupt):
+            stop = stop.__cause__ or stop.__context__
+        if stop is None:
+            raise
+        from multilayer.writing.workspace import written
+
+        by = str(stop) or "Ctrl-C"
+        what = f"{', '.join(map(str, dict.fromkeys(written)))} was written before" if written else "nothing was written"
+        typer.echo(f"stopped by {by}: {what}", err=True)
+        raise typer.Exit(STOPPED) from None
+
+
 class Commands(TyperGroup):
     """The built-in commands, and those in `multilayer.plugins.commands.COMMANDS`; a broken one is told and left out."""
 
@@ -94,7 +114,7 @@ class Commands(TyperGroup):
 
     def make_context(self, *args: Any, **options: Any) -> Any:
         """Return the context of the command line."""
-        with _harmless_mistakes():
+        with _told_of_the_end(), _harmless_mistakes():
             return super().make_context(*args, **options)
 
     def invoke(self, ctx: Any) -> Any:
@@ -103,23 +123,5 @@ class Commands(TyperGroup):
             from multilayer.plugins.files import plugin_files
 
             ctx.with_resource(plugin_files([Path(file) for file in files]))  # old versions of typer have texts here
-        try:
-            with _harmless_mistakes():
-                return super().invoke(ctx)
-        except (KeyboardInterrupt, ImportError) as error:
-            # an extension module whose import Ctrl-C interrupts tells that it could not be initialised
-            stop: BaseException | None = error
-            while stop is not None and not isinstance(stop, KeyboardInterrupt):
-                stop = stop.__cause__ or stop.__context__
-            if stop is None:
-                raise
-            from multilayer.writing.workspace import written
-
-            by = str(stop) or "Ctrl-C"
-            what = (
-                f"{', '.join(map(str, dict.fromkeys(written)))} was written before"
-                if written
-                else "nothing was written"
-            )
-            typer.echo(f"stopped by {by}: {what}", err=True)
-            raise typer.Exit(STOPPED) from None
+        with _told_of_the_end(), _harmless_mistakes():
+            return super().invoke(ctx)
