@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from multilayer.config.yaml12 import Document
+from multilayer.config.yaml12 import Document, read_yaml
 from multilayer.errors import InputError, Problem, show, suggest
 
 KEY = "kind"
@@ -74,6 +74,11 @@ def _kind_of_keys(data: Mapping[str, Any]) -> str:
 def fit_file(source: Path) -> Path:
     """Return the path of a fit file: the source itself, or the ``fit.yaml`` of a folder."""
     return source / FIT_FILE if source.is_dir() else source
+
+
+def read_fit_file(source: str | Path | Document) -> Document:
+    """Return what a fit file, or the ``fit.yaml`` of a folder, holds, its problems with it; a document as it is."""
+    return source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
 
 
 def taken(kind: str) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, model_validator
 
-from multilayer.config.kinds import fit_file
+from multilayer.config.kinds import read_fit_file
 from multilayer.config.validate import validate
-from multilayer.config.yaml12 import Document, read_yaml
+from multilayer.config.yaml12 import Document
 from multilayer.diagnosis.effects.base import EFFECTS, BaseEffect
 from multilayer.diagnosis.effects.tube import Tube, TubeEffect, TubeSetting
 from multilayer.diagnosis.levels.data import level_data
@@ -226,7 +226,7 @@ def load_diagnosis(source: str | Path | Document) -> DiagnosisFile:
 
 
 def _load(source: str | Path | Document, *, is_reference: bool = False) -> DiagnosisFile:
-    document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
+    document = read_fit_file(source)
     context = {"folder": document.file.parent, NOISE_ESTIMATED: True, _IS_REFERENCE: is_reference}
     return validate(document, DiagnosisFile, "diagnose", context=context)
 

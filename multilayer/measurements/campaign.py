@@ -198,12 +198,12 @@ def _tell(
     campaign: Description, seen: dict[str, tuple[Disturbance, ...]], recordings: dict[str, tuple[float, Recording]]
 ) -> None:
     """Warn once of each kind of disturbance that was taken off, of repeats that are apart, and of coloured noise."""
-    from multilayer.signals import band_noise, disturbance, repeats
+    from multilayer.signals.band_noise import noise_in_words
+    from multilayer.signals.disturbance import in_words
+    from multilayer.signals.repeats import repeats_in_words
 
     cycles = campaign.burst.cycles
-    apart = {file: repeats.compare_repeats(recording, f, cycles) for file, (f, recording) in recordings.items()}
-    noises = {file: band_noise.band_noise(recording, f, cycles) for file, (f, recording) in recordings.items()}
-    for text in [*disturbance.in_words(seen), *repeats.in_words(apart), *band_noise.in_words(noises)]:
+    for text in [*in_words(seen), *repeats_in_words(recordings, cycles), *noise_in_words(recordings, cycles)]:
         warn(f"{campaign.file}: {text}", PlausibilityWarning, stacklevel=3)
 
 

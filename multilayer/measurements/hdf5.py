@@ -32,8 +32,8 @@ def read_hdf5(path: Path | str) -> Channels:
     """Read the datasets of an ``.h5`` file through h5py, called by their paths.
 
     A unit is an attribute ``units`` or ``unit`` of its dataset; attributes ``scale_factor`` and ``add_offset`` are
-    applied to its numbers. Rates (see `named_arrays.channels_of`) may be
-    attributes of the file, a group or a dataset, too.
+    applied to its numbers. Rates (see `named_arrays.channels_of`) may be attributes of the file, a group or a dataset,
+    too.
 
     Parameters
     ----------

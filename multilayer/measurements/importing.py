@@ -146,22 +146,23 @@ def _levels(burst: CutBurst, cycles: float) -> RealArray:
 
 def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
     """Return what a user should look at: repeats that are not alike, an offset, hum of the mains, coloured noise."""
-    from multilayer.signals import band_noise, disturbance, repeats
+    from multilayer.signals.band_noise import noise_in_words
+    from multilayer.signals.disturbance import in_words, without_disturbances
+    from multilayer.signals.repeats import repeats_in_words
 
     bursts = {f"{burst.frequency:g} Hz": burst for burst in made.result.bursts}
     clean, taken = {}, {}
     for name, burst in bursts.items():
-        clean[name], taken[name] = disturbance.without_disturbances(burst.recording, burst.frequency, cycles)
+        recording, taken[name] = without_disturbances(burst.recording, burst.frequency, cycles)
+        clean[name] = burst.frequency, recording
     levels = {name: _levels(burst, cycles) for name, burst in bursts.items()}
-    apart = {name: repeats.compare_repeats(clean[name], burst.frequency, cycles) for name, burst in bursts.items()}
-    noises = {name: band_noise.band_noise(clean[name], burst.frequency, cycles) for name, burst in bursts.items()}
     of_levels = [
         f"repeats at {name} differ in level by a factor of {level.max() / level.min():.2g}; a fit averages them"
         for name, level in levels.items()
         if level.max() > _LEVELS * level.min()
     ]
-    of_disturbances = [text.replace("taken off", "which a fit takes off") for text in disturbance.in_words(taken)]
-    return [*of_levels, *repeats.in_words(apart), *of_disturbances, *band_noise.in_words(noises)]
+    of_disturbances = [text.replace("taken off", "which a fit takes off") for text in in_words(taken)]
+    return [*of_levels, *repeats_in_words(clean, cycles), *of_disturbances, *noise_in_words(clean, cycles)]
 
 
 def write_imported(made: ImportedCampaign, folder: Path) -> None:

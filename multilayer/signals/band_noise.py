@@ -79,6 +79,11 @@ def band_noise(recording: Recording, frequency: float, cycles: float) -> BandNoi
     return BandNoise(frequency, chi_square / degrees, above if chi_square > degrees else 1 - above)
 
 
+def noise_in_words(recordings: Mapping[str, tuple[float, Recording]], cycles: float) -> list[str]:
+    """Return `in_words` of recordings; parameters as of `repeats.repeats_in_words`."""
+    return in_words({name: band_noise(recording, f, cycles) for name, (f, recording) in recordings.items()})
+
+
 def in_words(noises: Mapping[str, BandNoise | None]) -> list[str]:
     """Return a sentence where noise is not white: in more than a quarter of the bursts, significantly and by a factor.
 

@@ -155,6 +155,19 @@ def lobe_spectra(recording: Recording, frequency: float, cycles: float) -> tuple
     return base, top
 
 
+def repeats_in_words(recordings: Mapping[str, tuple[float, Recording]], cycles: float) -> list[str]:
+    """Return `in_words` of recordings.
+
+    Parameters
+    ----------
+    recordings : mapping of (float, Recording)
+        By a name for each, the burst's frequency, Hz, and the recording.
+    cycles : float
+        Of the bursts.
+    """
+    return in_words({name: compare_repeats(recording, f, cycles) for name, (f, recording) in recordings.items()})
+
+
 def in_words(apart: Mapping[str, RepeatsApart | None]) -> list[str]:
     """Return a sentence about repeats that are apart beyond 5 % and their noise, if there are any.
 

@@ -73,13 +73,12 @@ class LevelExperiment(Experiment):
         before = [pair for pair in acting if isinstance(pair[0], TubeEffect) or pair[0].changes_waves]
         share = self._remembered(points, before)
         stack = self.setting.stack
-        for effect, values in acting:
-            if not isinstance(effect, TubeEffect):
-                share = effect.beside(self.setting, stack, share, values)
+        behind = [pair for pair in acting if not isinstance(pair[0], TubeEffect)]  # those change the stack only
+        for effect, values in behind:
+            share = effect.beside(self.setting, stack, share, values)
         level = level_of(self.setting.quantity, share)
-        for effect, values in acting:
-            if not isinstance(effect, TubeEffect):
-                level = effect.reading(self.setting, level, values)
+        for effect, values in behind:
+            level = effect.reading(self.setting, level, values)
         return np.broadcast_to(level, (len(points.z), level.shape[-1]))
 
     def _remembered(self, points: Points, acting: Sequence[tuple[Any, Values]]) -> RealArray:
@@ -121,9 +120,9 @@ class LevelExperiment(Experiment):
             if not isinstance(effect, TubeEffect):  # which changes the stack only
                 sound = effect.sound_field(setting.at_waves, sound, values)
 
-        along = [pair for pair in pairs if isinstance(pair[0], LevelEffect) and pair[0].varies]
+        along = [pair for pair in pairs if _varies(pair[0])]
         for effect, values in pairs:
-            if not (isinstance(effect, LevelEffect) and effect.varies):
+            if not _varies(effect):
                 stack = effect.stack(setting, stack, values)
 
         def as_met(stack: Stack) -> Stack:
@@ -132,6 +131,11 @@ class LevelExperiment(Experiment):
             return stack
 
         return mean_power(setting.quantity, stack, sound, response.nodes, response.ridges, as_met)
+
+
+def _varies(effect: Any) -> bool:
+    """Tell whether an effect gives fields that vary along frequency."""
+    return isinstance(effect, LevelEffect) and effect.varies
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
 
 from multilayer.arrays import RealArray
-from multilayer.config.kinds import FIT_FILE, fit_file
+from multilayer.config.kinds import FIT_FILE, read_fit_file
 from multilayer.config.validate import validate
-from multilayer.config.yaml12 import Document, read_yaml
+from multilayer.config.yaml12 import Document
 from multilayer.errors import MultilayerError, suggest
 from multilayer.experiments.stacks.field_priors import MistakeError
 from multilayer.experiments.stacks.measurements import Measurement, MeasurementField
@@ -193,7 +193,7 @@ def load_stack_fit(source: str | Path | Document) -> StackFitFile:
     InputError
         With every mistake found, each with its line and column.
     """
-    document = source if isinstance(source, Document) else read_yaml(fit_file(Path(source)), keep_problems=True)
+    document = read_fit_file(source)
     return validate(document, StackFitFile, "stack-fit", context={"folder": document.file.parent})
 
 
