@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.matrix.couplings import Contact, Rows, couple, wall_rows
 from multilayer.matrix.faces import Faces, LayerField
-from multilayer.matrix.families import normal_velocity
+from multilayer.matrix.families import Family, normal_velocity
 from multilayer.matrix.small import beside, multiply, solve_small
 from multilayer.matrix.solve import (
     HalfSpace,
@@ -61,7 +62,7 @@ class Outcomes:
 
 def solve_with_adjoint(system: System) -> Outcomes:
     """Solve a system and its transpose; the system has no ports."""
-    sweep = backward(system)
+    sweep = backward(system, keep=True)
     solution = onward(system, sweep)
     adjoints = _adjoints(system, sweep)
     fields = []
@@ -133,33 +134,34 @@ def _ahead(system: System, sweep: Sweep, row: int | None) -> list[ComplexArray]:
 
 def _interfaces(system: System, sweep: Sweep) -> Iterator[tuple[ComplexArray, Rows, Rows]]:
     """Give the matrix of the unknowns of every interface, from the head on, and its coupling."""
-    layers, contacts = sweep.layers, system.contacts
-    first, last = layers[0], layers[-1]
+    first, last, contacts = sweep.layers[0], sweep.layers[-1], system.contacts
     axes = first.states.ndim
-    chain: list[Faces] = list(layers)
-    answers: list[ComplexArray | None] = list(sweep.answers)
     if isinstance(system.head, HalfSpace):
-        chain, behind, between = [system.head.faces(axes), *chain], answers, list(contacts)
+        head, contact = system.head.faces(axes), contacts[0]
+        rows = couple(head.family, first.family, contact, head.porosity, first.porosity)
+        yield interface(head, first, sweep.answers[0], contact)[:, head.family.half :], *rows
     else:
-        rows, _ = wall_rows(first.family, contacts[0])
-        yield allowed(rows, first, sweep.answers[0]), (), rows
-        behind, between = answers[1:], list(contacts[1:])
-    if isinstance(system.tail, HalfSpace):
-        chain, behind = [*chain, system.tail.faces(axes)], [*behind, None]
-    for (here, there), answer, contact in zip(pairwise(chain), behind, between, strict=False):
-        i_rows, j_rows = couple(here.family, there.family, contact, here.porosity, there.porosity)
-        yield interface(here, there, answer, contact)[:, here.family.half :], i_rows, j_rows
+        held, _ = wall_rows(first.family, contacts[0])
+        yield allowed(held, first, sweep.answers[0]), (), held
+    tail = [system.tail.faces(axes)] if isinstance(system.tail, HalfSpace) else []
+    chain = pairwise([*sweep.layers, *tail])
+    for (here, there), matrix, contact in zip(chain, sweep.matrices, contacts[1:], strict=False):
+        yield matrix, *couple(here.family, there.family, contact, here.porosity, there.porosity)
     if isinstance(system.tail, Wall | Void):
-        rows = end_rows(last, system.tail, contacts[-1])
-        yield apply_rows(rows, last.states.back[:, last.family.half :]), rows, ()
+        yield sweep.matrices[-1], end_rows(last, system.tail, contacts[-1]), ()
 
 
 def _solve_transposed(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Return X of ``matrix^T X = right``, the matrix's rows weighed first: velocities beside stresses."""
     with np.errstate(divide="ignore", invalid="ignore"):
         weight = 1 / np.abs(matrix).max(axis=1, keepdims=True)
-    solution = solve_small(beside(-right, np.swapaxes(matrix * weight, 0, 1)))
-    return np.asarray(solution * weight)
+    n, m = len(matrix), right.shape[1]
+    work = np.empty((n, m + n, *np.broadcast_shapes(matrix.shape[2:], right.shape[2:])), dtype=complex)
+    np.negative(right, out=work[:, :m])
+    np.multiply(np.swapaxes(matrix, 0, 1), np.swapaxes(weight, 0, 1), out=work[:, m:])
+    solution = solve_small(work)
+    solution *= weight
+    return solution
 
 
 def _above(first: ComplexArray, second: ComplexArray) -> ComplexArray:
@@ -185,12 +187,18 @@ def _by_porosity(
         for place, which in ((i - 1, 0), (i, 1)):
             if not 0 <= place < len(inside):
                 continue
-            slopes = _slopes(here, there, system.contacts[i], which)
-            if any(not isinstance(entry, int | float) or entry for rows in slopes for row in rows for entry in row):
+            if _knows_porosity(here.family, there.family, system.contacts[i], which):
+                slopes = _slopes(here, there, system.contacts[i], which)
                 change = apply_rows(slopes[0], back) + apply_rows(slopes[1], front)
                 lost = np.sum(adjoint.values * change, axis=0)
                 total[place] = -lost if total[place] is None else total[place] - lost
     return total
+
+
+@lru_cache
+def _knows_porosity(here: Family, there: Family, contact: Contact, which: int) -> bool:
+    """Tell whether one of its porosities stands in a coupling."""
+    return couple(here, there, contact, 0.5, 0.5) != couple(here, there, contact, *((0.25, 0.5), (0.5, 0.25))[which])
 
 
 def _outside(

@@ -30,8 +30,8 @@ from multilayer.matrix.wave import Wave
 
 THIN = 2.0  # largest |k| h of the power series
 _APART = 0.3
-_TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
-_SERIES = np.array([[1 / factorial(2 * n + k) for n in range(_TERMS + 1)] for k in (2, 1)])
+TERMS = 12  # the first term left out is below THIN^26 / 27! = 6e-21
+_SERIES = np.array([[1 / factorial(2 * n + k) for n in range(TERMS + 1)] for k in (2, 1)])
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ class LayerField:
     adjoint_front: ComplexArray
     adjoint_back: ComplexArray
 
-    def at(self, mask: BoolArray) -> LayerField:
-        """Return the fields at some points of the trailing axes, in one axis."""
+    def at(self, points: IndexArray | slice, shape: tuple[int, ...]) -> LayerField:
+        """Return the fields at some points of the trailing axes, of a shape in all, in one axis."""
         arrays = (getattr(self, item.name) for item in dataclass_fields(self))
-        return LayerField(*(np.broadcast_to(array, array.shape[:2] + mask.shape)[..., mask] for array in arrays))
+        return LayerField(*(whole(a, a.shape[:2] + shape).reshape(*a.shape[:2], -1)[..., points] for a in arrays))
 
 
 class Origin(ABC):
@@ -392,8 +392,8 @@ def _entire_functions(square: ComplexArray) -> tuple[ComplexArray, ComplexArray]
     """Return sum(M^n / (2n + 2)!) and sum(M^n / (2n + 1)!), that is (cosh(m) - 1) / m^2 and sinh(m) / m of m^2 = M."""
     match len(square):
         case 1:
-            powers = np.multiply.accumulate(np.broadcast_to(square, (_TERMS, *square.shape)))
-            sums = _weighted_sums(_SERIES[:, 1:], powers)
+            powers = np.multiply.accumulate(np.broadcast_to(square, (TERMS, *square.shape)))
+            sums = weighted_sums(_SERIES[:, 1:], powers)
         case 2:
             sums = _entire_functions_of_two(square)
         case _:
@@ -406,12 +406,12 @@ def _entire_functions_of_two(square: ComplexArray) -> ComplexArray:
     """Return both series from n = 1 on, by ``M^n = p_n M - det p_(n-1)`` (Cayley and Hamilton)."""
     trace = square[0, 0] + square[1, 1]
     minus_det = square[0, 1] * square[1, 0] - square[0, 0] * square[1, 1]
-    p = np.empty((_TERMS + 1, *trace.shape), dtype=complex)
+    p = np.empty((TERMS + 1, *trace.shape), dtype=complex)
     p[0], p[1] = 0, 1
-    for n in range(2, _TERMS + 1):
+    for n in range(2, TERMS + 1):
         p[n] = trace * p[n - 1] + minus_det * p[n - 2]
-    sums = _weighted_sums(_SERIES[:, 1:], p[1:])[:, None, None] * square
-    of_eye = minus_det * _weighted_sums(_SERIES[:, 1:], p[:-1])
+    sums = weighted_sums(_SERIES[:, 1:], p[1:])[:, None, None] * square
+    of_eye = minus_det * weighted_sums(_SERIES[:, 1:], p[:-1])
     for i in range(2):
         sums[:, i, i] += of_eye
     return sums
@@ -425,15 +425,15 @@ def _entire_functions_of_many(square: ComplexArray) -> ComplexArray:
     second = multiply(square, square)
     powers = np.array([square, second, multiply(second, square), multiply(second, second)])
     eye = np.eye(len(square)).reshape(square.shape[:2] + (1,) * (square.ndim - 2))
-    sums = _weighted_sums(_SERIES[:, 9:], powers)
+    sums = weighted_sums(_SERIES[:, 9:], powers)
     for n in (4, 0):
         sums += _SERIES[:, n + 4].reshape(-1, *(1,) * square.ndim) * eye
         sums = np.einsum("ij...,njk...->nik...", powers[3], sums)
-        sums += _weighted_sums(_SERIES[:, n + 1 : n + 4], powers[:3])
+        sums += weighted_sums(_SERIES[:, n + 1 : n + 4], powers[:3])
     return sums
 
 
-def _weighted_sums(weights: RealArray, terms: ComplexArray) -> ComplexArray:
+def weighted_sums(weights: RealArray, terms: ComplexArray) -> ComplexArray:
     """Return sums of terms, each with real weights, shape (n_sums, ...); no BLAS, whose rounding depends on shapes."""
     flat = np.ascontiguousarray(terms).reshape(len(terms), -1).view(float)
     sums: RealArray = np.einsum("kn,nm->km", weights, flat)
@@ -463,21 +463,21 @@ def choose(
     shape = common_shape((thin, *arguments))
     matrices: list[ComplexArray] = []
     for make, where in ((series, thin), (waves, ~thin)):
-        points = _run(np.flatnonzero(_whole(where, shape)))
-        parts = make(*(_whole(a, shape).reshape(-1)[points] if np.ndim(a) else a for a in arguments))
+        points = run(np.flatnonzero(whole(where, shape)))
+        parts = make(*(whole(a, shape).reshape(-1)[points] if np.ndim(a) else a for a in arguments))
         matrices = matrices or [np.empty((*part.shape[:2], *shape), dtype=complex) for part in parts]
         for matrix, part in zip(matrices, parts, strict=True):
             matrix.reshape(*matrix.shape[:2], -1)[..., points] = part
     return tuple(matrices)
 
 
-def _run(points: IndexArray) -> IndexArray | slice:
+def run(points: IndexArray) -> IndexArray | slice:
     """Return consecutive indices, as those of the lowest frequencies, as a slice, which copies nothing."""
     first, last = points[0], points[-1]
     return slice(first, last + 1) if last - first + 1 == len(points) else points
 
 
-def _whole(values: Numeric, shape: tuple[int, ...]) -> NDArray[Any]:
+def whole(values: Numeric, shape: tuple[int, ...]) -> NDArray[Any]:
     """Return an array of the shape; NumPy takes long to find that it has it already."""
     array = np.asarray(values)
     return array if array.shape == shape else np.broadcast_to(array, shape)

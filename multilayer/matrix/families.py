@@ -57,6 +57,22 @@ class Family:
             for column, columns in halves.items()
         }
 
+    @cached_property
+    def reciprocal_pairs(self) -> tuple[tuple[int, int, int], ...]:
+        """Of every power pair the places in `even` and in `odd`, and the sign with which waves are orthogonal in it.
+
+        Of ``velocity stress' - stress velocity'`` what comes back has the odd half turned round, and what runs the
+        other way along axis 1 the velocity and the shear along it.
+        """
+        pairs = []
+        for velocity, stress, sign in self.power_pairs:
+            turned = -1 if self.components[velocity].startswith("v1") else 1
+            if stress in self.even:
+                pairs.append((self.even.index(stress), self.odd.index(velocity), sign * turned))
+            else:
+                pairs.append((self.even.index(velocity), self.odd.index(stress), -sign * turned))
+        return tuple(pairs)
+
     def index(self, component: str) -> int:
         """Return the position of a component."""
         return self.components.index(component)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import factorial
 
@@ -22,20 +22,32 @@ from numpy.polynomial.legendre import leggauss
 
 from multilayer.arrays import BoolArray, ComplexArray, Numeric, RealArray
 from multilayer.matrix.faces import (
+    TERMS,
     LayerField,
     Origin,
     States,
     choose,
     from_propagator,
     propagator_series,
+    run,
     thin_limit,
     wave_states,
+    weighted_sums,
+    whole,
 )
 from multilayer.matrix.families import Family
-from multilayer.matrix.small import Entries, aligned, beside, multiply, solve_small, stack_entries
+from multilayer.matrix.small import Entries, aligned, common_shape, multiply, stack_entries
 from multilayer.matrix.wave import Wave
 
 _ROUNDING = 1e-16
+_MOST = 0.5  # where so many points take the series, the other thin ones cost less with them than apart
+# of m^2 h^2: over 1/h, 1/h^2 and 1/h^3, of cosh with cosh, of cosh with sinh / m and of sinh / m with itself
+_CONVOLUTIONS = np.array(
+    [
+        [(n + 1) / factorial(2 * n + 1), 0.5 / factorial(2 * n + 1), (n + 1) / factorial(2 * n + 3)]
+        for n in range(TERMS + 1)
+    ]
+).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +55,7 @@ class Slab(Origin):
     """A homogeneous slab in a plane harmonic field.
 
     Its constants are numbers and arrays that broadcast over frequency, angle and samples: what its field equations and
-    its waves are made of.
+    its waves are made of. These are reciprocal, as those of any medium at rest without memory of a direction.
 
     Attributes
     ----------
@@ -97,6 +109,17 @@ class Slab(Origin):
         """Where the power series is the better basis."""
         return np.asarray(self.turn < thin_limit(self.wave.kx, self.shear))
 
+    @cached_property
+    def merged(self) -> BoolArray:
+        """Where derivatives take the power series: thin, and with waves that are nearly the same along axis 3.
+
+        However thin a layer is, products of waves that differ have good integrals.
+        """
+        if self.shear is None:
+            return self.thin
+        merged = np.asarray(self.thin & (np.abs(self.shear) < np.abs(self.wave.kx) ** 2))
+        return self.thin if np.mean(merged) > _MOST else merged
+
     def matrices(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the face matrices (A, B)."""
         return self.states().matrices()
@@ -127,27 +150,41 @@ class Slab(Origin):
         return self._by_thickness(field), *self.by_medium(x, y)
 
     def _by_equations(self, field: LayerField) -> tuple[ComplexArray, ComplexArray]:
-        """Return derivatives by the entries of X and Y, from series where the slab is thin, from waves elsewhere."""
+        """Return derivatives by the entries of X and Y, from series where waves merge, from waves elsewhere."""
         arguments = (self.thickness, *self.constants)
-        if np.all(self.thin):
+        if np.all(self.merged):
             return self._of_series(field, *arguments)
-        if not np.any(self.thin):
+        if np.any(self.thin & ~self.merged):
+            field = self._with_waves(field)
+        if not np.any(self.merged):
             return self._of_waves(field, *arguments)
-        shape = np.broadcast_shapes(self.thin.shape, *(np.shape(argument) for argument in arguments))
+        shape = np.broadcast_shapes(self.merged.shape, *(np.shape(argument) for argument in arguments))
         shape = np.broadcast_shapes(shape, field.adjoint_back.shape[2:])
         gradients: list[ComplexArray] = []
-        for make, where in ((self._of_series, self.thin), (self._of_waves, ~self.thin)):
-            mask = np.broadcast_to(where, shape)
-            parts = make(field.at(mask), *(np.broadcast_to(a, shape)[mask] if np.ndim(a) else a for a in arguments))
+        for make, where in ((self._of_series, self.merged), (self._of_waves, ~self.merged)):
+            points = run(np.flatnonzero(whole(where, shape)))
+            here = (whole(a, shape).reshape(-1)[points] if np.ndim(a) else a for a in arguments)
+            parts = make(field.at(points, shape), *here)
             gradients = gradients or [np.empty((*part.shape[:-1], *shape), dtype=complex) for part in parts]
             for gradient, part in zip(gradients, parts, strict=True):
-                gradient[..., mask] = part
+                gradient.reshape(*part.shape[:-1], -1)[..., points] = part
         return gradients[0], gradients[1]
+
+    def _with_waves(self, field: LayerField) -> LayerField:
+        """Return the fields with the amplitudes of waves also where the power series has others."""
+        states = stack_entries(self.waves(*self.constants))
+        even, odd = list(self.family.even), list(self.family.odd)
+        of_even, of_odd = _inverses(self.family, states[even], states[odd])
+        onward, back = multiply(of_even, field.front[even]), multiply(of_even, field.back[even])
+        onward += multiply(of_odd, field.front[odd])
+        back -= multiply(of_odd, field.back[odd])
+        waves = np.concatenate([onward, back]) / 2
+        return replace(field, amplitudes=np.where(self.thin, waves, field.amplitudes))
 
     def _of_series(
         self, field: LayerField, thickness: Numeric, *constants: Numeric
     ) -> tuple[ComplexArray, ComplexArray]:
-        turn = float(np.max(self.turn, where=self.thin, initial=0.0))
+        turn = float(np.max(self.turn, where=self.merged, initial=0.0))
         return _by_series(self.family, *self.equations(*constants), thickness, field, turn)
 
     def _of_waves(
@@ -175,8 +212,10 @@ def _by_series(
     The field is known at the front, the adjoint field at the back; Gauss's nodes integrate their product, whose series
     they hold to rounding.
     """
+    if family.half == 1:
+        return _by_series_of_fluid(x[0][0], y[0][0], h, field, family)
     even, odd = list(family.even), list(family.odd)
-    nodes, weights = _gauss(5 + int(2.5 * turn))
+    nodes, weights = _gauss(_nodes(turn))
     turned = ([[entry * h for entry in row] for row in matrix] for matrix in (x, y))
     matrix_x, matrix_y = (stack_entries(rows) for rows in turned)
     powers = _powers(turn)
@@ -194,11 +233,44 @@ def _by_series(
     return gradients[0], gradients[1]
 
 
+def _by_series_of_fluid(
+    x: Numeric, y: Numeric, h: Numeric, field: LayerField, family: Family
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return derivatives by X and Y of a single wave both ways, from products whose integrals have series.
+
+    The field is ``cosh(m x)`` and ``sinh(m x) / m`` times its halves at the front, m^2 = X Y, and the adjoint field
+    the same of h - x times its halves at the back: what is left are three convolutions of these functions.
+    """
+    powers = np.multiply.accumulate(np.broadcast_to(x * y * h**2, (TERMS, *common_shape((x, y, h)))))
+    alike, mixed, twice = (
+        first + later
+        for first, later in zip(_CONVOLUTIONS[:, 0], weighted_sums(_CONVOLUTIONS[:, 1:], powers), strict=True)
+    )
+    (even,), (odd,) = family.even, family.odd
+    into_even, into_odd = x * h, y * h
+
+    def integral(a: ComplexArray, turned_a: ComplexArray, b: ComplexArray, turned_b: ComplexArray) -> ComplexArray:
+        return np.asarray(-h * (a * (alike * b + mixed * turned_b) + turned_a * (mixed * b + twice * turned_b)))
+
+    (e, o), (a, b) = (field.front[even], field.front[odd]), (field.adjoint_back[even], field.adjoint_back[odd])
+    by_x = integral(a, into_odd * b, o, into_odd * e)
+    by_y = integral(b, into_even * a, e, into_even * o)
+    return by_x[None, None], by_y[None, None]
+
+
 @lru_cache
 def _gauss(n: int) -> tuple[RealArray, RealArray]:
     """Return Gauss's nodes and weights from 0 to 1."""
     nodes, weights = leggauss(n)
     return (1 + nodes) / 2, weights / 2
+
+
+def _nodes(turn: float) -> int:
+    """Return how many nodes integrate a product of two exponentials to rounding, each up to exp(`turn`)."""
+    n = 2
+    while (2 * turn) ** (2 * n) * factorial(n) ** 4 / ((2 * n + 1) * factorial(2 * n) ** 3) > _ROUNDING:
+        n += 1
+    return n
 
 
 def _powers(turn: float) -> RealArray:
@@ -254,22 +326,33 @@ def _by_waves(
     # of the adjoint field: amplitudes that decay from the front face, and from the back face
     alpha = _along(s_odd, field.adjoint_front[odd]) - _along(s_even, field.adjoint_front[even])
     beta = _along(s_odd, field.adjoint_back[odd]) + _along(s_even, field.adjoint_back[even])
+    inverse_even, inverse_odd = _inverses(family, s_even, s_odd)
     a, b = field.amplitudes[:n, None], field.amplitudes[n:, None]
     a, b, alpha, beta, alike, crossed = aligned(a, b, alpha[None], beta[None], *_integrals(k, h))
     of_both, of_one = (a * beta - b * alpha) * crossed, (a * alpha - b * beta) * alike
-    x = multiply(s_odd, multiply(of_both + of_one, _inverse(s_even)))
-    y = multiply(s_even, multiply(of_both - of_one, _inverse(s_odd)))
+    x = multiply(s_odd, multiply(of_both + of_one, inverse_even))
+    y = multiply(s_even, multiply(of_both - of_one, inverse_odd))
     return -0.5 * np.swapaxes(x, 0, 1), -0.5 * np.swapaxes(y, 0, 1)
+
+
+def _inverses(family: Family, even: ComplexArray, odd: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return the inverses of both halves of the states of the waves.
+
+    Of two waves the sum of ``velocity stress' - stress velocity'`` over the power pairs, the second mirrored along axis
+    1, is the same everywhere (reciprocity), so that it vanishes unless each undoes the phase of the other: one half's
+    transpose is the other's inverse, but for a factor of each wave.
+    """
+    of_even, of_odd = (np.empty_like(half) for half in (even, odd))
+    for i, j, sign in family.reciprocal_pairs:
+        np.multiply(sign, odd[j], out=of_even[:, i])
+        np.multiply(sign, even[i], out=of_odd[:, j])
+    factor = 1 / sum(of_even[:, i] * even[i] for i in range(family.half))
+    return of_even * factor[:, None], of_odd * factor[:, None]
 
 
 def _along(states: ComplexArray, adjoint: ComplexArray) -> ComplexArray:
     """Return the products of an adjoint state with the state of each wave."""
     return multiply(np.swapaxes(states, 0, 1), adjoint[:, None])[:, 0]
-
-
-def _inverse(matrix: ComplexArray) -> ComplexArray:
-    eye = np.eye(len(matrix)).reshape(matrix.shape[:2] + (1,) * (matrix.ndim - 2))
-    return solve_small(beside(-eye.astype(complex), matrix))
 
 
 def _integrals(k: Sequence[Numeric], h: Numeric) -> tuple[ComplexArray, ComplexArray]:
@@ -279,16 +362,22 @@ def _integrals(k: Sequence[Numeric], h: Numeric) -> tuple[ComplexArray, ComplexA
     ``exp(-i k x - i k' (h - x))``.
     """
     phases = [np.asarray(wavenumber * h, dtype=complex) for wavenumber in k]
-    alike: list[list[Numeric]] = [[h * _mean(p + q) for q in phases] for p in phases]
-    crossed: list[list[Numeric]] = [[h * np.exp(-1j * p) for _ in phases] for p in phases]
+    lost = [np.expm1(-1j * phase) for phase in phases]
+    n, shape = len(phases), common_shape((h, *phases))
+    alike, crossed = (np.empty((n, n, *shape), dtype=complex) for _ in range(2))
     for i, p in enumerate(phases):
+        crossed[i, i] = h * np.exp(-1j * p)
+        for j, q in enumerate(phases[: i + 1]):
+            # exp(-i (p + q)) - 1 to the last digit, of the same for each
+            alike[i, j] = alike[j, i] = h * _mean(p + q, lost[i] + lost[j] + lost[i] * lost[j])
         for j, q in enumerate(phases[:i]):
             nearer, farther = np.where(p.imag < q.imag, q, p), np.where(p.imag < q.imag, p, q)
-            crossed[i][j] = crossed[j][i] = h * np.exp(-1j * nearer) * _mean(farther - nearer)
-    return stack_entries(alike), stack_entries(crossed)
+            apart = farther - nearer
+            crossed[i, j] = crossed[j, i] = h * np.exp(-1j * nearer) * _mean(apart, np.expm1(-1j * apart))
+    return alike, crossed
 
 
-def _mean(phase: ComplexArray) -> ComplexArray:
-    """Return the mean of exp(-i phase t), t from 0 to 1: (1 - exp(-i phase)) / (i phase)."""
+def _mean(phase: ComplexArray, lost: ComplexArray) -> ComplexArray:
+    """Return the mean of exp(-i phase t), t from 0 to 1, from ``lost`` = exp(-i phase) - 1."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(phase == 0, 1, -np.expm1(-1j * phase) / (1j * phase))
+        return np.where(phase == 0, 1, 1j * lost / phase)

@@ -125,11 +125,14 @@ class Sweep:
         Of every layer, c- from c+.
     carries : list of complex array or None
         Of every layer, the c+ of the next layer or half-space from c+; None before a wall or a void.
+    matrices : list of complex array
+        Of the interface behind every layer, the equations' coefficients of its unknowns; empty unless they are kept.
     """
 
     layers: list[Faces]
     answers: list[ComplexArray]
     carries: list[ComplexArray | None]
+    matrices: list[ComplexArray]
 
 
 def solve(system: System) -> Solution:
@@ -145,7 +148,7 @@ def onward(system: System, sweep: Sweep) -> Solution:
     if not isinstance(system.head, Wall):
         ndim = answers[0].ndim
         head = system.head.faces(ndim, is_head=True) if isinstance(system.head, Port) else system.head.faces(ndim)
-        reflection, carry = _join(head, first, answers[0], system.contacts[0])
+        reflection, carry = _joined(head, first, interface(head, first, answers[0], system.contacts[0]))
         reflected, ahead = reflection[0, 0], carry[:, 0]
     else:
         ahead = _drive(first, answers[0], system.contacts[0])
@@ -162,36 +165,42 @@ def _same_axes(layers: Sequence[Faces]) -> list[Faces]:
     return [FacesOfStates(layer.family, layer.states.aligned(ndim), layer.porosity) for layer in layers]
 
 
-def backward(system: System) -> Sweep:
-    """Sweep a system from its termination to its first layer."""
+def backward(system: System, *, keep: bool = False) -> Sweep:
+    """Sweep a system from its termination to its first layer; `keep` the interfaces' coefficients."""
     layers = _same_axes(system.layers)
     last = layers[-1]
     answers: list[ComplexArray] = []
     carries: list[ComplexArray | None] = []
+    matrices: list[ComplexArray] = []
+
+    def keeps(equations: ComplexArray) -> ComplexArray:
+        if keep:
+            matrices.append(equations[:, -len(equations) :].copy())
+        return equations
+
     if isinstance(system.tail, HalfSpace | Port):
         ndim, tail = last.states.ndim, system.tail
         behind = tail.faces(ndim, is_head=False) if isinstance(tail, Port) else tail.faces(ndim)
-        answer, carry = _join(last, behind, None, system.contacts[-1])
+        answer, carry = _joined(last, behind, keeps(interface(last, behind, None, system.contacts[-1])))
         answers.append(answer)
         carries.append(carry)
     else:
-        answers.append(_terminate(last, system.tail, system.contacts[-1]))
+        held = apply_rows(end_rows(last, system.tail, system.contacts[-1]), last.states.back)
+        answers.append(last.states.behind(solve_small(keeps(held))))
         carries.append(None)
     for (layer, following), contact in zip(
         reversed(list(pairwise(layers))), reversed(system.contacts[1:-1]), strict=True
     ):
-        answer, carry = _join(layer, following, answers[-1], contact)
+        answer, carry = _joined(layer, following, keeps(interface(layer, following, answers[-1], contact)))
         answers.append(answer)
         carries.append(carry)
-    return Sweep(layers, answers[::-1], carries[::-1])
+    return Sweep(layers, answers[::-1], carries[::-1], matrices[::-1])
 
 
-def _join(
-    layer: Faces, following: Faces, answer: ComplexArray | None, contact: Contact
-) -> tuple[ComplexArray, ComplexArray]:
+def _joined(layer: Faces, following: Faces, equations: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return (R, F) of one interface: unknown are the layer's c- and the c+ behind, given is the layer's c+."""
     n_behind = following.family.half
-    solution = layer.states.behind(solve_small(interface(layer, following, answer, contact)))
+    solution = layer.states.behind(solve_small(equations))
     return solution[n_behind:], solution[:n_behind]
 
 
@@ -216,11 +225,6 @@ def allowed(rows: Rows, layer: Faces, answer: ComplexArray | None) -> ComplexArr
     total = multiply(held[:, half:], states.before(answer))
     total += held[:, :half]
     return total
-
-
-def _terminate(layer: Faces, tail: Wall | Void, contact: Contact) -> ComplexArray:
-    """Return c- from c+ in front of a wall or a void."""
-    return layer.states.behind(solve_small(apply_rows(end_rows(layer, tail, contact), layer.states.back)))
 
 
 def end_rows(layer: Faces, tail: Wall | Void, contact: Contact) -> Rows:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from multilayer.layers.base import Layer
 from multilayer.matrix.adjoint import solve_with_adjoint
 from multilayer.matrix.solve import HalfSpace, Solution, System, Wall
 from multilayer.matrix.wave import Wave
-from multilayer.paths import Located, index_of, locate, token_of, value_at, with_values
+from multilayer.paths import Located, locate, positions, token_of, value_at, with_values
 from multilayer.response.base_motion import velocity_of_top
 from multilayer.response.system import build_system, refuse_infinite, solve_or_explain
 from multilayer.stack import Stack
@@ -82,24 +82,40 @@ class Variations:
             self._layers[ndim] = [self._varied(i, ndim) for i in range(len(self.stack.layers))]
         return self._layers[ndim]
 
-    def _varied(self, layer: int, ndim: int) -> _Varied:
-        depends = type(self.stack.layers[layer]).under is not Layer.under
-        places = [place for place, (index, _) in enumerate(self._found) if index == layer or depends]
-        values, steps = {}, []
-        for i, place in enumerate(places):
-            found = self._found[place][1]
-            step = _STEP * _reach(found)
+    def _varied(self, i: int, ndim: int) -> _Varied:
+        layer, depends = self.stack.layers[i], type(self.stack.layers[i]).under is not Layer.under
+        places = [place for place, found in enumerate(self._found) if found.layer == i or depends]
+        steps, values = [], {}
+        for row, found in enumerate(self._found[place] for place in places):
             points = np.zeros((len(places), len(_POINTS)))
-            points[i] = _POINTS
-            values[self.fields[place]] = _with_axis(found.value, ndim) + points.reshape(-1, *(1,) * ndim) * step
-            steps.append(step)
-        return _Varied(places, steps, with_values(self.stack, values).at_rest(on_base=self.on_base)[layer])
+            points[row] = _POINTS
+            steps.append(_STEP * _reach(found.located))
+            moved = _with_axis(found.located.value, ndim) + points.reshape(-1, *(1,) * ndim) * steps[-1]
+            values[found.path if depends else found.inside] = moved
+        if depends:
+            return _Varied(places, steps, with_values(self.stack, values).at_rest(on_base=self.on_base)[i])
+        return _Varied(places, steps, with_values(layer, values))
 
     @cached_property
-    def _found(self) -> list[tuple[int, Located]]:
-        """The layer of each field, and the field."""
-        layers = self.stack.layers
-        return [(index_of(layers, path.split(".")[1], "layers"), locate(self.stack, path)) for path in self.fields]
+    def _found(self) -> list[_Found]:
+        """The fields."""
+        found, layers = [], self.stack.layers
+        known = positions(layers)
+        for path in self.fields:
+            _, token, inside = path.split(".", 2)
+            layer = known[token]
+            found.append(_Found(path, layer, inside, locate(layers[layer], inside)))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A field by its path, the index of its layer, the path inside the layer, and what it holds."""
+
+    path: str
+    layer: int
+    inside: str
+    located: Located
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +135,8 @@ class _Varied:
     steps: list[RealArray]
     layer: Layer
 
-    def slopes(self, wave: Wave, ndim: int) -> list[ComplexArray | None]:
-        """Return the derivatives, shape (n_places, ...), of every coefficient of the layer and its faces' porosity.
+    def slopes(self, wave: Wave, ndim: int) -> list[list[ComplexArray] | None]:
+        """Return the derivatives by all places of every coefficient of the layer and of its faces' porosity.
 
         Of a coefficient that depends on none of the fields there is None.
         """
@@ -128,13 +144,14 @@ class _Varied:
         assert faces.origin is not None  # as without the steps
         return [self._slope(coefficient, ndim) for coefficient in (*faces.origin.coefficients, faces.porosity)]
 
-    def _slope(self, coefficient: Numeric, ndim: int) -> ComplexArray | None:
+    def _slope(self, coefficient: Numeric, ndim: int) -> list[ComplexArray] | None:
         array = np.asarray(coefficient)
         if array.ndim <= ndim or len(array) != len(self.places) * len(_POINTS):
             return None
         points = array.reshape(len(self.places), len(_POINTS), *array.shape[1:])
-        differences = np.tensordot(_WEIGHTS, points, (0, 1))
-        return np.stack([difference / step for difference, step in zip(differences, self.steps, strict=True)])
+        near, far = points[:, 0] - points[:, 1], points[:, 2] - points[:, 3]
+        differences = near * _WEIGHTS[0] + far * _WEIGHTS[2]
+        return [difference / step for difference, step in zip(differences, self.steps, strict=True)]
 
 
 def linearised(variations: Variations, wave: Wave, head: HalfSpace | Wall) -> Linearised:
@@ -187,7 +204,7 @@ def _add_up(
     slopes: ComplexArray,
     places: Sequence[int],
     gradient: Sequence[Numeric | None],
-    changes: Sequence[ComplexArray | None],
+    changes: Sequence[Sequence[ComplexArray] | None],
 ) -> None:
     """Add to the derivatives by fields those by each coefficient times that of the coefficient by the fields."""
     for by_coefficient, change in zip(gradient, changes, strict=True):
@@ -208,13 +225,19 @@ def _reach(found: Located) -> RealArray:
     """Return how far a field's value may move before its formulae may end: at 0, or at a bound that it never meets."""
     value = np.asarray(found.value, dtype=float)
     usual = magnitudes(found.unit or "").usual
-    bounds = dict(field_bounds(type(found.owner).model_fields[found.field]))
-    beyond_zero = any(bounds.get(side) for side in ("gt", "ge"))  # as Poisson's ratio, for which 0 is nothing special
+    beyond_zero, ends = _ends(type(found.owner), found.field)
     reach = np.where(value == 0, _LITTLE * usual, usual if beyond_zero else np.abs(value))
-    for end in (bounds[side] for side in ("gt", "lt") if side in bounds):
+    for end in ends:
         room = np.abs(value - end)
         reach = np.where(room > 0, np.minimum(reach, room), reach)
     return reach
+
+
+@lru_cache
+def _ends(owner: type[BaseModel], field: str) -> tuple[bool, list[float]]:
+    """Return whether a field may pass 0, as Poisson's ratio does, and the bounds that it never meets."""
+    bounds = dict(field_bounds(owner.model_fields[field]))
+    return any(bounds.get(side) for side in ("gt", "ge")), [bounds[side] for side in ("gt", "lt") if side in bounds]
 
 
 def _by_differences(stack: Stack, wave: Wave, head: HalfSpace | Wall, path: str) -> ComplexArray:

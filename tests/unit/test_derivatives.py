@@ -127,6 +127,8 @@ def test_samples_in_fields() -> None:
         np.testing.assert_allclose(
             found.reflection[:, i], plane_wave_derivatives(one, paths, FREQUENCY, ANGLE).reflection, rtol=1e-9
         )
+    every = plane_wave_derivatives(several, None, FREQUENCY, ANGLE)  # of the same layer, too
+    np.testing.assert_array_equal(every.by(paths[0])["reflection"], found.reflection[0])
     table = found.to_pandas()
     assert len(table) == 2 * 27
     assert set(table["field"]) == set(paths)
