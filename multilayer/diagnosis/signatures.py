@@ -118,8 +118,9 @@ def _detectable_size(nominal: Fitted, task: tuple[BaseEffect, RealArray]) -> dic
     smallest = None
     if visible.size:
         low, high = np.append(absent, tried)[visible[0] : visible[0] + 2]
-        found = brentq(lambda at: excess(np.array([at]))[0], low, high, xtol=_CLOSE)
-        smallest = abs(float(prior.value(np.exp(found) if is_signed else found)))
+        if excess(np.array([low]))[0] < 0:  # far from any minimum a size next to nothing shows as well: none is told
+            found = brentq(lambda at: excess(np.array([at]))[0], low, high, xtol=_CLOSE)
+            smallest = abs(float(prior.value(np.exp(found) if is_signed else found)))
     return {
         "parameter": first.name,
         "smallest": None if smallest is None else float(f"{smallest:.3g}"),

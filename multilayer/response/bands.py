@@ -81,15 +81,15 @@ def bands_of(frequency: ArrayLike, width: Width = "third octaves") -> list[tuple
     return [(centre, np.flatnonzero(numbers == n)) for centre, n in zip(centres, present, strict=True)]
 
 
-def mean_value(values: RealArray) -> RealArray:
-    """Return the mean over the last axis."""
-    return np.asarray(np.mean(values, axis=-1))
+def mean_value(values: RealArray, weights: RealArray | None = None) -> RealArray:
+    """Return the mean over the last axis, of equal weights or of those given, whose sum is 1."""
+    return np.asarray(np.mean(values, axis=-1) if weights is None else np.sum(weights * values, axis=-1))
 
 
-def mean_loss(loss: RealArray) -> RealArray:
-    """Return the loss, dB, that belongs to the mean of the transmitted power over the last axis."""
+def mean_loss(loss: RealArray, weights: RealArray | None = None) -> RealArray:
+    """Return the loss, dB, that belongs to the mean of the transmitted power over the last axis; see `mean_value`."""
     with np.errstate(divide="ignore"):
-        return np.asarray(-10 * np.log10(np.mean(10 ** (-np.asarray(loss) / 10), axis=-1)))
+        return np.asarray(-10 * np.log10(mean_value(10 ** (-np.asarray(loss) / 10), weights)))
 
 
 def band_means(

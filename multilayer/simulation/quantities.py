@@ -48,11 +48,11 @@ class Quantity:
         parts = (values.real, values.imag) if self.is_complex else (values,)
         return {column: np.asarray(part, dtype=float) for column, part in zip(self.columns, parts, strict=True)}
 
-    def mean(self, values: RealArray) -> RealArray:
+    def mean(self, values: RealArray, weights: RealArray | None = None) -> RealArray:
         """Return the mean over the last axis: of the power for a quantity in dB, else of the values."""
         if self.is_level:
-            return -mean_loss(-values)
-        return mean_loss(values) if self.unit == "dB" else mean_value(values)
+            return -mean_loss(-values, weights)
+        return mean_loss(values, weights) if self.unit == "dB" else mean_value(values, weights)
 
     def slope_of_mean(self, values: RealArray, slopes: RealArray) -> RealArray:
         """Return the derivatives of the mean over the last axis from those of the values."""

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, TypeGuard
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import BoolArray, RealArray
-from multilayer.errors import InputError, MultilayerError, Problem
+from multilayer.errors import InputError, MultilayerError, Problem, ValidityWarning
 from multilayer.paths import value_at, with_values
-from multilayer.response.bands import POINTS_PER_THIRD
+from multilayer.response.bands import POINTS_PER_THIRD, nearest_centres
 from multilayer.response.beside import Shares, Sound
 from multilayer.response.chunks import in_chunks
 from multilayer.response.construction import Construction, wall_shares
@@ -35,6 +37,7 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.linearised import linearised
 from multilayer.simulation.quantities import LOST_IN, normalised, quantity_named
+from multilayer.simulation.resonances import Parts, resolved, uneven
 from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
 from multilayer.simulation.spread import Slopes, by_differences
 from multilayer.simulation.warned import collected_warnings
@@ -156,12 +159,12 @@ def _of_case(task: Task, error: MultilayerError) -> MultilayerError:
 def _sampled(task: Task) -> Arrays:
     """Return quantities of all samples at once, where the response takes arrays; otherwise sample by sample."""
     n = len(next(iter(task.samples.values())))
+    rows = [{path: column[i].item() for path, column in task.samples.items()} for i in range(n)]
     if takes_arrays(task, [*task.samples]):
         # one more axis in front of the frequencies
         values = {path: column[:, None] for path, column in task.samples.items()}
-        quantities = _respond(with_values(task.stack, values), task)
+        quantities = _respond(with_values(task.stack, values), task, rows)
         return {name: np.broadcast_to(value, (n, value.shape[-1])) for name, value in quantities.items()}
-    rows = [{path: column[i].item() for path, column in task.samples.items()} for i in range(n)]
     each = [_respond(with_values(task.stack, row), task) for row in rows]
     return {name: np.stack([row_quantities[name] for row_quantities in each]) for name in each[0]}
 
@@ -204,27 +207,67 @@ def _is_in_a_layer(path: str) -> bool:
     return path.startswith("layers.")
 
 
-def _respond(stack: Stack, task: Task) -> Arrays:
-    """Return quantities over the frequencies of `task`, averaged over its bands if it has any."""
-    quantities = _averaged(stack, task)
+def _respond(stack: Stack, task: Task, rows: Sequence[Mapping[str, Any]] = ()) -> Arrays:
+    """Return quantities over the frequencies of `task`, averaged over its bands if it has any; see `_sampled`."""
+    quantities = _averaged(stack, task, rows)
     if task.reference is not None:
         bare = _averaged(task.bare(stack), task)
         quantities["insertion_loss"] = quantities["transmission_loss"] - bare["transmission_loss"]
     return quantities
 
 
-def _averaged(stack: Stack, task: Task) -> Arrays:
+def _averaged(stack: Stack, task: Task, rows: Sequence[Mapping[str, Any]] = ()) -> Arrays:
     values = _quantities(stack, task.frequency.ravel(), task)
     quantities = {name: value for name, value in values.items() if value is not None}
     if task.frequency.ndim == 1:
         return quantities
-    thirds, means = task.frequency.shape[-1] / POINTS_PER_THIRD, {}
-    for name, value in quantities.items():
-        quantity = quantity_named(name)
-        if not quantity.is_complex:
-            mean = quantity.mean(value.reshape(*value.shape[:-1], *task.frequency.shape))
-            means[name] = mean + 10 * np.log10(thirds) if quantity.is_level else mean
+    shape = task.frequency.shape
+    whole = (len(rows), *shape) if rows else shape
+    of_bands = {
+        name: np.broadcast_to(value.reshape(*value.shape[:-1], *shape), whole)
+        for name, value in quantities.items()
+        if not quantity_named(name).is_complex
+    }
+    means = {name: _mean(name, value, shape[-1]) for name, value in of_bands.items()}
+    if _may_be_narrow(task):
+        _resolve([with_values(task.stack, row) for row in rows] or [stack], task, of_bands, means)
     return means
+
+
+def _mean(name: str, values: RealArray, n_points: int, weights: RealArray | None = None) -> RealArray:
+    """Return the mean of a quantity over a band that so many frequencies stand for."""
+    quantity = quantity_named(name)
+    mean = quantity.mean(values, weights)
+    return mean + 10 * np.log10(n_points / POINTS_PER_THIRD) if quantity.is_level else mean
+
+
+def _may_be_narrow(task: Task) -> bool:
+    """Tell whether resonances may lie between the frequencies of a band: those at one angle of incidence."""
+    return isinstance(task.incidence, PlaneIncidence) and is_of_sound(task)
+
+
+def _resolve(stacks: Sequence[Stack], task: Task, of_bands: Arrays, means: Arrays) -> None:
+    """Put means that hold narrow resonances in the place of those that may miss them, stack by stack."""
+    n_bands, n_points = task.frequency.shape
+    values = {name: value.reshape(len(stacks), n_bands, n_points) for name, value in of_bands.items()}
+    unresolved = np.any(uneven(np.log(task.frequency), values), axis=-1)
+    for i, stack in enumerate(stacks):
+        which = np.flatnonzero(unresolved[i])
+        if not len(which):
+            continue
+        parts = [Parts.equal(task.frequency[j], {name: value[i, j] for name, value in values.items()}) for j in which]
+        for j, band in zip(which, resolved(parts, partial(_real, stack, task)), strict=True):
+            for name, mean in means.items():
+                mean.reshape(len(stacks), n_bands)[i, j] = _mean(name, band.values[name], n_points, band.weights())
+            if not band.even:
+                text = f"the mean over the band of {nearest_centres(task.frequency[j])[n_points // 2]:g} Hz may miss"
+                warn(f"{text} resonances, which are too narrow or too many there", ValidityWarning, stacklevel=2)
+
+
+def _real(stack: Stack, task: Task, frequency: RealArray) -> Arrays:
+    """Return the quantities that are no complex numbers."""
+    values = _quantities(stack, frequency, task)
+    return {name: v for name, v in values.items() if v is not None and not quantity_named(name).is_complex}
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:
