@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeded
@@ -22,6 +22,8 @@ from multilayer.inference.problem import Held, Minimum, Problem
 
 _HIGHEST = 12.0  # rise of the cost where a walk ends: 3.5 standard deviations
 _RISE = 0.5  # of the root of the cost, from point to point
+_STEEPEST = 1.5 * _RISE
+_SHORTEST = 1e-2  # step beside a standard deviation by the curvature
 _MOST = 60  # points to either side
 _FINE = 2001
 _DRAWS = 2000
@@ -87,7 +89,7 @@ class Profile(Posterior):
         if not 0 < probability < 1:
             raise InputError(f"a probability of {probability:g} is not allowed; it must lie between 0 and 1")
         fine = np.linspace(self.z[0], self.z[-1], _FINE)
-        rise = CubicSpline(self.z, self.cost)(fine)
+        rise = _between(self.z, self.cost)(fine)
         inside = fine[rise - rise.min() <= exceeded(1 - probability, 1)]
         ends = self.parameters[self.index(self.name)].prior.value(inside[[0, -1]])
         return float(ends[0]), float(ends[1])
@@ -160,6 +162,10 @@ def _walk(problem: Problem, minimum: Minimum, index: int, side: int) -> list[tup
         there = at + side * step
         held = Held(problem, np.insert(others.z, index, there), free)
         moved = _least(held, others.z + side * step * slope)
+        climbed = np.sqrt(max(moved.cost + there**2 - lowest, 0.0)) - root
+        if moved.is_finite and climbed > _STEEPEST and step > _SHORTEST * spread:
+            step = max(step * _RISE / climbed, _SHORTEST * spread)  # what lies between may rise at once
+            continue
         slope = (moved.z - others.z) / (there - at)
         at, others = there, moved
         cost = others.cost + at**2
@@ -187,10 +193,15 @@ def _marginal(points: list[tuple[float, Minimum]]) -> tuple[RealArray, float]:
     z = np.array([at for at, _ in points])
     fine = np.linspace(z[0], z[-1], _FINE)
     logs = [-0.5 * (m.cost + at**2 + np.linalg.slogdet(m.precision)[1] + np.log(2 * np.pi)) for at, m in points]
-    density = CubicSpline(z, logs)(fine)
+    density = _between(z, np.array(logs))(fine)
     height = np.exp(density - density.max())
     below = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(fine) * (height[1:] + height[:-1]))])
     return np.stack([fine, below / below[-1]]), float(density.max() + np.log(below[-1]))
+
+
+def _between(z: RealArray, values: RealArray) -> Akima1DInterpolator:
+    """Return the interpolation of values along a profile, which steep ones do not make swing far away."""
+    return Akima1DInterpolator(z, values, method="makima")
 
 
 def _across(points: list[tuple[float, Minimum]], along: RealArray, rng: np.random.Generator) -> RealArray:

@@ -302,3 +302,20 @@ def test_evidence_of_a_joint_problem_by_three_ways() -> None:
     for name in ("ln relaxed_modulus", "ln order"):
         low, high = posterior.interval(name, 0.9)
         assert sampled.interval(name, 0.9) == pytest.approx((low, high), abs=0.25 * (high - low))
+
+
+@pytest.mark.parametrize("at", [1.0, 2.0])
+def test_the_profile_of_what_rises_at_once_stays_before_it(at: float) -> None:
+    """A standard normal value but for a wall: the cost is some 1 at one point of a walk, and hundreds at the next."""
+
+    def wall(z: np.ndarray) -> np.ndarray:
+        return 2.0 * np.logaddexp(0, (z - at) / 0.02)
+
+    problem = Plain(lambda z: wall(z[..., :1]), standard(1))
+    minima = search(problem, n_candidates=8, n_best=1)
+    profile = profile_likelihood(problem, minima[0], 0, draws=20000)
+    grid = np.linspace(-6.0, 6.0, 20001)
+    density = np.exp(-0.5 * (wall(grid) ** 2 + grid**2))
+    name = problem.parameters[0].name
+    assert profile.interval(name, 0.9) == pytest.approx(quantiles(grid, density, 0.05, 0.95), abs=0.03)
+    assert profile.log_evidence == pytest.approx(np.log(np.sum(density) * 6e-4 / np.sqrt(2 * np.pi)), abs=0.02)
