@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+from rich.cells import cell_len
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from multilayer.report.report import Report, Section
 
 _WIDTH_IN_A_FILE = 150
+_ANY_WIDTH = 10_000
 
 
 def console() -> Console:
@@ -40,11 +43,21 @@ def show(report: Report) -> None:
         bullet = "- " if len(section.remarks) > 1 else ""
         lines += [*(_heading(heading) if section.remarks else ()), *(_text(r, before=bullet) for r in section.remarks)]
     out = console()
+    width = out.width
     if lines and not lines[0]:
         del lines[0]
     for line in lines:
-        # in a file a sentence stays whole
-        out.print(line, soft_wrap=isinstance(line, Text) and not out.is_terminal)
+        if isinstance(line, Table):
+            out.width = max(width, _least_width(line, out))  # too wide rather than without some of its digits
+            out.print(line)
+            out.width = width
+        else:
+            out.print(line, soft_wrap=not out.is_terminal)  # in a file a sentence stays whole
+
+
+def _least_width(table: Table, out: Console) -> int:
+    """Return the width below which numbers or words would be cut."""
+    return Measurement.get(out, out.options.update(width=_ANY_WIDTH), table).minimum
 
 
 def _listings(section: Section) -> list[Listing]:
@@ -67,7 +80,10 @@ def _table(listing: Listing) -> Table:
     table = Table(box=None, pad_edge=False)
     for i, heading in enumerate(listing.headings):
         number = i in listing.numeric
-        table.add_column(_text(heading), justify="right" if number else "left", no_wrap=number, overflow="fold")
+        lines = [line for text in (heading, *(row[i] for row in listing.rows)) for line in readable(text).split("\n")]
+        least = max(map(cell_len, lines)) if number else None
+        justify: Literal["right", "left"] = "right" if number else "left"
+        table.add_column(_text(heading), justify=justify, no_wrap=number, overflow="fold", min_width=least)
     for row in listing.rows:
         table.add_row(*map(_text, row))
     return table

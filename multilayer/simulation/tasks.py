@@ -77,6 +77,9 @@ class Task:
         By path, standard deviations of fields, whose share of the scatter is asked for.
     effort : mapping
         Arguments of `diffuse_field` in place of its own tolerances.
+    resolves : bool
+        Whether resonances between the frequencies of a band count; not in fits, whose differences and derivatives are
+        of the same frequencies, and whose stacks hold arrays.
     """
 
     stack: Stack
@@ -92,6 +95,7 @@ class Task:
     samples: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     deviations: Mapping[str, float] = field(default_factory=dict)
     effort: Mapping[str, Any] = field(default_factory=dict)
+    resolves: bool = True
 
     @property
     def window(self) -> Window | None:
@@ -222,12 +226,13 @@ def _averaged(stack: Stack, task: Task, rows: Sequence[Mapping[str, Any]] = ()) 
     if task.frequency.ndim == 1:
         return quantities
     shape = task.frequency.shape
-    whole = (len(rows), *shape) if rows else shape
     of_bands = {
-        name: np.broadcast_to(value.reshape(*value.shape[:-1], *shape), whole)
+        name: value.reshape(*value.shape[:-1], *shape)
         for name, value in quantities.items()
         if not quantity_named(name).is_complex
     }
+    if rows:
+        of_bands = {name: np.broadcast_to(value, (len(rows), *shape)) for name, value in of_bands.items()}
     means = {name: _mean(name, value, shape[-1]) for name, value in of_bands.items()}
     if _may_be_narrow(task):
         _resolve([with_values(task.stack, row) for row in rows] or [stack], task, of_bands, means)
@@ -243,7 +248,7 @@ def _mean(name: str, values: RealArray, n_points: int, weights: RealArray | None
 
 def _may_be_narrow(task: Task) -> bool:
     """Tell whether resonances may lie between the frequencies of a band: those at one angle of incidence."""
-    return isinstance(task.incidence, PlaneIncidence) and is_of_sound(task)
+    return task.resolves and isinstance(task.incidence, PlaneIncidence) and is_of_sound(task)
 
 
 def _resolve(stacks: Sequence[Stack], task: Task, of_bands: Arrays, means: Arrays) -> None:

@@ -5,6 +5,7 @@ from functools import partial
 
 import pytest
 from matplotlib.figure import Figure
+from rich.console import Console
 
 from multilayer.report.console import show
 from multilayer.report.fits import fit_report
@@ -70,6 +71,17 @@ def test_a_page_cuts_long_lists_and_says_what_it_lacks():
     for absent in ("[red]30[/red]", "in the terminal", "nothing nothing"):
         assert absent not in page.text
     assert "thead" in page.tags
+
+
+@pytest.mark.parametrize("width", [20, 40, 80, 200])
+def test_no_number_of_a_table_is_cut_however_narrow_the_terminal(width, capsys, monkeypatch):
+    monkeypatch.setattr("multilayer.report.console.console", lambda: Console(width=width))
+    numbers = tuple(f"{1000 + i}.25 [{i}.125, {i}.875]" for i in range(8))
+    rows = (("a case of several words", *numbers),)
+    headings = ("case", *(f"{100 * 2**i} Hz" for i in range(8)))
+    show(made(figures={}, sections=(Section("Table", listings=(Listing(headings, rows, tuple(range(1, 9))),)),)))
+    printed = capsys.readouterr().out
+    assert all(text in printed for text in (*numbers, *headings, "several"))
 
 
 def test_a_terminal_shows_everything_under_headings(capsys):

@@ -115,7 +115,7 @@ class WaveResponse:
 
     def __call__(self, stack: Stack) -> NDArray[Any]:
         """Return the quantity over frequencies, or bands."""
-        task = Task(stack, self.points, self.incidence, size=self.size)
+        task = Task(stack, self.points, self.incidence, size=self.size, resolves=False)
         result = run_task(task)
         for text in result.warnings:
             warnings.warn(text, ValidityWarning, stacklevel=2)
