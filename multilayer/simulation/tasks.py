@@ -235,7 +235,7 @@ def _averaged(stack: Stack, task: Task, rows: Sequence[Mapping[str, Any]] = ()) 
         of_bands = {name: np.broadcast_to(value, (len(rows), *shape)) for name, value in of_bands.items()}
     means = {name: _mean(name, value, shape[-1]) for name, value in of_bands.items()}
     if _may_be_narrow(task):
-        _resolve([with_values(task.stack, row) for row in rows] or [stack], task, of_bands, means)
+        _resolve(stack, rows or [{}], task, of_bands, means)
     return means
 
 
@@ -251,19 +251,17 @@ def _may_be_narrow(task: Task) -> bool:
     return task.resolves and isinstance(task.incidence, PlaneIncidence) and is_of_sound(task)
 
 
-def _resolve(stacks: Sequence[Stack], task: Task, of_bands: Arrays, means: Arrays) -> None:
-    """Put means that hold narrow resonances in the place of those that may miss them, stack by stack."""
+def _resolve(stack: Stack, rows: Sequence[Mapping[str, Any]], task: Task, of_bands: Arrays, means: Arrays) -> None:
+    """Put means that hold narrow resonances in the place of those that may miss them, sample by sample."""
     n_bands, n_points = task.frequency.shape
-    values = {name: value.reshape(len(stacks), n_bands, n_points) for name, value in of_bands.items()}
+    values = {name: value.reshape(len(rows), n_bands, n_points) for name, value in of_bands.items()}
     unresolved = np.any(uneven(np.log(task.frequency), values), axis=-1)
-    for i, stack in enumerate(stacks):
-        which = np.flatnonzero(unresolved[i])
-        if not len(which):
-            continue
+    for i in np.flatnonzero(np.any(unresolved, axis=-1)).tolist():
+        which, alone = np.flatnonzero(unresolved[i]), with_values(task.stack, rows[i]) if rows[i] else stack
         parts = [Parts.equal(task.frequency[j], {name: value[i, j] for name, value in values.items()}) for j in which]
-        for j, band in zip(which, resolved(parts, partial(_real, stack, task)), strict=True):
+        for j, band in zip(which, resolved(parts, partial(_real, alone, task)), strict=True):
             for name, mean in means.items():
-                mean.reshape(len(stacks), n_bands)[i, j] = _mean(name, band.values[name], n_points, band.weights())
+                mean.reshape(len(rows), n_bands)[i, j] = _mean(name, band.values[name], n_points, band.weights())
             if not band.even:
                 text = f"the mean over the band of {nearest_centres(task.frequency[j])[n_points // 2]:g} Hz may miss"
                 warn(f"{text} resonances, which are too narrow or too many there", ValidityWarning, stacklevel=2)
