@@ -26,8 +26,8 @@ from multilayer.arrays import Numeric
 from multilayer.bounds import CONTACTS, LAYERS
 from multilayer.config.kinds import KEY, OF_A_SIMULATION
 from multilayer.config.validate import validate
-from multilayer.config.yaml12 import read_yaml
-from multilayer.errors import InputError, show, suggest
+from multilayer.config.yaml12 import Document, read_yaml
+from multilayer.errors import InputError, Problem, show, suggest
 from multilayer.frames import html_table
 from multilayer.json_schema import any_of
 from multilayer.layers.base import Layer, LayerField
@@ -54,6 +54,7 @@ _BEHIND = "termination"  # in contacts
 _COLDEST, _THINNEST = 180.0, 1e4  # K, Pa: air where hardly anybody measures
 _IN_KILOPASCAL = 200.0  # what is above is one atmosphere in hPa
 _ANOTHER_GAS = 0.03  # relative difference of its stiffness at rest and in pores: round numbers of air differ by 2 %
+_OF_A_WALL = ("beside", "links")  # what makes a wall of a stack
 
 
 class Ambient(Model):
@@ -108,9 +109,21 @@ class Ambient(Model):
     def gas(self) -> Gas:
         """The gas these fields describe."""
         given = self.model_dump(exclude_none=True, exclude={"temperature", "pressure", "relative_humidity"})
+        return replace(self._air, **given)
+
+    @property
+    def _air(self) -> Gas:
         if self.relative_humidity is None:
-            return replace(dry_air(self.temperature, self.pressure), **given)
-        return replace(humid_air(self.temperature, self.pressure, self.relative_humidity), **given)
+            return dry_air(self.temperature, self.pressure)
+        return humid_air(self.temperature, self.pressure, self.relative_humidity)
+
+    def unlike_air(self) -> str:
+        """Return what is stated of another gas than air at this temperature, pressure and humidity; empty of air."""
+        for name in ("density", "sound_speed", "heat_capacity_ratio"):
+            stated, usual = getattr(self, name), getattr(self._air, name)
+            if stated is not None and abs(stated / usual - 1) > _ANOTHER_GAS:
+                return f"ambient.{name} is {stated:.4g}, of such air {usual:.4g}"
+        return ""
 
 
 class FluidHalfSpace(Model):
@@ -228,6 +241,9 @@ class Stack(Model, metaclass=InWords):
         for i, layer in enumerate(self.layers):
             for field, text in layer.implausible():
                 yield ("layers", i, field), text
+            if getattr(layer, "losses", None) == "air" and (unlike := self.ambient.unlike_air()):
+                text = f"the losses are those of air at the ambient temperature and pressure, and {unlike}: leave out "
+                yield ("layers", i, "losses"), text + "'losses' of another gas, or give temperature and pressure of air"
 
     def __repr__(self) -> str:
         layers = [f"  {i}: {layer!r}" for i, layer in enumerate(self.layers)]
@@ -342,7 +358,10 @@ def load_stack(path: str | Path) -> Stack:
         With every mistake in the file, each with its line and column.
     """
     file = Path(path)
-    document = read_yaml(file, keep_problems=True)
+    return _stack_of(read_yaml(file, keep_problems=True), file)
+
+
+def _stack_of(document: Document, file: Path) -> Stack:
     if isinstance(document.data, dict):
         kept = {key: value for key, value in document.data.items() if key not in OF_A_SIMULATION}
         document = replace(document, data=kept)
@@ -356,13 +375,27 @@ def _parse_stack(value: Any, info: ValidationInfo) -> Stack:
         return Stack.model_validate(value, context=info.context)
     file = Path((info.context or {}).get("folder", Path())) / str(value)
     try:
-        return load_stack(file)
+        document = read_yaml(file, keep_problems=True)
+        _refuse_wall(document)
+        return _stack_of(document, file)
     except InputError as error:
         reason = f"{error}; the path is relative to this file" if "no such file" in str(error) else str(error)
         raise PydanticCustomError("reference", "{reason}", {"reason": reason}) from None
 
 
+def _refuse_wall(document: Document) -> None:
+    """Refuse a file whose links or paths beside would be left out without a word."""
+    written = document.data if isinstance(document.data, dict) else {}
+    wrong = [key for key in _OF_A_WALL if written.get(key)]
+    if wrong:
+        text = (
+            "belongs to a wall, and only the layers of this file count here; name a file without 'beside' and 'links'"
+        )
+        problems = [Problem(text, key, document.file, *document.position((key,))) for key in wrong]
+        raise InputError([*document.problems, *problems])
+
+
 StackField = Annotated[
     Stack, PlainValidator(_parse_stack), PlainSerializer(Stack.to_dict), any_of({"type": "string"}, Stack)
 ]
-"""A stack inside another file: the path of its own file, relative to that one, or its fields."""
+"""A stack inside another file: the path of its own file, relative to that one, or its fields; no wall with links."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
+
+from pydantic import model_validator
 
 from multilayer.arrays import ComplexArray, Numeric
 from multilayer.layers.base import Layer
@@ -16,6 +18,7 @@ from multilayer.matrix.small import Entries
 from multilayer.matrix.wave import Wave
 from multilayer.media.elastic import decaying_root
 from multilayer.media.humid_air import air_absorption
+from multilayer.models import refuse
 from multilayer.units import Density, Length, Speed
 
 
@@ -24,7 +27,8 @@ class Fluid(Layer):
 
     Fields: `thickness` (m), `density` (kg/m3), `sound_speed` (m/s), `losses`: those of ``air`` are what free air
     absorbs at the ambient gas' temperature, pressure and humidity (ISO 9613-1; 50 % where the stack states no
-    humidity). No friction at walls: of narrow spaces see `viscothermal_fluid`.
+    humidity), and go with neither density nor sound speed. No friction at walls: of narrow spaces see
+    `viscothermal_fluid`.
     """
 
     type: Literal["fluid"] = "fluid"
@@ -35,6 +39,15 @@ class Fluid(Layer):
 
     summary: ClassVar[str] = "fluid at rest; the ambient gas by default"
     stands_still: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _loses_as_air_where_it_is_air(self) -> Self:
+        stated = [name for name in ("density", "sound_speed") if getattr(self, name) is not None]
+        if self.losses == "air" and stated:
+            text = f"'air' is what the ambient gas loses, and this fluid states {' and '.join(stated)}: leave out "
+            text += f"'losses', or, where it is air, {' and '.join(stated)}, and describe the air in 'ambient'"
+            refuse(self, [(("losses",), text, self.losses)])
+        return self
 
     @property
     def mass_per_area(self) -> Numeric:

@@ -20,6 +20,7 @@ _AT_A_BOUND = 1e-3  # of the way from one bound to the other
 _ALIKE = 0.005  # of searches that end at the same goal: of it, or of 1
 _DRAWN = ("absorption", "transmission_loss", "insertion_loss")
 _MOST_ENDS = 12
+_SHIFTED = ("Rw", "STC", "alpha_w")  # ratings by a reference curve; the search follows others without rounding
 
 
 def optimisation_report(result: OptimisationResult) -> Report:
@@ -114,7 +115,8 @@ def _note(result: OptimisationResult) -> str:
         told.append(f"the search began with the seed {result.settings['search']['seed']}")
     if aim.rating is not None and not others:
         value = f"{result.best.followed[0]:.{2 if aim.unit == 'dB' else 3}f} {aim.unit}".rstrip()
-        told.append(f"; with a real shift of its reference curve, as the search follows it, {aim.name} is {value}")
+        how = "with a real shift of its reference curve" if aim.name in _SHIFTED else "without rounding"
+        told.append(f"; {how}, as the search follows it, {aim.name} is {value}")
     return "".join(told)
 
 

@@ -76,6 +76,16 @@ def written(tmp_path, layer, rest="termination: rigid\n"):
         (SOLID.format(f"{{law: shifted, modulus: {{{TABLE_UP_TO}, storage_modulus: [2, 3], loss_modulus: [0, 0]}}, "
                       "temperature: 300, reference_temperature: 300, activation_energy: 1e5}"),
          "termination: rigid\nfrequency: [20, 90]\n", ["layers.0.young_modulus: a Young's modulus of 3 Pa;"]),
+        ("{type: fluid, thickness: 1 m, losses: air}",
+         "termination: rigid\nambient: {density: 0.166, sound_speed: 1007, heat_capacity_ratio: 1.66}\n",
+         ["layers.0.losses: the losses are those of air at the ambient temperature and pressure, and ambient.density "
+          "is 0.166, of such air 1.204: leave out 'losses' of another gas, or give temperature and pressure of air"]),
+        ("{type: fluid, thickness: 1 m, losses: air}",
+         "termination: rigid\nambient: {density: 1.2, sound_speed: 340, relative_humidity: 0.4}\n", []),
+        ("{type: fluid, thickness: 1 m, losses: air}",
+         "termination: rigid\nambient: {temperature: 0 degC, density: 1.29, sound_speed: 331}\n", []),
+        ("{type: fluid, thickness: 1 m}",
+         "termination: rigid\nambient: {density: 0.166, sound_speed: 1007, heat_capacity_ratio: 1.66}\n", []),
     ],
 )  # fmt: skip
 def test_what_is_hardly_meant_is_asked_back_once(tmp_path, layer, rest, told):

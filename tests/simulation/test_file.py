@@ -378,6 +378,29 @@ class TestMistakes:
         (told,) = refused(PANEL + "reference: foam.yaml\n")
         assert "an insertion loss needs a half-space behind the reference" in told
 
+    @pytest.mark.parametrize(
+        ("key", "more"),
+        [
+            ("beside", "area: 10\nbeside: [{type: flanking, transmission_loss: 30 dB}]\n"),
+            ("links", "links: [{kind: line, between: [front, back], spacing: 0.6}]\n"),
+        ],
+    )
+    @pytest.mark.parametrize("place", ["reference", "patch"])
+    def test_a_wall_in_the_place_of_layers(self, refused, written, place, key, more):
+        plate = (
+            "{type: elastic_plate, name: NAME, thickness: 1 mm, density: 7800, young_modulus: 2e11, poisson_ratio: 0.3}"
+        )
+        layers = f"  - {plate}\n  - {{type: fluid, thickness: 5 cm}}\n  - {plate}\n".replace("NAME", "front", 1)
+        layers = layers.replace("NAME", "back")
+        written(f"version: 1\nlayers:\n{layers}termination: ambient\n{more}", "other.yaml")
+        asked = "reference: other.yaml\n"
+        if place == "patch":
+            asked = "area: 10\nbeside: [{type: patch, area: 2, stack: other.yaml}]\n"
+        (told,) = refused(PANEL + asked)
+        assert "other.yaml:" in told
+        assert f"{key}: belongs to a wall, and only the layers of this file count here" in told
+        assert "name a file without 'beside' and 'links'" in told
+
     def test_of_a_reference_stand_in_its_own_file(self, refused, written):
         written(PANEL.replace("50 mm", "50 kg"), "bare.yaml")
         (told,) = refused(PANEL + "reference: bare.yaml\n")

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from multilayer.errors import ValidityWarning
+from multilayer.errors import InputError, ValidityWarning
 from multilayer.media.gas import dry_air
 from multilayer.media.humid_air import air_absorption, humid_air
 from multilayer.response import plane_wave
@@ -146,3 +146,17 @@ def test_a_path_through_absorbing_air(humidity, expected):
     if expected is None:
         expected = 8685.889638 * air_absorption(frequency)
     np.testing.assert_allclose(loss, expected, rtol=5e-3, atol=0.051)
+
+
+@pytest.mark.parametrize(
+    ("stated", "text"),
+    [
+        ({"density": 1000.0, "sound_speed": 1480.0}, "this fluid states density and sound_speed:"),
+        ({"sound_speed": 340.0}, "this fluid states sound_speed:"),
+    ],
+)
+def test_no_other_fluid_loses_what_air_does(stated, text):
+    layer = {"type": "fluid", "thickness": 2.0, "losses": "air", **stated}
+    with pytest.raises(InputError, match=text) as told:
+        Stack(layers=[layer])
+    assert "describe the air in 'ambient'" in str(told.value)
