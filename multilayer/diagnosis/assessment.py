@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any
 
 from multilayer.diagnosis.cross_validation import Shrinkage, cross_validate
-from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
+from multilayer.diagnosis.decision import Decision, beside_simple_term, decide, objection_to_law, where_in_words
 from multilayer.diagnosis.effects.base import BaseEffect
-from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_entry, sentence
+from multilayer.diagnosis.entries import cause_entries, confounded_entries, gap_entry, sentence, stated_entries
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison, compare
 from multilayer.diagnosis.experiment_design import Rivals
 from multilayer.diagnosis.fitting import Fitted
@@ -22,7 +22,7 @@ from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, as_told
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.simple_forms import simple_form, simple_term, with_simple_laws
-from multilayer.diagnosis.thresholds import NEAR
+from multilayer.diagnosis.thresholds import NEAR, RIVAL
 
 Progress = Callable[[str], None]
 N_STEPS = 5  # of a diagnosis, the nominal model and the effects one by one included
@@ -74,6 +74,28 @@ class Assessment:
         """The model to be used: with the cause where the verdict names an effect."""
         return self.best_fit if self.decision.verdict == "effect" else self.nominal
 
+    @property
+    def explanations(self) -> list[tuple[float, Fitted]]:
+        """What explains the data, with probabilities: the best, and what is nearly as probable.
+
+        The nominal model without a gap, and where it explains the data if something stated is wrong; empty where
+        nothing explains the gap.
+        """
+        if self.decision.verdict == "no_gap" or (not self.comparison.is_supported and is_misfit_likely(self.nominal)):
+            return [(1.0, self.nominal)]
+        comparison, probabilities = self.comparison, self.probabilities
+        known = [(probabilities[n], comparison.fitted[n]) for n in self.decision.group if n != UNKNOWN]
+        if self.decision.verdict == "effect":
+            return known
+        if self.drawn is None or self.drawn.objection:
+            return known if self.decision.best in self.decision.group else []
+        shares, places = comparison.free_shares, comparison.places
+        told = {**places, self.drawn.free.place.label: self.drawn.free}
+        first = self.drawn.free.place.label
+        order = sorted(told, key=lambda label: (label != first, -shares[label]))
+        free = [(probabilities[UNKNOWN] * shares[label], told[label].explanation) for label in order]
+        return [free[0], *(rival for rival in [*free[1:], *known] if rival[0] >= RIVAL)]
+
     @cached_property
     def probabilities(self) -> dict[tuple[str, ...], float]:
         """Probabilities of the causes, as they agree with the verdict's."""
@@ -115,7 +137,10 @@ class Assessment:
         shrinkage = self.drawn.shrinkage if self.drawn and is_drawn else shrinkages.get(decision.best)
         law = law_entry(self.drawn) if self.drawn else None
         text = sentence(decision, probability)
-        if law and is_drawn and law["form_is_enough"]:
+        if self.drawn and self.drawn.objection:
+            best = where_in_words(self.drawn.free.place)
+            text = f"{text} No law explains it either: the best, {best}, {self.drawn.objection}."
+        elif law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
         elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:
             drawn = "like the law drawn there" if place.modelled else "the law drawn there"
@@ -123,7 +148,7 @@ class Assessment:
         where, causes, plans = [], [], []
         if self.is_gap:
             where = where_entries(*locate(self.nominal.hypothesis, self.nominal.minimum, seed))
-            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision.group)
+            causes = cause_entries(comparison, shrinkages, self.similarity, self.probabilities, decision)
             plans = next_experiment(self.rivals)
         return {
             "version": 2,
@@ -136,6 +161,7 @@ class Assessment:
             "gap": gap_entry(self.nominal, shrinkage or next(iter(shrinkages.values()), None), self.best_fit),
             "places": place_entries(comparison, self.probabilities, self.drawn) if self.is_gap else [],
             "law": law,
+            "stated_deviations": stated_entries(self.nominal, self.best_fit),
             "detectable": dict(self.detectable),
             "confounded": confounded_entries(self.similarity),
             "next_experiment": plans,
@@ -146,6 +172,7 @@ class Assessment:
         """Return the nominal misfit, as it stands in ``inputs``."""
         return {
             "p_value": self.comparison.p_value,
+            "stated_p_value": self.comparison.stated_p_value,
             "chi_square": self.nominal.minimum.cost,
             "n_data": len(self.nominal.minimum.residual),
         }
@@ -239,7 +266,8 @@ def _drawn(
         (shrinkage,) = cross_validate(nominal, [at.explanation], executor, known, comparison.noise)
     same = term if term is not None and term.place is at.place else at.term
     told = as_told(nominal, at)
-    return DrawnPlace(told, simple_form(nominal, told, executor, same), shrinkage)
+    objection = objection_to_law(comparison, told, shrinkage) if decision.verdict == "unknown" else ""
+    return DrawnPlace(told, simple_form(nominal, told, executor, same), shrinkage, objection)
 
 
 def _on_held_out_data(

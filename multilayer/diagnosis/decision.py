@@ -9,12 +9,14 @@ from typing import Literal
 
 import numpy as np
 
+from multilayer.diagnosis.causality import is_causal
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
-from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text
-from multilayer.diagnosis.place_fits import SimpleForm
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text, statement_most_off
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
 from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
+    CERTAIN_P,
     FORM_AHEAD,
     FULL_FIT,
     FULL_SHRINKAGE,
@@ -78,14 +80,14 @@ class Decision:
     def probabilities(self, comparison: ModelComparison) -> dict[tuple[str, ...], float]:
         """Return the probabilities of all hypotheses as they agree with the verdict's; they add up to 1.
 
-        Two effects of which the verdict names one, as that explains the gap by itself, count with that one.
+        Two effects of which the verdict considers one, as that explains the gap by itself, count with that one.
         """
         shares, stated = comparison.probabilities(), self.probability(comparison)
+        if self.best in comparison.fitted:
+            together = comparison.probability_with([self.best])
+            shares |= {names: 0.0 for names in shares if set(self.best) < set(names)} | {self.best: together}
         if self.verdict == "effect":
-            return {
-                names: stated if names == self.best else 0.0 if set(self.best) < set(names) else share
-                for names, share in shares.items()
-            }
+            return shares
         chosen = () if self.verdict == "no_gap" else UNKNOWN
         others = sum(share for names, share in shares.items() if names != chosen)
         scale = (1 - stated) / others if others > 0 else 0.0
@@ -102,8 +104,11 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
             text += f", and {cause} would change the data by {change}, less than solvers differ by"
         return Decision("no_gap", (), [], text)
     if not comparison.is_supported:
-        probability = probability_text(comparison.p_value)
-        text = f"a misfit as large has the probability {probability}, and no known effect makes it more probable"
+        text = f"a misfit as large has the probability {probability_text(comparison.p_value)}"
+        if comparison.stated_p_value <= CERTAIN_P:
+            text = "what is stated of the laboratory is off, which has the probability "
+            text += f"{probability_text(comparison.stated_p_value)} ({statement_most_off(comparison.nominal)})"
+        text += ", and no known effect makes it more probable"
         return Decision("unknown", UNKNOWN, [UNKNOWN], text, RIGHT_GUARDED)
     best = _single_where_enough(comparison, comparison.ranked[0], shrinkages)
     best = _single_where_tied(comparison, best, shrinkages)
@@ -164,7 +169,32 @@ def _doubt(
             return text, RIGHT_DOUBTED
     elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
         return None
-    return f"{in_words(best)} explains most, but {_free(comparison)} is more probable", 0.0
+    return f"{in_words(best)} explains most, but {_free(comparison)} is more probable", RIGHT_DOUBTED
+
+
+def objection_to_law(comparison: ModelComparison, free: PlaceFit, shrinkage: Shrinkage) -> str:
+    """Return why a law drawn at a place does not explain the gap; empty where it does.
+
+    By the measures of known causes. A free law at the right place may miss no more of a huge gap than a second cause
+    adds (`SECOND_SHARE`), and no known response is without its cause.
+
+    Parameters
+    ----------
+    comparison : ModelComparison
+    free : PlaceFit
+    shrinkage : Shrinkage
+        Of the gap on held-out data, with that law.
+    """
+    if not comparison.is_supported:
+        return "is hardly more probable than no law at all"
+    fitted = free.explanation
+    before, after = (fit.minimum.cost_per_datum - 1 for fit in (comparison.nominal, fitted))
+    if after >= SECOND_SHARE * before and (reason := lack_of_fit(fitted, of_law=False)):
+        return reason
+    share = _visible(shrinkage)
+    if share is not None and share < _least_share(comparison, shrinkage):
+        return f"shrinks the gap on held-out data by {100 * share:.0f} % only"
+    return "is not that of a causal response" if is_causal(free) is False else ""
 
 
 def beside_simple_term(
@@ -188,7 +218,8 @@ def beside_simple_term(
     """
     if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
         return decision
-    text = f"{in_words(decision.best)} explains most, but a simple law of its own {_where(term.place)} does so better"
+    where = where_in_words(term.place)
+    text = f"{in_words(decision.best)} explains most, but a simple law of its own {where} does so better"
     return _unknown(comparison, shrinkages, UNKNOWN, text, RIGHT_GUARDED)
 
 
@@ -196,11 +227,12 @@ def _free(comparison: ModelComparison) -> str:
     """Return what explains the gap where no known effect does, in words."""
     if not comparison.places:
         return "a smooth discrepancy"
-    tied = [_where(fit.place) for fit in comparison.tied_places[:_MOST_TOLD]]
+    tied = [where_in_words(fit.place) for fit in comparison.tied_places[:_MOST_TOLD]]
     return f"a law of its own {' or '.join(tied)}"
 
 
-def _where(place: BasePlace) -> str:
+def where_in_words(place: BasePlace) -> str:
+    """Return where a place is, for people."""
     return f"{place.title} ({place.configuration})" if place.configuration else place.title
 
 
@@ -284,7 +316,10 @@ def _objection_to_two(
 
 def _visible_share(best: tuple[str, ...], shrinkages: Mapping[tuple[str, ...], Shrinkage]) -> float | None:
     """Return the shrinkage on held-out data; None where these show next to no gap."""
-    shrinkage = shrinkages.get(best)
+    return _visible(shrinkages.get(best))
+
+
+def _visible(shrinkage: Shrinkage | None) -> float | None:
     return shrinkage.share if shrinkage is not None and shrinkage.before > SEEN_HELD_OUT * shrinkage.noise else None
 
 

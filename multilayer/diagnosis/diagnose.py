@@ -12,7 +12,6 @@ from typing import Any
 from warnings import warn
 
 import numpy as np
-from scipy.special import ndtri
 
 from multilayer.arrays import RealArray
 from multilayer.diagnosis import assessment as steps
@@ -41,6 +40,7 @@ from multilayer.diagnosis.fitting import (
 from multilayer.diagnosis.free_rim import COARSE, elements_of_samples, fit_samples, free_rim, with_rigs
 from multilayer.diagnosis.further_laws import explain_data, has_open_rims, with_further_laws
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
+from multilayer.diagnosis.moduli import moduli
 from multilayer.diagnosis.place_fits import PlaceFit, fit_places, may_explain
 from multilayer.diagnosis.residual_curves import residual_curves
 from multilayer.diagnosis.result import Diagnosis
@@ -60,7 +60,6 @@ from multilayer.fits.joint.fit import cut_where_records_end, plane_wave_problem
 from multilayer.fits.joint.search import refuse_none, solve_from_bursts
 from multilayer.fits.settings import DEFAULT_LAW, FitSettings
 from multilayer.fits.sources import read_fit
-from multilayer.inference.derivative import Stencil
 from multilayer.inference.least_squares import distinct, minimise
 from multilayer.inference.problem import Minimum
 from multilayer.log import logged
@@ -70,7 +69,6 @@ from multilayer.signals.calibration import Calibration
 from multilayer.signals.recording import Recording
 
 _REFERENCE = 1000.0  # Hz, at which moduli are reported
-_REACH = float(ndtri(0.95))  # standard deviations from a value to the end of its 90 % interval
 N_STEPS = steps.N_STEPS + 1  # the places besides
 
 
@@ -178,8 +176,8 @@ def diagnose_campaign(
         record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
         record["gap"] = gap_entry(nominal, both.drawn.shrinkage)
     best = both.explanation if both else assessment.best_fit
-    record["moduli"] = moduli = _moduli(nominal, best)
-    return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, moduli)
+    record["moduli"] = told = moduli(nominal, [(1.0, best)] if both else assessment.explanations)
+    return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, told)
 
 
 def warn_of_settings(settings: FitSettings, given: Sequence[Acting] = ()) -> None:
@@ -277,7 +275,7 @@ def record_warnings(nominal: Fitted) -> list[str]:
         texts.append(f"{text}; the rest is added as the nominal model has it, record longer")
     late = _beside_solvers([data.incomplete_by for data in problem.data], 1.0)
     if late.size:
-        text = f"{ending} some {100 * late.max():.1g} % by the nominal model of the ratio: {late.size}"
+        text = f"{ending} some {float(f'{100 * late.max():.1g}'):g} % by the nominal model of the ratio: {late.size}"
         texts.append(f"{text}; that model misses too much to add the rest: it may pass for a gap, record longer")
     return texts
 
@@ -387,23 +385,3 @@ def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:
     pairs = {"nominal": before, "corrected": after}
     values: dict[str, Any] = {name: [float(e.real), float(e.imag)] for name, e in pairs.items()} | {"unit": "Pa"}
     return {f"E({at:.0f} Hz)": values}
-
-
-def _moduli(nominal: Fitted, best: Fitted) -> dict[str, Any]:
-    f = np.concatenate([data.frequency for data in nominal.hypothesis.data])
-    at = np.geomspace(f.min(), f.max(), 60)
-    pairs = (("nominal", nominal), ("corrected", best))
-    return {"frequency_hz": at.tolist(), **{name: _with_band(fitted, at) for name, fitted in pairs}}
-
-
-def _with_band(fitted: Fitted, frequency: RealArray) -> dict[str, list[float]]:
-    """Return E1 and E2, Pa, with the ends of their 90 % intervals, from the posterior of ln E1 and ln E2."""
-    stencil = Stencil.central(fitted.minimum.z)
-    e = fitted.hypothesis_as(CampaignProblem).own_modulus(stencil.points, frequency)
-    found: dict[str, list[float]] = {}
-    for name, part in (("E1", e.real), ("E2", e.imag)):
-        value, slopes = stencil.linearised(np.log(part))
-        spread = np.sqrt(np.einsum("fi,ij,fj->f", slopes, fitted.minimum.covariance, slopes))
-        ends = {"": 0.0, "_low": -_REACH, "_high": _REACH}
-        found |= {f"{name}{end}": np.exp(value + reach * spread).tolist() for end, reach in ends.items()}
-    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -22,7 +22,7 @@ def cause_entries(
     shrinkages: Mapping[tuple[str, ...], Shrinkage],
     similarity: Similarity,
     probabilities: Mapping[tuple[str, ...], float],
-    group: Sequence[tuple[str, ...]],
+    decision: Decision,
 ) -> list[dict[str, Any]]:
     """Return the entries of ``causes``, the most probable first.
 
@@ -32,7 +32,7 @@ def cause_entries(
     """
     shares = dict(zip(similarity.names, similarity.kept, strict=True))
     entries = []
-    listed = dict.fromkeys([*comparison.ranked[:_MOST_CAUSES], *group, UNKNOWN, ()])
+    listed = dict.fromkeys([*comparison.ranked[:_MOST_CAUSES], *decision.group, UNKNOWN, ()])
     for names in sorted(listed, key=lambda names: (-probabilities[names], -comparison.score(names))):
         entry: dict[str, Any] = {
             "effects": list(names),
@@ -49,8 +49,8 @@ def cause_entries(
             entry["gap_after"] = after
             entry["shrinkage"] = round(shrinkages[names].share, 4) if names in shrinkages else None
             entry["absorbed"] = any(shares[name] < ABSORBED for name in names)
-            if with_it := next((best for best in group[:1] if set(best) < set(names)), None):
-                entry["counted_with"] = list(with_it)
+            if decision.best in comparison.fitted and set(decision.best) < set(names):
+                entry["counted_with"] = list(decision.best)
         entries.append(entry)
     return entries
 
@@ -80,6 +80,20 @@ def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None, best: Fitted | None 
         "shrinkage": round(shrinkage.share, 4),
         "held_out": shrinkage.held_out,
     }
+
+
+def stated_entries(nominal: Fitted, best: Fitted) -> dict[str, dict[str, float]]:
+    """Return the entry ``stated_deviations``: by how many standard deviations each stated quantity is taken to be off.
+
+    By the nominal model, and with the best explanation.
+    """
+
+    def of(fitted: Fitted) -> dict[str, float]:
+        pairs = zip(fitted.hypothesis.parameters, fitted.minimum.z, strict=True)
+        return {parameter.name: round(float(z), 3) for parameter, z in pairs if parameter.nuisance}
+
+    after = of(best)
+    return {name: {"nominal": z, "corrected": after[name]} for name, z in of(nominal).items() if name in after}
 
 
 def confounded_entries(similarity: Similarity) -> list[dict[str, Any]]:

@@ -44,7 +44,7 @@ from multilayer.diagnosis.unknown_cause import NO_DISCREPANCY, discrepancy_evide
 from multilayer.executors import run_all
 from multilayer.experiments.hypothesis import Hypothesis
 from multilayer.inference.multistart import is_far_off
-from multilayer.inference.pulls import nuisance_p_value, stated_pulls
+from multilayer.inference.pulls import pulls_p_value, stated_pulls, stated_values
 
 UNKNOWN: tuple[str, ...] = ("unknown",)
 PairTasks = dict[tuple[str, ...], tuple[Fitted, BaseEffect]]  # a fit to begin at, and the second effect
@@ -135,16 +135,18 @@ class ModelComparison:
 
         A known effect shows in the evidence long before it shows in the sum of squares. A cause that changes the data
         by less than solvers differ is no gap, whatever its evidence: differences of solvers are not noise, and resemble
-        effects. Unless the nominal model takes what is stated of the laboratory for wrong: then that is the gap.
+        effects. Where the nominal model takes what is stated of the laboratory for wrong, that is the gap: beside
+        hundreds of data the misfit does not tell it.
         """
-        if self.p_value <= CERTAIN_P:
+        if self.p_value <= CERTAIN_P or self.stated_p_value <= CERTAIN_P:
             return True
-        return self.is_supported and (self.gap_size >= LEAST_SIZE or self.stated_p_value <= CERTAIN_P)
+        return self.is_supported and self.gap_size >= LEAST_SIZE
 
     @cached_property
     def stated_p_value(self) -> float:
-        """Probability of what the nominal model takes stated quantities to be, by their stated uncertainties."""
-        return nuisance_p_value(self.nominal.hypothesis.parameters, self.nominal.minimum.z)
+        """Probability of what the nominal model takes stated quantities to be, one of them or all together."""
+        parameters, minimum = self.nominal.hypothesis.parameters, self.nominal.minimum
+        return pulls_p_value(*stated_values(parameters, minimum.z, minimum.covariance))
 
     @property
     def is_supported(self) -> bool:
@@ -214,18 +216,24 @@ class ModelComparison:
         best = max((fit.log_evidence for fit in self.places.values()), default=0.0)
         return [fit for fit in self.places.values() if best - fit.log_evidence < TIED]
 
-    def place_probabilities(self, shares: Mapping[tuple[str, ...], float]) -> dict[str, float]:
+    @property
+    def free_shares(self) -> dict[str, float]:
+        """Probability of each place, by label, if something unknown acts at any of them; they add up to 1."""
+        scaled = np.array([fit.log_evidence for fit in self.places.values()]) / TEMPERATURE
+        shares = np.exp(scaled - logsumexp(scaled)) if len(scaled) else scaled
+        return dict(zip(self.places, shares.tolist(), strict=True))
+
+    def place_probabilities(self, shares: Mapping[tuple[str, ...], float], right: float = 1.0) -> dict[str, float]:
         """Return the probability of each place that something acts there, known or unknown; the largest first.
 
         Parameters
         ----------
         shares : mapping
             Probabilities of all hypotheses, as a verdict tells them.
+        right : float
+            Probability that something unknown acts at any of the places.
         """
-        labels = list(self.places)
-        scaled = np.array([self.places[label].log_evidence for label in labels]) / TEMPERATURE
-        free = np.exp(scaled - logsumexp(scaled)) if labels else scaled
-        total = {label: float(shares[UNKNOWN] * p) for label, p in zip(labels, free, strict=True)}
+        total = {label: shares[UNKNOWN] * right * share for label, share in self.free_shares.items()}
         for names, fit in self.fitted.items():
             for place in {effect.place for effect in fit.hypothesis.effects}:
                 if place in total:

@@ -1,6 +1,6 @@
 """What is tried at places where neither a known effect nor a smooth law explains the data.
 
-Laws that vary faster, resonances, rims of the sample in finite elements, and laws that move from configuration to
+Laws that vary faster, resonances, rims of the sample in finite elements, and laws that differ from configuration to
 configuration.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from multilayer.arrays import RealArray
 from multilayer.chi2 import exceeding
+from multilayer.diagnosis.causality import is_causal
 from multilayer.diagnosis.effects.base import BaseEffect
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.effects.finite_size import FiniteSize
@@ -49,13 +50,23 @@ from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import FIT_P, LAW_SIZES
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
-from multilayer.experiments.places import SHORT, DrawnLaw, LawAtPlace, MovingLaw, SimpleLaw, Term
+from multilayer.experiments.places import (
+    SHORT,
+    DifferingLaw,
+    DrawnLaw,
+    LawAtPlace,
+    MovingLaw,
+    SimpleLaw,
+    Term,
+    VaryingLaw,
+)
 from multilayer.experiments.two_plate.campaign import Acting, CampaignProblem
 from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.priors import Priors
 from multilayer.inference.problem import Minimum
 
 _TRENDS = (-1.0, 0.0, 1.0)  # of shifts of a law that moves, standard deviations in the last configuration at the start
+_CONSTANTS = (0j, 0.3 + 0j)  # of a law that varies, beyond what it was before: standard deviations at the start
 _LIKELY = 3  # resonances that are followed, of those of the grid
 
 
@@ -82,8 +93,9 @@ def with_further_laws(
     places = with_resonances(nominal, places, executor)
     nominal, places = search_free_rim(nominal, minima, effects, places)
     places = search_open_rims(nominal, minima, effects, places, executor)
-    if not explain_data(places):
-        places = with_moving_laws(nominal, places, executor)
+    for differing in (VaryingLaw, MovingLaw):
+        if not explain_data(places):
+            places = with_differing_laws(differing, nominal, places, executor)
     return nominal, places
 
 
@@ -193,30 +205,34 @@ def with_open_rims(nominal: Fitted, places: Mapping[str, PlaceFit], rims: Fitted
     return _with_place(nominal, places, _at_rest(nominal, place, z[:n]), _price(rims, len(z) - n))
 
 
-def with_moving_laws(
-    nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
+def with_differing_laws(
+    kind: type[DifferingLaw], nominal: Fitted, places: Mapping[str, PlaceFit], executor: Executor | None = None
 ) -> dict[str, PlaceFit]:
-    """Return the places, with laws whose frequencies move from configuration to configuration where these are better.
+    """Return the places, with laws that differ from configuration to configuration where these are better.
 
-    For data that nothing else fits: what hangs on the rig resonates elsewhere after each mounting. The shifts are
-    fitted with the law, and fixed in the place; those so far from 0 that their prior says they are not (`FIT_P`) are no
-    explanation.
+    For data that nothing else fits: samples, their glue and what hangs on the rig differ after each mounting. What
+    differs is fitted with the law, and fixed in the place; where that is so far out that its prior says otherwise
+    (`FIT_P`), or the law not that of a causal response, it is no explanation.
 
     Parameters
     ----------
+    kind : type of DifferingLaw
+        Whether sizes or frequencies differ.
     nominal : Fitted
     places : mapping
         As `fit_places` returns them.
     executor : Executor, optional
     """
-    if len(nominal.hypothesis.data) < 2:  # nothing tells a law that moves from another
+    if len(nominal.hypothesis.data) < 2:  # nothing tells a law that differs from another
         return dict(places)
-    tasks = [partial(_moving, nominal, fit) for fit in places.values() if fit.place.can_move]
+    able = [fit for fit in places.values() if fit.place.can_move]
+    wanted = [fit for fit in able if kind is MovingLaw or not fit.place.differs_already]
+    tasks = [partial(_differing, kind, nominal, fit) for fit in wanted]
     begun = [found for found in run_all(call, tasks, executor) if found is not None]
     near = near_best([fit for fit, _ in begun])
     for fit, price in begun:
         if any(fit is other for other in near):
-            places = _with_place(nominal, places, fit, price)
+            places = _with_place(nominal, places, fit, price, causal=True)
     return dict(places)
 
 
@@ -246,23 +262,31 @@ def _likely_resonances(nominal: Fitted, at: PlaceFit, law: SimpleLaw) -> list[Re
     return likely
 
 
-def _moving(nominal: Fitted, fit: PlaceFit) -> tuple[Fitted, float] | None:
-    """Return a place with a free law moved as the data have it, not finished, and what the shifts cost, nats.
+def _differing(kind: type[DifferingLaw], nominal: Fitted, fit: PlaceFit) -> tuple[Fitted, float] | None:
+    """Return a place with a free law as it differs by the data, not finished, and what that costs, nats.
 
-    None where the shifts are too far from 0.
+    None where it differs by more than its prior allows.
     """
     place, law = fit.place, fit.drawn
-    # `with_resonances` has such a fit already, but where a resonance acts in another way than the law
-    begun = fit.fitted if law.length == SHORT and law.at_place is place else begun_at(nominal, place, SHORT)
     names = [data.name for data in nominal.hypothesis.data]
-    moving = MovingLaw.of(begun.hypothesis.effects[-1], names)
-    hypothesis = nominal.hypothesis.with_effects(moving)
-    starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
+    if kind is MovingLaw:
+        # `with_resonances` has such a fit already, but where a resonance acts in another way than the law
+        is_short = law.length == SHORT and law.at_place is place
+        begun = fit.fitted if is_short else begun_at(nominal, place, SHORT)
+        starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
+    else:
+        begun = fit.fitted if law.at_place is place else begun_at(nominal, place)
+        function: DrawnLaw = begun.hypothesis.effects[-1]
+        # a law that other unknowns take up is 0: it must be there to differ
+        more = [np.concatenate([np.zeros(len(nominal.minimum.z)), function.constant(size)]) for size in _CONSTANTS]
+        starts = [np.concatenate([begun.minimum.z + there, np.zeros(len(names))]) for there in more]
+    differing = kind.of(begun.hypothesis.effects[-1], names)
+    hypothesis = nominal.hypothesis.with_effects(differing)
     fitted = max((descended(hypothesis, z, *COARSE) for z in starts), key=tolerant_evidence)
-    z, shifts = np.split(fitted.minimum.z, [len(begun.minimum.z)])
-    if exceeding(float(shifts @ shifts), len(shifts)) < FIT_P:
+    z, by_configuration = np.split(fitted.minimum.z, [len(begun.minimum.z)])
+    if exceeding(float(by_configuration @ by_configuration), len(names)) < FIT_P:
         return None
-    fixed = replace(begun.hypothesis.effects[-1], at_place=place.moving(moving.moved(fitted.minimum.z)))
+    fixed = replace(begun.hypothesis.effects[-1], at_place=differing.place_at(fitted.minimum.z))
     hypothesis = nominal.hypothesis.with_effects(fixed)
     return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(names))
 
@@ -283,14 +307,16 @@ def _at_rest(nominal: Fitted, place: BasePlace, start: RealArray) -> Fitted:
 
 
 def _with_place(
-    nominal: Fitted, places: Mapping[str, PlaceFit], begun: Fitted, price: float = 0.0
+    nominal: Fitted, places: Mapping[str, PlaceFit], begun: Fitted, price: float = 0.0, *, causal: bool = False
 ) -> dict[str, PlaceFit]:
     """Return the places, that of a label in another way where that has more evidence.
 
-    `begun` is where the search begins, `price` what the place's fields cost of evidence, nats.
+    `begun` is where the search begins, `price` what the place's fields cost of evidence, nats; `causal`, whether the
+    law must be that of a causal response.
     """
     other = finished(nominal, begun)
     other = replace(other, log_evidence=other.log_evidence - price, price=price)
     label = other.place.label
-    better = {label: other} if other.log_evidence > places[label].log_evidence else {}
+    is_better = other.log_evidence > places[label].log_evidence and not (causal and is_causal(other) is False)
+    better = {label: other} if is_better else {}
     return ranked({**places, **better}.values())

@@ -8,27 +8,38 @@ from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
 from multilayer.diagnosis.unknown_cause import smooth_discrepancy
-from multilayer.inference.pulls import nuisance_p_value
+from multilayer.inference.pulls import largest_pulls, nuisance_p_value
+
+_OFF = "takes what is stated of the laboratory for wrong, which has the probability"
 
 
-def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False) -> str:
+def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False, of_law: bool = True) -> str:
     """Return why a hypothesis does not fit, the least probable reason; empty where it fits.
 
     Each of four things needs a probability of at least `FIT_P`: the misfit, the pulls of stated quantities, the sizes
     of effects, and the errors of their laws. They are tested one by one, since together they would allow more of one of
-    them than any true hypothesis needs. Only the misfit may be exempt (`is_misfit_allowed`).
+    them than any true hypothesis needs. Only the misfit may be exempt (`is_misfit_allowed`), and of a free law what
+    there is no usual size of (`of_law`).
     """
     p_values = {
-        "takes what is stated of the laboratory for wrong, which has the probability": nuisance_p_value(
-            fitted.hypothesis.parameters, fitted.minimum.z
-        ),
-        "asks for sizes so far from the usual ones that these have the probability": size_p_value(fitted),
-        "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
+        _OFF: nuisance_p_value(fitted.hypothesis.parameters, fitted.minimum.z),
     }
+    if of_law:
+        p_values |= {
+            "asks for sizes so far from the usual ones that these have the probability": size_p_value(fitted),
+            "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
+        }
     if not is_misfit_allowed:
         p_values["leaves a misfit of probability"] = misfit_p_value(fitted, TOLERANCE)
     text = min(p_values, key=lambda reason: p_values[reason])
-    return f"{text} {probability_text(p_values[text])}" if p_values[text] < FIT_P else ""
+    if p_values[text] >= FIT_P:
+        return ""
+    return f"{text} {probability_text(p_values[text])}{f' ({statement_most_off(fitted)})' if text == _OFF else ''}"
+
+
+def statement_most_off(fitted: Fitted) -> str:
+    """Return in words which stated quantity a fit takes to be farthest off, and by how much."""
+    return next((pull.in_words for pull in largest_pulls(fitted.hypothesis.parameters, fitted.minimum.z)), "")
 
 
 def misfit_p_value(fitted: Fitted, tolerance: float) -> float:

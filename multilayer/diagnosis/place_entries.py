@@ -16,7 +16,7 @@ from multilayer.diagnosis.entries import gap_in_fit
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
 from multilayer.diagnosis.places import BasePlace
-from multilayer.diagnosis.thresholds import FORM_AS_WELL, TIED
+from multilayer.diagnosis.thresholds import FORM_AS_WELL, RIGHT_PLACE, TIED
 from multilayer.experiments.places import Term
 from multilayer.inference.priors import Parameter
 from multilayer.number_text import with_interval
@@ -34,11 +34,14 @@ class DrawnPlace:
     form : SimpleForm
     shrinkage : Shrinkage
         Of the gap on held-out data, with the free law as it was compared; `free` has it as it is told.
+    objection : str
+        Why that law does not explain the gap (`decision.objection_to_law`); empty where it does.
     """
 
     free: PlaceFit
     form: SimpleForm
     shrinkage: Shrinkage
+    objection: str = ""
 
 
 def place_entries(
@@ -47,9 +50,10 @@ def place_entries(
     """Return the entries of ``places``, the most probable first; `behind` is in nats of free laws.
 
     Places that are `tied` are a group: the data cannot tell them apart. `shares` are the probabilities of all causes
-    as the verdict tells them.
+    as the verdict tells them. Where the law drawn at the best place does not explain the gap, something unknown may as
+    well act elsewhere: the probabilities add up to less than 1.
     """
-    probabilities = comparison.place_probabilities(shares)
+    probabilities = comparison.place_probabilities(shares, RIGHT_PLACE if drawn and drawn.objection else 1.0)
     best = max((fit.log_evidence for fit in comparison.places.values()), default=0.0)
     entries = []
     for label, probability in probabilities.items():
@@ -91,6 +95,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "passive": is_passive(fit),
         "causal": None if place.is_real else is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
+        "objection": drawn.objection,
         "form_is_enough": drawn.form.log_evidence > fit.log_evidence - FORM_AS_WELL,
     }  # fmt: skip
 

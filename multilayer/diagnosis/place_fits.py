@@ -303,8 +303,8 @@ def begun_at(nominal: Fitted, place: BasePlace, length: float | None = None) -> 
     scale, frequency = scale_of(nominal, place)
     law = DrawnLaw.at(place, frequency, LAW_SIZES[-1] * scale, length or place.length)
     hypothesis, at_rest = nominal.hypothesis.with_effects(law), nominal.hypothesis.at_rest(nominal.minimum.z)
-    constants = [law.constant(value) for value in (_CONSTANTS if place.detunes else (0j,))]
-    starts = np.stack([np.concatenate([at_rest, constant]) for constant in constants])
+    sizes = [*(_CONSTANTS if place.detunes else (0j,)), *(value / law.size for value in place.known_values)]
+    starts = np.stack([np.concatenate([at_rest, law.constant(complex(size))]) for size in sizes])
     return descended(hypothesis, starts[np.argmin(costs_per_datum(hypothesis.residual, starts))], *COARSE)
 
 
@@ -350,8 +350,10 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
     kinds = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
     known = [place for kind in kinds for place in kind.instances(hypothesis.settings) if type(place) is kind]
     others = [place for place in known if place.label == law.at_place.label]
-    laws = [_at_other(nominal, law, place.moving(law.at_place.moved)) for place in others]
+    laws = [_at_other(nominal, law, place.differing(law.at_place.moved, law.at_place.factors)) for place in others]
     fits = [fitted, *(descended(nominal.hypothesis.with_effects(each), z, most, tolerance) for each in laws)]
+    if isinstance(law, DrawnLaw):
+        fits += [begun_at(nominal, place, law.length) for place in others if place.known_values]
     return max(fits, key=tolerant_evidence)
 
 

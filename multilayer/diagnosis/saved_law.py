@@ -123,7 +123,7 @@ class SavedLaw(Model):
 
     With `free_rim` it is what acts beyond the sample's free rim, which finite elements have; with `open_rim` what acts
     beyond open rims of its faces. `moved` has factors of the law's frequencies by configuration, 1 where there is none.
-    `correlation_length` in ln f is that of a table.
+    `factors` are by what it is multiplied in each. `correlation_length` in ln f is that of a table.
     """
 
     place: str
@@ -132,6 +132,9 @@ class SavedLaw(Model):
     free_rim: Annotated[bool, Field(strict=True)] = False
     open_rim: SavedRim | None = None
     moved: dict[str, Annotated[float, Field(ge=1 / _FARTHEST, le=_FARTHEST), NO_BOOL]] = Field(
+        default_factory=dict, max_length=_MOST
+    )
+    factors: dict[str, Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST), NO_BOOL]] = Field(
         default_factory=dict, max_length=_MOST
     )
     quantity: str = ""
@@ -328,10 +331,12 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
         raise InputError(Problem(f"open_rim is of the place {Faces.name}, not of {saved.place}", file=file))
     opened = OpenFaces(**saved.open_rim.model_dump()) if saved.open_rim else None
     place: BasePlace = opened or kinds[saved.variant](**fields)
-    if saved.moved:
+    if saved.moved or saved.factors:
         if not place.can_move:
-            raise InputError(Problem(f"moved is of a law in all configurations, alone at {saved.place}", file=file))
-        place = place.moving({name: float(np.log(factor)) for name, factor in saved.moved.items()})
+            field = "moved" if saved.moved else "factors"
+            raise InputError(Problem(f"{field} is of a law in all configurations, alone at {saved.place}", file=file))
+        moved = {name: float(np.log(factor)) for name, factor in saved.moved.items()}
+        place = place.differing(moved, saved.factors)
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)

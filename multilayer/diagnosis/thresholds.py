@@ -78,6 +78,11 @@ PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN = 0.25, 0.35, 0.10, 0.30
 # seeds 1006 to 1008)
 RIGHT_NO_GAP, RIGHT_NAMED, RIGHT_NAMED_ONE = 0.99, 0.97, 0.9  # seeds 5 and 6: 20 of 20 named
 RIGHT_GUARDED, RIGHT_DOUBTED = 0.65, 0.5
+# share of right places among those whose law does not explain the gap, by `objection_to_law` (seeds 1012 to 1018,
+# several configurations: 16 of 35 whose law foretells less than LEAST_SHRINKAGE of held-out data, 253 of 266 others)
+RIGHT_PLACE = 0.45
+# probability from which on rival explanations widen the intervals of corrected moduli
+RIVAL = 0.05
 
 
 def in_force() -> dict[str, float | list[float]]:

@@ -30,6 +30,7 @@ SPACING = 0.6  # of its nodes, in correlation lengths
 _JITTER = 1e-9
 AMPLITUDE = 0.3  # standard deviation of a simple law's amplitude, in units of the place's scale
 SHIFT = 0.15  # standard deviation of ln f by which a law moves from configuration to configuration
+VARIATION = 0.5  # standard deviation of a law that varies from configuration to configuration, as a share of it
 _WORDS = {
     "lossy": "with losses", "fractional": "as a power of i w", "relaxation": "that relaxes",
     "resonance": "that resonates",
@@ -61,6 +62,8 @@ class BasePlace:
     moved : mapping
         ln of the law's frequencies in a configuration over those of the law as it is told, by the configuration's name;
         0 where it has no entry.
+    factors : mapping
+        By what the law is multiplied in a configuration, by the configuration's name; 1 where it has no entry.
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
@@ -70,6 +73,8 @@ class BasePlace:
         As `BaseEffect.acts_by_bin`.
     detunes : bool
         Whether a law moves a resonance so far that a search from none goes astray: it begins at the best constant.
+    known_values : tuple of complex
+        Values of a law that are tried at the start besides, in its unit.
     passive_sign : int
         Sign of the real or imaginary part of the law of a passive thing, of a change together with what it changes
         (`departs_from`); 0 where the law is not that of a thing.
@@ -81,6 +86,10 @@ class BasePlace:
         Correlation length of its law in ln f.
     changes_waves : bool
         Of a law for levels, whether it changes the response to plane waves: stack or sound field.
+    usual_factor : float
+        About which factors of a law that differs vary: 1, or 0 where an unknown takes up what is common to all.
+    differs_already : bool
+        Whether the law acts by what differs between configurations: with a factor for each it could be any of them.
     """
 
     kind: ClassVar[str]
@@ -91,15 +100,19 @@ class BasePlace:
     variant: ClassVar[str] = ""
     configuration: str = ""
     moved: Mapping[str, float] = MappingProxyType({})
+    factors: Mapping[str, float] = MappingProxyType({})
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
     acts_by_bin: bool = False
     detunes: ClassVar[bool] = False
+    known_values: ClassVar[tuple[complex, ...]] = ()
     passive_sign: ClassVar[int] = 0
     passive_part: ClassVar[Literal["imag", "real"]] = "imag"
     is_real: ClassVar[bool] = False
     length: ClassVar[float] = LENGTH
     changes_waves: ClassVar[bool] = True
+    usual_factor: ClassVar[float] = 1.0
+    differs_already: ClassVar[bool] = False
 
     @property
     def label(self) -> str:
@@ -123,14 +136,21 @@ class BasePlace:
 
     @property
     def can_move(self) -> bool:
-        """Whether its law may be tried at frequencies that differ from configuration to configuration."""
+        """Whether its law may be tried with frequencies or sizes that differ from configuration to configuration."""
         return not (self.configuration or self.needs_finite_elements or self.modelled)
 
-    def moving(self, moved: Mapping[str, float]) -> Self:
-        """Return the place with a law that moves (`moved`)."""
+    def differing(
+        self, moved: Mapping[str, float] = MappingProxyType({}), factors: Mapping[str, float] = MappingProxyType({})
+    ) -> Self:
+        """Return the place with a law that differs from configuration to configuration (`moved`, `factors`)."""
         place = copy(self)
         object.__setattr__(place, "moved", dict(moved))  # some are frozen
+        object.__setattr__(place, "factors", dict(factors))
         return place
+
+    def factor_in(self, setting: Any) -> float:
+        """Return by what the law as it is told is multiplied in a configuration."""
+        return self.factors.get(setting.configuration.name, 1.0) if self.factors else 1.0
 
     def law_frequency(self, setting: Any) -> RealArray:
         """Return the frequencies at which the law as it is told acts on a configuration's data, Hz, shape (n,)."""
@@ -140,7 +160,7 @@ class BasePlace:
     @property
     def tells_more(self) -> bool:
         """Whether there is more to tell than the words of the law."""
-        return bool(self.modelled or self.moved)
+        return bool(self.modelled or self.moved or self.factors)
 
     @property
     def entry(self) -> dict[str, Any]:
@@ -154,11 +174,16 @@ class BasePlace:
             found["free_rim"] = True
         if self.moved:
             found["moved"] = {name: math.exp(shift) for name, shift in self.moved.items()}
+        if self.factors:
+            found["factors"] = dict(self.factors)
         return found
 
     def in_words(self, law: str) -> str:
         """Return what acts there, given the words of the law."""
         text = f"{self.modelled}, and beyond it {law}" if self.modelled else law
+        if self.factors:
+            ends = (f"{end(self.factors.values()):.2g}" for end in (min, max))
+            text = f"{text}, times a factor that differs from configuration to configuration ({' to '.join(ends)})"
         if not self.moved:
             return text
         low, high = (100 * math.expm1(end(self.moved.values())) for end in (min, max))
@@ -309,10 +334,13 @@ class DrawnLaw(LawAtPlace):
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
         z = np.concatenate([values[parameter.name] for parameter in self.parameters], axis=-1)
-        return self.drawn(z, self.at_place.law_frequency(setting))
+        return np.asarray(self.drawn(z, self.at_place.law_frequency(setting)) * self.at_place.factor_in(setting))
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
-        """Return the derivative of the law, over its size, by its coordinates z, shape (n, 2 k); of a complex law."""
+        """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k).
+
+        Of a complex law.
+        """
         basis = self.basis(self.at_place.law_frequency(setting))
         return np.concatenate([basis, 1j * basis], axis=-1)
 
@@ -336,10 +364,10 @@ class DrawnLaw(LawAtPlace):
 
 
 @dataclass(frozen=True, eq=False)
-class MovingLaw(DrawnLaw):
-    """A free function whose frequencies differ from configuration to configuration, by shifts of ln f that are unknown.
+class DifferingLaw(DrawnLaw):
+    """A free function that differs from configuration to configuration, by one unknown in each.
 
-    The first parameters are those of the function, the last ones the shifts.
+    The first parameters are those of the function, the last ones those unknowns.
 
     Attributes
     ----------
@@ -348,42 +376,104 @@ class MovingLaw(DrawnLaw):
     """
 
     configurations: tuple[str, ...] = ()
+    what: ClassVar[str]
 
     @classmethod
-    def of(cls, law: DrawnLaw, configurations: Sequence[str]) -> MovingLaw:
-        """Return the law that is free to move."""
-        prior = Prior(normal=(0.0, SHIFT))
-        shifts = tuple(Parameter(name=f"shift[{name}]", prior=prior) for name in configurations)
-        parameters = (*law.parameters, *shifts)
+    def of(cls, law: DrawnLaw, configurations: Sequence[str]) -> Self:
+        """Return the law that is free to differ."""
+        prior = cls._prior(law.at_place)
+        parameters = (*law.parameters, *(Parameter(name=cls._name(name), prior=prior) for name in configurations))
         return cls(
             law.at_place, law.nodes, law.size, law.length, law.name, parameters, configurations=(*configurations,)
         )
 
-    def moved(self, z: RealArray) -> dict[str, float]:
-        """Return `BasePlace.moved` of the coordinates z, shape (2 k + c,)."""
-        shifts = SHIFT * z[-len(self.configurations) :]
-        return dict(zip(self.configurations, map(float, shifts), strict=True))
+    @classmethod
+    def _prior(cls, place: BasePlace) -> Prior:
+        """Return the prior of what differs."""
+        raise NotImplementedError
+
+    @classmethod
+    def _name(cls, configuration: str) -> str:
+        return f"{cls.what}[{configuration}]"
+
+    def place_at(self, z: RealArray) -> Any:
+        """Return the place with a law that differs as at the coordinates z, shape (2 k + c,)."""
+        values = self._prior(self.at_place).value(z[-len(self.configurations) :])
+        return self._differing(dict(zip(self.configurations, map(float, values), strict=True)))
+
+    def _differing(self, values: Mapping[str, float]) -> Any:
+        raise NotImplementedError
+
+    def _function(self, values: Values) -> RealArray:
+        """Return the coordinates of the function."""
+        count = 2 * len(self.nodes)  # its offset, where it has one, stands last
+        of_function = (*self.parameters[:count], *self.parameters[count + len(self.configurations) :])
+        return np.concatenate([values[parameter.name] for parameter in of_function], axis=-1)
+
+    def _with_slope(self, setting: Any, basis: RealArray, slope: ComplexArray) -> ComplexArray:
+        """Return derivatives by the function's coordinates and by the unknowns, of which one acts here."""
+        more = np.zeros((len(basis), len(self.configurations)), dtype=complex)
+        more[:, self.configurations.index(setting.configuration.name)] = slope
+        return np.concatenate([basis, 1j * basis, more], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLaw(DifferingLaw):
+    """A free function whose frequencies differ from configuration to configuration, by shifts of ln f."""
+
+    what = "shift"
+
+    @classmethod
+    def _prior(cls, place: BasePlace) -> Prior:
+        return Prior(normal=(0.0, SHIFT))
+
+    def _differing(self, values: Mapping[str, float]) -> Any:
+        return self.at_place.differing(values, self.at_place.factors)
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        count = 2 * len(self.nodes)  # of the function's parameters; its offset, where it has one, stands last
-        of_function = (*self.parameters[:count], *self.parameters[count + len(self.configurations) :])
-        z = np.concatenate([values[parameter.name] for parameter in of_function], axis=-1)
-        shifts = values[f"shift[{setting.configuration.name}]"][..., 0]
+        z, shifts = self._function(values), values[self._name(setting.configuration.name)][..., 0]
         law = np.empty((len(z), len(setting.frequency)), dtype=complex)
         for shift in np.unique(shifts):  # one, but for differences
             rows = shifts == shift
             law[rows] = self.drawn(z[rows], setting.frequency * np.exp(-shift))
-        return law
+        return np.asarray(law * self.at_place.factor_in(setting))
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
-        """Return the derivative of the law, over its size, by its coordinates z, shape (n, 2 k + c)."""
+        """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
         k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
         frequency = setting.frequency * np.exp(-SHIFT * z[2 * k + own])
-        basis, slope = self.basis(frequency), _basis_slope(self.nodes, self.length, frequency)
-        shifts = np.zeros((len(frequency), len(self.configurations)), dtype=complex)
-        shifts[:, own] = -SHIFT * (slope @ (z[:k] + 1j * z[k : 2 * k]))
-        return np.concatenate([basis, 1j * basis, shifts], axis=-1)
+        slope = _basis_slope(self.nodes, self.length, frequency) @ (z[:k] + 1j * z[k : 2 * k])
+        by_shift: ComplexArray = np.asarray(-SHIFT * slope, dtype=complex)
+        return self._with_slope(setting, self.basis(frequency), by_shift)
+
+
+@dataclass(frozen=True, eq=False)
+class VaryingLaw(DifferingLaw):
+    """A free function times a factor that differs from configuration to configuration, as samples and mountings do."""
+
+    what = "factor"
+
+    @classmethod
+    def _prior(cls, place: BasePlace) -> Prior:
+        return Prior(normal=(place.usual_factor, VARIATION))
+
+    def _differing(self, values: Mapping[str, float]) -> Any:
+        return self.at_place.differing(self.at_place.moved, values)
+
+    def values(self, setting: Any, values: Values) -> ComplexArray:
+        """Return the law."""
+        frequency, factor = self.at_place.law_frequency(setting), values[self._name(setting.configuration.name)]
+        z, offset = np.split(self._function(values), [2 * len(self.nodes)], axis=-1)
+        law = factor * self.drawn(z, frequency)
+        return np.asarray(law + self._size_at(frequency) * offset if offset.size else law)
+
+    def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
+        """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
+        k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
+        basis = self.basis(self.at_place.law_frequency(setting))
+        slope: ComplexArray = np.asarray(VARIATION * (basis @ (z[:k] + 1j * z[k : 2 * k])), dtype=complex)
+        return self._with_slope(setting, (self.at_place.usual_factor + VARIATION * z[2 * k + own]) * basis, slope)
 
 
 @dataclass(frozen=True, eq=False)
@@ -557,8 +647,10 @@ class SimpleLaw(LawAtPlace):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        frequency = self.at_place.law_frequency(setting)
-        return self.law_at(frequency, [values[parameter.name] for parameter in self.parameters])
+        law = self.law_at(
+            self.at_place.law_frequency(setting), [values[parameter.name] for parameter in self.parameters]
+        )
+        return np.asarray(law * self.at_place.factor_in(setting))
 
     def curve(self, z: RealArray, frequency: RealArray) -> ComplexArray:
         """Return the law, shape (..., n), of coordinates of shape (..., k)."""
@@ -610,4 +702,5 @@ class TabulatedLaw(LawAtPlace):
         at = np.clip(np.log(self.at_place.law_frequency(setting)), self.nodes[0], self.nodes[-1])
         weights = np.stack([np.interp(at, self.nodes, row) for row in np.eye(k)])
         table = np.stack([values[parameter.name][..., 0] for parameter in self.parameters], axis=-1)
-        return np.asarray((table[..., :k] + 1j * table[..., k:]) @ weights)
+        law = (table[..., :k] + 1j * table[..., k:]) @ weights
+        return np.asarray(law * self.at_place.factor_in(setting))

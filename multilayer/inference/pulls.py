@@ -14,6 +14,7 @@ from multilayer.arrays import BoolArray, RealArray
 from multilayer.chi2 import exceeding
 from multilayer.inference.priors import Parameter
 
+SIGNIFICANT = 0.01  # probability below which what is stated is taken for wrong
 _FAR = 3.0  # standard deviations
 _TOLD = 0.05  # of the stated variance: what the data take of it at least, for the pull to be tested
 
@@ -25,6 +26,14 @@ class Pull(NamedTuple):
     deviations: float
     by_chance: float = 1.0
 
+    @property
+    def in_words(self) -> str:
+        """By how much the quantity is off, with its unit."""
+        spread = self.parameter.prior.normal[1] if self.parameter.prior.normal else 1.0
+        unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(self.parameter.unit, ("%", 100.0))
+        value, size = (f"{factor * amount:.3g} {unit}" for amount in (self.deviations * spread, spread))
+        return f"{self.parameter.name} by {abs(self.deviations):.3g} standard deviations ({value}, stated {size})"
+
 
 def _nuisances(parameters: Sequence[Parameter]) -> BoolArray:
     return np.array([parameter.nuisance for parameter in parameters], dtype=bool)
@@ -33,6 +42,12 @@ def _nuisances(parameters: Sequence[Parameter]) -> BoolArray:
 def stated_pulls(parameters: Sequence[Parameter], z: RealArray) -> RealArray:
     """Return the pulls of all stated quantities, shape (k,)."""
     return np.asarray(z[_nuisances(parameters)])
+
+
+def stated_values(parameters: Sequence[Parameter], z: RealArray, covariance: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the pulls of all stated quantities, shape (k,), and their covariance."""
+    stated = _nuisances(parameters)
+    return z[stated], covariance[np.ix_(stated, stated)]
 
 
 def nuisance_p_value(parameters: Sequence[Parameter], z: RealArray) -> float:
@@ -92,12 +107,11 @@ def pulls_p_value(pulls: RealArray, covariance: RealArray) -> float:
 
 
 def largest_pulls(parameters: Sequence[Parameter], z: RealArray, by_chance: RealArray | None = None) -> list[Pull]:
-    """Return the pulls beyond three times what chance makes of them, or else the largest alone; the largest first.
+    """Return the pulls beyond chance of quantities marked as nuisances, see `beyond_chance`.
 
     Parameters
     ----------
     parameters : sequence of Parameter
-        Those marked as nuisances count.
     z : array, shape (n,)
         Standard normal coordinates.
     by_chance : array, shape (n,), optional
@@ -109,5 +123,10 @@ def largest_pulls(parameters: Sequence[Parameter], z: RealArray, by_chance: Real
         for parameter, value, spread, is_nuisance in zip(parameters, z, spreads, _nuisances(parameters), strict=True)
         if is_nuisance
     ]
-    pulls.sort(key=lambda pull: -abs(pull.deviations) / pull.by_chance)
-    return [pull for pull in pulls if abs(pull.deviations) > _FAR * pull.by_chance] or pulls[:1]
+    return beyond_chance(pulls)
+
+
+def beyond_chance(pulls: Sequence[Pull]) -> list[Pull]:
+    """Return the pulls beyond three times what chance makes of them, or else the largest alone; the largest first."""
+    ranked = sorted(pulls, key=lambda pull: -abs(pull.deviations) / pull.by_chance)
+    return [pull for pull in ranked if abs(pull.deviations) > _FAR * pull.by_chance] or ranked[:1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -187,23 +188,42 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
         recordings |= {(configuration.name, frequency): recording for frequency, recording in by_frequency.items()}
     if problems:
         raise InputError(dict.fromkeys(problems))
-    bursts = [
-        (configuration.name, burst) for configuration in campaign.configurations for burst in configuration.bursts
-    ]
-    _tell(campaign, seen, {burst.file: (burst.frequency, recordings[name, burst.frequency]) for name, burst in bursts})
+    by_file = {
+        configuration.name: {
+            burst.file: (burst.frequency, recordings[configuration.name, burst.frequency])
+            for burst in configuration.bursts
+        }
+        for configuration in campaign.configurations
+    }
+    _tell(campaign, seen, by_file)
     return recordings
 
 
 def _tell(
-    campaign: Description, seen: dict[str, tuple[Disturbance, ...]], recordings: dict[str, tuple[float, Recording]]
+    campaign: Description,
+    seen: dict[str, tuple[Disturbance, ...]],
+    by_file: Mapping[str, Mapping[str, tuple[float, Recording]]],
 ) -> None:
-    """Warn once of each kind of disturbance that was taken off, of repeats that are apart, and of coloured noise."""
+    """Warn once of each kind of disturbance that was taken off, and of what else is odd in recordings that can be used.
+
+    `by_file`: by configuration and file, the burst's frequency, Hz, and its recording.
+    """
     from multilayer.signals.band_noise import noise_in_words
+    from multilayer.signals.clock import clocks_in_words
     from multilayer.signals.disturbance import in_words
     from multilayer.signals.repeats import repeats_in_words
+    from multilayer.signals.soft_limit import limits_in_words
 
     cycles = campaign.burst.cycles
-    for text in [*in_words(seen), *repeats_in_words(recordings, cycles), *noise_in_words(recordings, cycles)]:
+    recordings = {file: recording for of_this in by_file.values() for file, recording in of_this.items()}
+    texts = [
+        *clocks_in_words({name: dict(of_this.values()) for name, of_this in by_file.items()}, cycles),
+        *in_words(seen),
+        *limits_in_words(recordings, cycles),
+        *repeats_in_words(recordings, cycles),
+        *noise_in_words(recordings, cycles),
+    ]
+    for text in texts:
         warn(f"{campaign.file}: {text}", PlausibilityWarning, stacklevel=3)
 
 
@@ -218,7 +238,7 @@ def _read_and_check(
 ) -> tuple[dict[float, Recording], list[Problem]]:
     """Return recordings by frequency, Hz, and what is wrong with them; `together`: both sensors at one spot.
 
-    Offset and hum are taken off; what they were is added to `seen`, by file.
+    Offset, drift and hum are taken off; what they were is added to `seen`, by file.
     """
     from multilayer.signals.disturbance import without_disturbances
     from multilayer.signals.quality import check_configuration  # heavy: SciPy
@@ -263,7 +283,8 @@ def load_calibration(path: Path | str) -> Calibration:
     recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), seen, together=True)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    _tell(campaign, seen, {burst.file: (burst.frequency, recordings[burst.frequency]) for burst in campaign.bursts})
+    by_file = {burst.file: (burst.frequency, recordings[burst.frequency]) for burst in campaign.bursts}
+    _tell(campaign, seen, {"": by_file})
     try:
         return calibrate(recordings, cycles=campaign.burst.cycles)
     except InputError as error:

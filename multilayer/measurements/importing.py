@@ -145,10 +145,11 @@ def _levels(burst: CutBurst, cycles: float) -> RealArray:
 
 
 def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
-    """Return what a user should look at: repeats that are not alike, an offset, hum of the mains, coloured noise."""
+    """Return what a user should look at: what is not alike, disturbs or limits a channel, and coloured noise."""
     from multilayer.signals.band_noise import noise_in_words
     from multilayer.signals.disturbance import in_words, without_disturbances
     from multilayer.signals.repeats import repeats_in_words
+    from multilayer.signals.soft_limit import limits_in_words
 
     bursts = {f"{burst.frequency:g} Hz": burst for burst in made.result.bursts}
     clean, taken = {}, {}
@@ -162,7 +163,8 @@ def remarks(made: ImportedCampaign, cycles: float) -> list[str]:
         if level.max() > _LEVELS * level.min()
     ]
     of_disturbances = [text.replace("taken off", "which a fit takes off") for text in in_words(taken)]
-    return [*of_levels, *repeats_in_words(clean, cycles), *of_disturbances, *noise_in_words(clean, cycles)]
+    of_channels = [*limits_in_words(clean, cycles), *repeats_in_words(clean, cycles)]
+    return [*of_levels, *of_channels, *of_disturbances, *noise_in_words(clean, cycles)]
 
 
 def write_imported(made: ImportedCampaign, folder: Path) -> None:

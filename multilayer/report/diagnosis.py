@@ -27,6 +27,7 @@ from multilayer.report.report import Draw, Pairs, Picture, Report, Section
 Record = Mapping[str, Any]
 _ABSURD = 1e9  # in SI units: an effect that must be that large cannot be seen at all
 _MOST_ROWS, _MOST_EXPERIMENTS = 6, 5
+_OFF = 3.0  # standard deviations of a stated quantity that are told
 _PLUGIN = "multilayer plugins new NAME --kind effect"
 _SURE = 100.0  # nats: odds that nobody doubts
 
@@ -93,12 +94,14 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
         return ()
     campaign, found = quote(str(source)), quote(str(folder / "diagnosis.json"))
     both = record.get("two_causes")
-    is_saved = not both or both["effects"]  # not of two unknown laws at once
+    law = record.get("law")
+    # not of two unknown laws at once, nor of one that explains nothing
+    is_saved = both["effects"] if both else law and not law.get("objection")
     if record["verdict"] == "no_gap":
         before = "uncertainties stated, " if any("not stated" in text for text in record.get("warnings", ())) else ""
         what = f"{before}one modulus law for all bursts: the model explains them"
         lines = [f"multilayer fit {campaign} --joint   # {what}"]
-    elif record["verdict"] == "effect" or (record.get("law") and is_saved):
+    elif record["verdict"] == "effect" or is_saved:
         acts = "the cause" if record["verdict"] == "effect" else "the law drawn at its place"
         lines = [
             f"multilayer fit {campaign} --with {found}   # the modulus with {acts} in the model",
@@ -144,7 +147,7 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
     curves = sorted(by_name, key=lambda name: -figures.unexplained(by_name[name]))  # the largest gap first
     where = ", where the gap is largest" if len(curves) > 1 else ""
     largest = f"Measured minus modelled{where}; lines: means of bursts or bands."
-    corrected = ", and as corrected" if verdict == "effect" else ""
+    corrected = _corrected(diagnosis)
     others = sum(map(picture, curves[1:]), ())
     absorbed = ", ".join(in_words([name]) for name in _absorbed(similarity))
     alike = Section("", listings=(_alike(similarity),), empty="No two effects look alike in these data.")
@@ -169,7 +172,7 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
                 *sum((picture(name, largest) for name in curves[:1]), ()),
                 *picture("moduli", f"The modulus of the nominal model{corrected}."),
             ),
-            (_unknowns(record),),
+            (_unknowns(record), *_stated(record)),
             folded=Section("Measured minus modelled, the other configurations", others) if others else None,
             empty="There are no residuals to draw.",
         ),
@@ -187,6 +190,15 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
             empty="No effect with a size was considered.",
         ),
     )
+
+
+def _corrected(diagnosis: Diagnosis) -> str:
+    """Return what the figure of the modulus shows beside the nominal model."""
+    if diagnosis.verdict == "no_gap" or not diagnosis.moduli:
+        return ""
+    if not all(map(math.isfinite, diagnosis.moduli["corrected"]["E1"])):
+        return "; nothing explains the gap, so the modulus is not known beyond it"
+    return ", and as corrected" if diagnosis.verdict == "effect" else ", and as corrected by what explains the gap best"
 
 
 def _gap(record: Record) -> list[tuple[str, str]]:
@@ -231,6 +243,9 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     if law and not law["form_is_enough"]:
         nearest = law["form"].get("beyond", law["form"]["text"])  # the sentence tells what is modelled
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {nearest}.",)
+    if law and law.get("objection"):
+        elsewhere = "What is unknown may as well act elsewhere: the probabilities of places add up to less than 100 %."
+        remarks = (f"It does not explain the gap: it {law['objection']}. {elsewhere}", *remarks)
     if law:
         remarks = (*remarks, *_physical(law))
     titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}
@@ -259,7 +274,9 @@ def _law_caption(record: Record) -> str:
         return ""
     moved = ", ".join(f"{name} {100 * (factor - 1):+.0f} %" for name, factor in law.get("moved", {}).items())
     text = f"The place, and the law drawn there: {law['quantity']}."
-    return f"{text} Its frequencies in the configurations: {moved}." if moved else text
+    text = f"{text} Its frequencies in the configurations: {moved}." if moved else text
+    factors = ", ".join(f"{name} {factor:.2g}" for name, factor in law.get("factors", {}).items())
+    return f"{text} Its factors in the configurations: {factors}." if factors else text
 
 
 def _causes(record: Record) -> Listing:
@@ -348,6 +365,16 @@ def _unknowns(record: Record) -> Listing:
     headings = ("unknown", "nominal", "corrected", "change")
     kept = 4 if any(row[1] != row[2] for row in rows) else 2
     return Listing(headings[:kept], tuple(row[:kept] for row in rows), (1, 2, 3), "Unknowns")
+
+
+def _stated(record: Record) -> tuple[Listing, ...]:
+    """Return the stated quantities that are taken to be off, farthest first; nothing where chance moves them as far."""
+    off = {name: (d["nominal"], d["corrected"]) for name, d in record.get("stated_deviations", {}).items()}
+    far = sorted((name for name in off if max(map(abs, off[name])) > _OFF), key=lambda name: -max(map(abs, off[name])))
+    headings = ("stated quantity", "nominal", "corrected")
+    rows = tuple((name, *(f"{z:+.1f} σ" for z in off[name])) for name in far[:_MOST_ROWS])
+    caption = "What is stated of the laboratory, by how many of its standard deviations it is taken to be off"
+    return (Listing(headings, rows, (1, 2), caption),) if rows else ()
 
 
 def _unknown(label: str, before: float, after: float, unit: str) -> tuple[str, ...]:

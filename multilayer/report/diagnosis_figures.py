@@ -280,7 +280,8 @@ def draw_moduli(moduli: Mapping[str, Any]) -> Figure:
     """Draw storage and loss modulus over frequency, of nominal model and best hypothesis, with 90 % intervals."""
     f = np.asarray(moduli["frequency_hz"], dtype=float)
     figure, axes = blank(2, 1, (WIDTH, _HEIGHT), sharex=True)
-    kinds = (("nominal", "--"), ("corrected", "-"))[: 1 if moduli["corrected"] == moduli["nominal"] else 2]
+    is_corrected = moduli["corrected"] != moduli["nominal"] and np.all(np.isfinite(moduli["corrected"]["E1"]))
+    kinds = (("nominal", "--"), ("corrected", "-"))[: 2 if is_corrected else 1]
     for axis, part in zip(axes[:, 0], ("E1", "E2"), strict=True):
         unit, factor = pressure_unit(max(max(moduli[name][part]) for name, _ in kinds))
         for i, (name, style) in enumerate(kinds):

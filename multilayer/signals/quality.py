@@ -14,6 +14,7 @@ from multilayer.signals.envelope import rms
 from multilayer.signals.exchange import SWAPPED, leading_channel
 from multilayer.signals.recording import Recording
 from multilayer.signals.repeats import compare_repeats
+from multilayer.signals.soft_limit import flattened
 from multilayer.signals.spectra import band, frequencies, noise_level, padded_length, to_spectrum
 
 CYCLES = 10.0
@@ -24,7 +25,7 @@ _TAIL_RATIO = 0.1  # 20 dB below the crest
 _CHANCE = 4.0  # standard deviations of the power of noise
 _ONSET_SHARE = 0.025  # of the burst's duration, when a Hann window has reached 0.6 % of its crest
 _FREQUENCY_TOLERANCE = 0.05
-_RATE_TOLERANCE = 0.02  # what the slope of a shaker's response may do to the centroid of all bursts
+_RATE_TOLERANCE = 0.02  # what the slope of a shaker's response may do to the centroid of all bursts; less: `clock`
 _RATE_AGREEMENT = 0.01
 _RATE_SHARE = 0.8
 
@@ -179,6 +180,8 @@ def _look(recording: Recording, frequency: float, cycles: float, raw: Recording 
     if broken:  # the mean tells nothing then
         return _Look(problems + broken)
     leads = leading_channel(recording, frequency, cycles)
+    if leads == SWAPPED and any(flat.limits for flat in flattened(recording, frequency, cycles).values()):
+        leads = 0  # flattened crests of a ring-down move the centre of its energy
     # a response drifts towards its resonance: the burst's frequency is that of the channel that was driven
     driven, _ = recording.exchanged().mean() if leads == SWAPPED else recording.mean()
     return _Look(problems, leads, _centroid(driven, recording.sampling_rate) / frequency)

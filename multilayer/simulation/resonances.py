@@ -2,14 +2,15 @@
 
 The frequencies that stand for a band are midpoints of equal parts of it. Where the response does not run straight from
 each to the next, as beside a cavity's resonance at one angle of incidence, the parts there are cut in three, again and
-again, until it does: points gather about what is narrow, and few are added elsewhere.
+again, until it does: points gather about what is narrow, and few are added elsewhere. Of single frequencies the same
+tells what lies hidden between them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from multilayer.arrays import BoolArray, RealArray
 
 UNEVEN = {"transmission_loss": 0.5, "absorption": 0.02}
 """Twice how far a value may lie off the straight line between its neighbours: a mean is then right to 1/24 of it."""
+_HIDDEN = {"transmission_loss": 3.0, "absorption": 0.2}  # beyond both neighbours: a curve through these looks wrong
 _CUTS = 13  # each in three: a part of 1e-8 of a third octave
+_FEWEST_LINES = 3
 _MOST_PARTS = 3000  # of a band
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -81,7 +84,7 @@ def uneven(place: RealArray, values: Arrays, limits: Mapping[str, float] = UNEVE
     return np.concatenate([off[..., :1], off, off[..., -1:]], axis=-1)
 
 
-def resolved(bands: Sequence[Parts], respond: Callable[[RealArray], Arrays]) -> list[Parts]:
+def resolved(bands: Sequence[Parts], respond: Callable[[RealArray], Arrays], most: int = _MOST_PARTS) -> list[Parts]:
     """Return bands with their parts cut until the response runs straight from each to the next.
 
     Parameters
@@ -89,10 +92,12 @@ def resolved(bands: Sequence[Parts], respond: Callable[[RealArray], Arrays]) -> 
     bands : sequence of Parts
     respond : callable
         Gives the quantities at frequencies, Hz, shape (n,).
+    most : int
+        Parts of a band from which on it is cut no further.
     """
     done = list(bands)
     for _ in range(_CUTS):
-        cut = [parts.uneven() if len(parts.place) < _MOST_PARTS else np.zeros(len(parts.place), bool) for parts in done]
+        cut = [parts.uneven() if len(parts.place) < most else np.zeros(len(parts.place), bool) for parts in done]
         if not any(np.any(which) for which in cut):
             break
         third = [parts.width[which] / 3 for parts, which in zip(done, cut, strict=True)]
@@ -107,6 +112,46 @@ def resolved(bands: Sequence[Parts], respond: Callable[[RealArray], Arrays]) -> 
             for parts, which, places, end in zip(done, cut, new, ends, strict=True)
         ]
     return [Parts(parts.place, parts.width, parts.values, not np.any(parts.uneven())) for parts in done]
+
+
+class Hidden(NamedTuple):
+    """How far a quantity between two neighbouring frequencies goes beyond both, up or down, and at which, Hz."""
+
+    quantity: str
+    beyond: float
+    frequency: float
+
+
+def hidden(frequency: RealArray, values: Arrays, respond: Callable[[RealArray], Arrays]) -> list[Hidden]:
+    """Return what single frequencies hide of the transmission loss and the absorption, the most of each.
+
+    Only beside frequencies that the response does not pass straight are others tried.
+
+    Parameters
+    ----------
+    frequency : array, shape (n,)
+        Hz, rising.
+    values : mapping
+        By quantity, arrays of the shape (n,).
+    respond : callable
+        Gives the quantities at frequencies, Hz.
+    """
+    if len(frequency) < _FEWEST_LINES:
+        return []
+    place = np.log(frequency)
+    shown = {name: values[name] for name in _HIDDEN if name in values}
+    (fine,) = resolved([Parts(place, np.gradient(place), shown)], respond, len(place) + _MOST_PARTS)
+    within = (fine.place > place[0]) & (fine.place < place[-1])
+    right = np.searchsorted(place, fine.place[within])
+    most = []
+    for name, ends in shown.items():
+        value = fine.values[name][within]
+        beyond = value - np.clip(value, *np.sort([ends[right - 1], ends[right]], axis=0))
+        beyond = np.where(np.isfinite(beyond), beyond, 0.0)
+        at = int(np.argmax(np.abs(beyond)))
+        if abs(beyond[at]) > _HIDDEN[name]:
+            most.append(Hidden(name, float(beyond[at]), float(np.exp(fine.place[within][at]))))
+    return most
 
 
 def _with(parts: Parts, which: BoolArray, new: RealArray, values: Arrays) -> Parts:

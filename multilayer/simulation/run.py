@@ -22,10 +22,10 @@ from multilayer.simulation.file import Case, SimulationFile, load_simulation
 from multilayer.simulation.percentiles import Percentiles, bytes_kept
 from multilayer.simulation.quantities import columns_of
 from multilayer.simulation.result import PERCENTILES, CaseResult, SimulationResult
-from multilayer.simulation.settings import DiffuseIncidence
+from multilayer.simulation.settings import DiffuseIncidence, FrequencyRange
 from multilayer.simulation.single_numbers import ratings
 from multilayer.simulation.spread import standard_deviation
-from multilayer.simulation.tasks import Arrays, Outcome, Task, refuse_unsound
+from multilayer.simulation.tasks import Arrays, Outcome, Task, hidden_between, refuse_unsound
 from multilayer.simulation.tolerances import draw
 from multilayer.stack import Ambient
 
@@ -46,13 +46,17 @@ _BYTES_OF_LAYER = 1200  # face matrices of a poroelastic layer at one point
 
 @dataclass(frozen=True)
 class Plan:
-    """All tasks of a simulation, in order: for each case the nominal one, then its samples in chunks."""
+    """All tasks of a simulation, in order: for each case the nominal one, then its samples in chunks.
+
+    `spaced`: whether the frequencies are those of a range, and nobody asked for just these.
+    """
 
     name: str
     simulation: SimulationFile
     grid: Grid
     tasks: tuple[Task, ...]
     case_of: tuple[int, ...]
+    spaced: bool = False
 
 
 def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None = None) -> Plan:
@@ -72,6 +76,7 @@ def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None
         When hardly any draw within the tolerances is allowed, or the simulation needs more memory or solves than
         `bounds.RESULT_BYTES` and `bounds.SOLVES`.
     """
+    spaced = grid is None and isinstance(simulation.frequency, FrequencyRange)
     grid = grid or grid_of(simulation.frequency)
     _refuse_endless(simulation, grid)
     tasks, case_of = [], []
@@ -79,7 +84,7 @@ def plan(simulation: SimulationFile, name: str = "simulation", grid: Grid | None
         of_case = list(_tasks(case, grid))
         tasks += of_case
         case_of += [i] * len(of_case)
-    return Plan(name, simulation, grid, tuple(tasks), tuple(case_of))
+    return Plan(name, simulation, grid, tuple(tasks), tuple(case_of), spaced)
 
 
 def _refuse_endless(simulation: SimulationFile, grid: Grid) -> None:
@@ -159,7 +164,8 @@ def run(
     Warns
     -----
     ValidityWarning
-        Where a model is used outside its range, once per text.
+        Where a model is used outside its range, once per text, and where narrow resonances lie between single
+        frequencies of the first case.
     LostWorkerWarning
         When an executor failed on some tasks, which were then computed here.
     """
@@ -182,6 +188,8 @@ def run(
             if progress is not None:
                 progress(cases[case].label)
     _warn_once(plan.tasks, dict(sorted(warned.items())))
+    if plan.spaced and (text := hidden_between(plan.tasks[0], nominal[0].quantities)):  # of the first case: it is cheap
+        warn(text, ValidityWarning, stacklevel=2)
     rated = ratings([nominal[i].quantities for i in range(len(cases))], plan.grid)
     return SimulationResult(
         plan.name,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeGuard
@@ -37,7 +38,7 @@ from multilayer.response.plane_wave import PlaneWave, plane_wave
 from multilayer.response.system import has_extremes, refusal
 from multilayer.simulation.linearised import linearised
 from multilayer.simulation.quantities import LOST_IN, normalised, quantity_named
-from multilayer.simulation.resonances import Parts, resolved, uneven
+from multilayer.simulation.resonances import Parts, hidden, resolved, uneven
 from multilayer.simulation.settings import DiffuseIncidence, Duct, FiniteSize, PlaneIncidence
 from multilayer.simulation.spread import Slopes, by_differences
 from multilayer.simulation.warned import collected_warnings
@@ -271,6 +272,39 @@ def _real(stack: Stack, task: Task, frequency: RealArray) -> Arrays:
     """Return the quantities that are no complex numbers."""
     values = _quantities(stack, frequency, task)
     return {name: v for name, v in values.items() if v is not None and not quantity_named(name).is_complex}
+
+
+def hidden_between(task: Task, shown: Arrays) -> str:
+    """Return what narrow resonances between the single frequencies of a task are missed by them; empty without.
+
+    Parameters
+    ----------
+    task : Task
+        Of a stack itself, without samples.
+    shown : dict
+        Its quantities.
+    """
+    of_sound = replace(task, excitation=None, free_waves=False, layer_losses=False, duct=None)
+    if task.frequency.ndim > 1 or not _may_be_narrow(of_sound):
+        return ""
+    with collected_warnings(), np.errstate(all="ignore"), suppress(MultilayerError, ArithmeticError):
+        missed = hidden(task.frequency, shown, partial(_real, task.stack, of_sound))
+        told = [
+            f"the {of.quantity.replace('_', ' ')} is up to {float(f'{abs(of.beyond):.2g}'):g}{_UNITS[of.quantity]} "
+            f"{'higher' if of.beyond > 0 else 'lower'} (at {of.frequency:.4g} Hz)"
+            for of in missed
+        ]
+        if told:
+            case = f"{task.label}: " if task.label else ""
+            return (
+                f"{case}{len(task.frequency)} frequencies miss narrow resonances: between two of them "
+                f"{' and '.join(told)}, which curves and ratings lack; ask for more points, or for third_octaves, "
+                "whose means hold them"
+            )
+    return ""
+
+
+_UNITS = {"transmission_loss": " dB", "absorption": ""}
 
 
 def _quantities(stack: Stack, frequency: RealArray, task: Task) -> dict[str, NDArray[Any] | None]:

@@ -10,7 +10,7 @@ from multilayer.diagnosis import assessment
 from multilayer.diagnosis import decision as decision_module
 from multilayer.diagnosis.assessment import rival_term
 from multilayer.diagnosis.cross_validation import Part, Shrinkage, cross_validate
-from multilayer.diagnosis.decision import Decision, beside_simple_term, decide
+from multilayer.diagnosis.decision import Decision, beside_simple_term, decide, objection_to_law
 from multilayer.diagnosis.diagnose import fit_nominal
 from multilayer.diagnosis.effects import EFFECTS
 from multilayer.diagnosis.effects.base import Chain
@@ -21,7 +21,7 @@ from multilayer.diagnosis.goodness_of_fit import size_p_value
 from multilayer.diagnosis.place_fits import fit_places
 from multilayer.diagnosis.places import PLACES, places_of
 from multilayer.diagnosis.places.reading import Reading
-from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED
+from multilayer.diagnosis.thresholds import FORM_AHEAD, RIGHT_DOUBTED, RIGHT_GUARDED, RIGHT_PLACE
 from multilayer.inference.low_rank import LowRank
 from multilayer.testing.benches import joint_bench
 from tests.fits.test_joint import campaign_and_signals
@@ -361,3 +361,47 @@ def test_the_group_of_an_unknown_cause(monkeypatch, evidence, refuted, group):
     assert decision.verdict == "unknown", decision.reason
     assert decision.group == group
     assert ("not certain" in sentence(decision, 0.5)) == (len(group) > 1)
+
+
+@pytest.mark.parametrize(
+    ("after", "misfit", "share", "causal", "objection"),
+    [
+        (1.0, "", 0.99, True, ""),
+        (1.0, "", 0.28, True, "shrinks the gap on held-out data by 28 % only"),
+        (16.0, "leaves a misfit", 0.97, True, "leaves a misfit"),
+        (1.05, "leaves a misfit", 0.99, True, ""),  # of a huge gap no law is right to a thousandth
+        (1.0, "", 0.99, False, "is not that of a causal response"),
+        (1.0, "", 0.99, None, ""),
+    ],
+)
+def test_a_law_that_does_not_explain_the_gap_is_told_so(monkeypatch, after, misfit, share, causal, objection):
+    nominal = SimpleNamespace(
+        hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True), minimum=SimpleNamespace(cost_per_datum=101.0)
+    )
+    explanation = SimpleNamespace(minimum=SimpleNamespace(cost_per_datum=after))
+    free = SimpleNamespace(place=PLACES["faces"](), log_evidence=0.0, explanation=explanation)
+    comparison = ModelComparison(nominal, {}, {(): -500.0, UNKNOWN: 0.0}, 2, {"faces": free})
+    monkeypatch.setattr(decision_module, "lack_of_fit", lambda *_, **__: misfit)
+    monkeypatch.setattr(decision_module, "is_causal", lambda _: causal)
+    assert objection_to_law(comparison, free, Shrinkage(101.0, 101.0 - 100.0 * share, "one", noise=1.0)) == objection
+    shares = comparison.place_probabilities(comparison.probabilities(), RIGHT_PLACE)
+    assert sum(shares.values()) == pytest.approx(RIGHT_PLACE)
+
+
+def test_a_law_that_no_data_ask_for_is_no_explanation():
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True))
+    comparison = ModelComparison(nominal, {}, {(): -500.0, UNKNOWN: -499.0}, 2)
+    assert objection_to_law(comparison, None, Shrinkage(1.0, 1.0, "")) == "is hardly more probable than no law at all"
+
+
+def test_a_pair_whose_second_effect_is_not_needed_counts_with_the_first(monkeypatch):
+    """It is not told as more probable than the verdict that passed it over."""
+    evidence = {A: -20.0, A_AND_B: 0.0, B: -300.0, UNKNOWN: -22.0}
+    decision = decided(monkeypatch, {(): -500.0, **evidence})
+    fitted = {names: None for names in evidence if names != UNKNOWN}
+    nominal = SimpleNamespace(hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True))
+    probabilities = decision.probabilities(ModelComparison(nominal, fitted, {(): -500.0, **evidence}, 18))
+    assert decision.best == A
+    assert probabilities[A_AND_B] == 0.0
+    assert probabilities[UNKNOWN] >= RIGHT_DOUBTED
+    assert sum(probabilities.values()) == pytest.approx(1.0)

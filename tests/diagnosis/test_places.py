@@ -10,16 +10,16 @@ from multilayer.diagnosis import diagnose
 from multilayer.diagnosis.cross_validation import folds
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
-from multilayer.diagnosis.further_laws import search_open_rims, with_moving_laws, with_open_rims, with_resonances
+from multilayer.diagnosis.further_laws import search_open_rims, with_differing_laws, with_open_rims, with_resonances
 from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, is_explained
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.beside import OpenFaces
-from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne
+from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne, ReadingOfOne
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
-from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term
+from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term, VaryingLaw
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import central
@@ -56,16 +56,17 @@ def test_the_derivative_by_the_nodes_of_a_law_that_is_given():
     checked_slopes(problem, np.random.default_rng(0))
 
 
-def test_the_derivative_by_shifts_of_a_law_is_that_of_finite_differences():
+@pytest.mark.parametrize("kind", [MovingLaw, VaryingLaw])
+def test_the_derivative_by_what_differs_of_a_law_is_that_of_finite_differences(kind):
     bench = joint_bench()
     frequency = np.concatenate([data.frequency for data in bench.data])
     names = [data.name for data in bench.data]
     for name in ("reading", "top_plate", "sample"):
         place = PLACES[name]()
         law = DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5), SHORT)
-        problem = bench.with_effects(MovingLaw.of(law, names))
+        problem = bench.with_effects(kind.of(law, names))
         slopes = checked_slopes(problem, np.random.default_rng(0))
-        assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each shift does something
+        assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each does something
 
 
 def test_a_law_that_moves_is_the_law_at_other_frequencies():
@@ -86,7 +87,7 @@ def test_a_law_that_moves_is_the_law_at_other_frequencies():
             own = rng.standard_normal(len(law.parameters))
             names = [parameter.name for parameter in law.parameters]
             values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
-            moved = replace(law, at_place=place.moving({first: np.log(1.2)}))
+            moved = replace(law, at_place=place.differing({first: np.log(1.2)}))
             for here, there in zip(bench.settings, shifted.settings, strict=True):
                 expected = law.values(there if here.data.name == first else here, values)
                 np.testing.assert_allclose(moved.values(here, values), expected, rtol=1e-9, atol=1e-9 * scale)
@@ -95,15 +96,55 @@ def test_a_law_that_moves_is_the_law_at_other_frequencies():
     assert place.moved == {}
 
 
+def test_a_law_that_varies_is_the_law_times_a_factor():
+    bench = joint_bench()
+    f, (first, *_) = np.geomspace(50.0, 3000.0, 30), [data.name for data in bench.data]
+    rng = np.random.default_rng(3)
+    for place in (PLACES[name]() for name in PLACES.names()):
+        scale = 0.05 * place.scale(bench.settings, 2e5)
+        table = rng.standard_normal(30) + 1j * rng.standard_normal(30)
+        for law in (
+            DrawnLaw.at(place, f, scale),
+            SimpleLaw.at(place, (Term("resonance"),), f, scale),
+            TabulatedLaw.of(place, "known", f, scale * table, np.full(30, scale * (1 + 1j))),
+        ):
+            own = rng.standard_normal(len(law.parameters))
+            names = [parameter.name for parameter in law.parameters]
+            values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
+            varied = replace(law, at_place=place.differing(factors={first: -0.7}))
+            for here in bench.settings:
+                expected = law.values(here, values) * (-0.7 if here.data.name == first else 1.0)
+                np.testing.assert_allclose(varied.values(here, values), expected, rtol=1e-12, atol=1e-15 * scale)
+
+
+@pytest.mark.slow
+def test_samples_that_differ_are_told_as_such_and_no_more_than_they_do():
+    """ln E differs by a factor of its own at each of seven mountings, and not beside."""
+    factors = {f"c{i}": 1.0 + 0.5 * np.sin(3.0 * i) for i in range(7)}
+    nominal = measured((PLACES["sample"]().differing(factors=factors), Term("power"), [0.1]))
+    places = with_differing_laws(VaryingLaw, nominal, fit_places(nominal, names=["sample", "sample_order", "reading"]))
+    first = next(iter(places.values()))
+    assert first.place.name == "sample"
+    assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+    law = first.law().real.mean()
+    told = np.array([law * first.place.factors[name] for name in factors])
+    true = 0.1 * np.array(list(factors.values()))
+    # heights are known to 0.4 %, and so is what they do
+    np.testing.assert_allclose(told - told.mean(), true - true.mean(), atol=0.005)
+    plain = measured((PLACES["reading"](), Term("power"), [0.05]))
+    places = fit_places(plain, names=["sample", "reading"])
+    assert not with_differing_laws(VaryingLaw, plain, places)["reading"].place.factors
+
+
 @pytest.mark.slow
 def test_a_resonance_that_moves_from_mounting_to_mounting_is_found_and_drawn():
     factors = {f"c{i}": 1.15 - 0.05 * i for i in range(7)}
-    place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
+    place = PLACES["reading"]().differing({name: float(np.log(factor)) for name, factor in factors.items()})
     nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
     n = len(nominal.minimum.residual)
     places = with_resonances(nominal, fit_places(nominal, names=["reading", "beside", "one_configuration"]))
     assert min(fit.explanation.minimum.misfit for fit in places.values()) / n > 4
-    first, second, *_ = with_moving_laws(nominal, places).values()
+    first, second, *_ = with_differing_laws(MovingLaw, nominal, places).values()
     assert first.place.name == "reading"
     assert first.log_evidence > second.log_evidence + 1000
     assert first.explanation.minimum.misfit / n < 1.1
@@ -130,7 +171,7 @@ def test_a_sharp_resonance_is_found_wherever_it_acts(shared, picked):
 @pytest.mark.slow
 def test_places_are_searched_farther_where_an_effect_fits_and_is_not_the_cause(monkeypatch):
     """No law at a place fits, and the verdict is "unknown": an effect that fits does not tell the place."""
-    place = PLACES["reading"]().moving({f"c{i}": 0.15 - 0.05 * i for i in range(7)})
+    place = PLACES["reading"]().differing({f"c{i}": 0.15 - 0.05 * i for i in range(7)})
     nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
     monkeypatch.setattr(diagnose, "fit_nominal", lambda *given, **others: (nominal, [nominal.minimum]))
     monkeypatch.setattr(diagnose, "lack_of_fit", lambda fitted: "")  # as of an effect that fits
@@ -151,7 +192,7 @@ def test_shifts_cost_the_evidence_of_their_fit():
     """A law that does not move is not told to: its evidence is lower by what seven shifts cost."""
     nominal = measured((PLACES["reading"](), Term("resonance"), [0.05, 500.0, 0.25]))
     places = with_resonances(nominal, fit_places(nominal, names=["reading", "beside"]))
-    found = with_moving_laws(nominal, places)
+    found = with_differing_laws(MovingLaw, nominal, places)
     assert next(iter(found)) == "reading"
     assert not found["reading"].place.moved
 
@@ -159,10 +200,10 @@ def test_shifts_cost_the_evidence_of_their_fit():
 @pytest.mark.slow
 def test_no_law_is_told_to_move_farther_than_is_probable():
     factors = dict(zip([f"c{i}" for i in range(7)], np.geomspace(0.2, 5.0, 7), strict=True))
-    place = PLACES["reading"]().moving({name: float(np.log(factor)) for name, factor in factors.items()})
+    place = PLACES["reading"]().differing({name: float(np.log(factor)) for name, factor in factors.items()})
     nominal = measured((place, Term("resonance"), [0.05, 500.0, 0.25]))
     places = fit_places(nominal, names=["reading", "beside", "added_reading"])
-    for found in with_moving_laws(nominal, places).values():
+    for found in with_differing_laws(MovingLaw, nominal, places).values():
         assert sum((shift / SHIFT) ** 2 for shift in found.place.moved.values()) < 24.4  # chi-square of 7, p 0.001
 
 
@@ -171,7 +212,7 @@ def test_a_single_configuration_has_nothing_to_move_to():
     one = nominal.hypothesis.with_data(nominal.hypothesis.data[:1])
     alone = fit(one, soft_sample(one))
     places = {"reading": fit_places(nominal, names=["reading"])["reading"]}
-    assert with_moving_laws(alone, places) == places
+    assert with_differing_laws(MovingLaw, alone, places) == places
 
 
 def test_a_drawn_law_goes_through_its_nodes_and_is_smooth():
@@ -320,13 +361,29 @@ def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
         (SampleShape(needs_finite_elements=True), "a free rim of the sample, and beyond it a law"),
         (SampleShape(), "a law"),
         (
-            PLACES["reading"]().moving({"a": 0.182322, "b": 0.0, "c": -0.162519}),
+            PLACES["reading"]().differing({"a": 0.182322, "b": 0.0, "c": -0.162519}),
             "a law, at frequencies that move from configuration to configuration (-15 to +20 %)",
+        ),
+        (
+            PLACES["sample"]().differing(factors={"a": -0.331, "b": 0.1, "c": 0.144}),
+            "a law, times a factor that differs from configuration to configuration (-0.33 to 0.14)",
         ),
     ],
 )
 def test_what_is_modelled_at_a_place_is_told_before_its_law(place, words):
     assert place.in_words("a law") == words
+
+
+@pytest.mark.parametrize("change", [1.0, -2.0])
+def test_a_reading_that_is_another_in_one_configuration_is_told_as_such(change):
+    """A range that was doubled, and a channel that is reversed."""
+    nominal = measured((ReadingOfOne("c3"), Term("power"), [change]))
+    first, second = list(fit_places(nominal, names=["one_configuration", "reading", "sample"]).values())[:2]
+    assert (first.place.label, first.place.variant) == ("one_configuration[c3]", "reading")
+    assert first.log_evidence > second.log_evidence + 1000
+    low, high = first.band(3.0)
+    assert np.all((low.real < change) & (change < high.real))
+    assert np.max(np.abs(high - low)) < 0.1
 
 
 @pytest.mark.slow

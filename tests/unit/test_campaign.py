@@ -275,6 +275,26 @@ class TestRecordings:
             load_recordings(load_campaign(folder))
         assert len(told) == 1
 
+    def test_a_clock_that_is_off_in_one_configuration_is_told_once(self, folder):
+        for frequency in (300, 700):
+            base, top = signals(1.01 * frequency)
+            np.savez(folder / f"signals/thick_{frequency}.npz", base=base, top=top)
+        write_csv(folder / "signals/thick_500.csv", *signals(505))
+        with pytest.warns(PlausibilityWarning, match="campaign.yaml: the bursts of thick appear at 1.01") as told:
+            load_recordings(load_campaign(folder))
+        assert len(told) == 1
+        assert "25600 Hz right? 2534" in str(told[0].message)
+
+    def test_a_channel_that_limits_softly_is_told_once(self, folder):
+        for name in ("thin", "thick"):
+            base, top = signals(300)
+            np.savez(folder / f"signals/{name}_300.npz", base=base, top=top - 0.1 * top**3 / np.abs(top).max() ** 2)
+        with pytest.warns(
+            PlausibilityWarning, match="the top channel limits softly in 2 of 6 recordings: .* lower the level"
+        ) as told:
+            load_recordings(load_campaign(folder))
+        assert len(told) == 1
+
     def test_swapped_channels_stand_at_their_configuration(self, folder):
         for frequency in (300, 700):
             base, top = signals(frequency)

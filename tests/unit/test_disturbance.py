@@ -61,6 +61,29 @@ def test_a_top_that_rings_slowly_is_left_alone(frequency, resonance, damping):
     assert without_disturbances(sound, frequency, 10) == (sound, ())
 
 
+@pytest.mark.parametrize("frequency", BURSTS)
+def test_drift_along_a_line_is_taken_off(frequency):
+    """What drifts all along is no ring-down: the record need not be longer."""
+    sound = recording(frequency)
+    crest = np.abs(sound.base).max()
+    ramp = 0.02 * crest * np.linspace(0, 1, sound.n_samples)
+    cleaned, seen = without_disturbances(Recording(sound.base + ramp, sound.top - ramp, RATE), frequency, 10)
+    kinds = {(taken.kind, taken.channel) for taken in seen}
+    assert {("drift", "base"), ("offset", "base"), ("drift", "top"), ("offset", "top")} <= kinds
+    assert np.abs(cleaned.base - sound.base).max() < 2e-3 * crest
+    assert np.abs(cleaned.top - sound.top).max() < 5e-3 * np.abs(sound.top).max()
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_weak_hum_far_below_the_burst_stands_out_of_what_lies_beside_it(mains):
+    """Left in the records, hum of a per cent is a tone at their ends, which passes for a ring-down."""
+    sound = recording(800.0)
+    crest = np.abs(sound.base).max()
+    cleaned, seen = without_disturbances(with_hum(sound, 0.008 * crest, mains), 800.0, 10)
+    assert ("hum", "base") in {(taken.kind.split()[0], taken.channel) for taken in seen}
+    assert np.abs(cleaned.base - sound.base).max() < 2e-3 * crest
+
+
 def test_one_sentence_for_each_kind():
     sound = recording(300.0)
     _, seen = without_disturbances(Recording(sound.base + 2, sound.top + 1, RATE), 300.0, 10)

@@ -1,12 +1,15 @@
 """Means over bands that hold resonances between the frequencies which stand for them."""
 
+import warnings
 from typing import Any
 
 import numpy as np
 import pytest
 
+from multilayer.errors import InputError
+from multilayer.simulation import tasks
 from multilayer.simulation.file import SimulationFile
-from multilayer.simulation.resonances import Parts, resolved, uneven
+from multilayer.simulation.resonances import Parts, hidden, resolved, uneven
 from multilayer.simulation.run import simulate
 
 CENTRE = 1.0037  # of the resonance on the logarithmic axis, between two frequencies
@@ -71,3 +74,73 @@ def test_cases_computed_together_are_those_computed_apart() -> None:
         np.testing.assert_array_equal(
             case.quantities["transmission_loss"], alone.cases[0].quantities["transmission_loss"]
         )
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-6])
+def test_lines_hide_a_resonance_narrower_than_their_spacing(width: float) -> None:
+    frequency = np.exp(np.linspace(0.0, 2.0, 101))
+    respond = loss_beside(width)
+    of_loss = hidden(frequency, respond(frequency), respond)
+    if width == 1e-2:  # half of the spacing
+        assert of_loss == []
+        return
+    ((quantity, beyond, at),) = of_loss
+    assert quantity == "transmission_loss"
+    assert np.log(at) == pytest.approx(CENTRE, abs=width)
+    deepest = respond(np.exp(np.array([CENTRE])))["transmission_loss"][0]
+    nearest = respond(frequency)["transmission_loss"].min()
+    assert beyond == pytest.approx(deepest - nearest, abs=1.0)
+
+
+def test_lines_hide_nothing_of_what_rises_steeply_or_curves() -> None:
+    frequency = np.exp(np.linspace(0.0, 2.0, 101))
+
+    def respond(f: np.ndarray) -> dict[str, np.ndarray]:
+        x = np.log(f)
+        return {"transmission_loss": 60 * np.tanh(40 * (x - CENTRE)), "absorption": np.sin(8 * x) ** 2}
+
+    assert hidden(frequency, respond(frequency), respond) == []
+    few = frequency[:2]
+    assert hidden(few, respond(few), respond) == []
+
+
+def told(simulation: SimulationFile) -> list[str]:
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        simulate(simulation)
+    return [str(entry.message) for entry in seen if "miss narrow resonances" in str(entry.message)]
+
+
+def test_points_that_miss_a_cavity_resonance_are_told_once() -> None:
+    (text,) = told(glazing(frequency={}))
+    assert text.startswith(
+        "200 frequencies miss narrow resonances: between two of them the transmission loss is up to "
+    )
+    assert " dB lower (at " in text
+    assert text.endswith("ask for more points, or for third_octaves, whose means hold them")
+    sweep = {"sweep": {"layers.gap.thickness": ["80 mm", "100 mm"]}, "frequency": {"points": 100}}
+    (text,) = told(glazing(**sweep))
+    assert text.startswith("gap.thickness = 80 mm: 100 frequencies miss narrow resonances: ")
+    scatter = {"tolerances": {"layers.gap.thickness": "1 mm"}, "samples": 2, "frequency": {"points": 50}}
+    assert len(told(glazing(**scatter))) == 1
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"frequency": {"third_octaves": [100, 3150]}},
+        {"frequency": [100, 125, 160, 3400, 3500]},  # just these are wanted
+        {"frequency": {}, "incidence": "diffuse"},
+        {"frequency": {"from": 200, "to": 1000}},
+    ],
+)
+def test_nothing_is_told_of_what_holds_resonances_or_has_none(asked: dict[str, Any]) -> None:
+    assert told(glazing(**asked)) == []
+
+
+def test_where_the_response_between_lines_is_refused_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any) -> None:
+        raise InputError("no response here")
+
+    monkeypatch.setattr(tasks, "_real", refused)
+    assert told(glazing(frequency={})) == []

@@ -28,8 +28,8 @@ class OneConfiguration(Place):
 
     @classmethod
     def variants(cls) -> tuple[type[OneConfiguration], ...]:
-        """Return what may be another there: the sample's modulus, the plate's mass, the sample's height."""
-        return (OneConfiguration, PlateOfOne, HeightOfOne)
+        """Return what may be another there: the sample's modulus, the plate's mass, its height, the reading."""
+        return (OneConfiguration, PlateOfOne, HeightOfOne, ReadingOfOne)
 
     @classmethod
     def instances(cls, settings: tuple[Setting, ...]) -> list[Place]:
@@ -83,3 +83,22 @@ class HeightOfOne(OneConfiguration):
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with that rod's density."""
         return chain.with_(density=chain.density * (1 + values)) if self._is_there(setting) else chain
+
+
+class ReadingOfOne(OneConfiguration):
+    """The reading of one configuration is another: a range or a gain that was changed, a channel that is reversed."""
+
+    variant = "reading"
+    title = "in the reading of one configuration only"
+    quantity = "relative change of top/base in that configuration"
+    terms: ClassVar = {0: ("relative change of top/base", ""), 1: ("relative lead of the top", "s")}
+    detunes = True
+    known_values = (-2 + 0j,)  # a reversed channel
+
+    def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the modulus as it is."""
+        return modulus
+
+    def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
+        """Return the motion times ``1 + v`` in this configuration."""
+        return np.asarray(motion * (1 + values)) if self._is_there(setting) else motion

@@ -19,8 +19,9 @@ class Sample(Place):
     """The sample of all configurations: the modulus departs from the nominal law."""
 
     name = "sample"
-    title = "in the sample, all configurations alike"
+    title = "in the sample"
     quantity = "change of ln E"
+    usual_factor = 0.0
 
     def factor(self, setting: Setting) -> Any:
         """Return what the law is multiplied by in a configuration: ln E per law."""
@@ -43,6 +44,7 @@ class SampleLoad(Sample):
     title = "in the sample, by its load"
     quantity = "change of ln E per static stress"
     unit = "1/Pa"
+    differs_already = True
 
     def factor(self, setting: Setting) -> Any:
         """Return the static stress, Pa."""
@@ -59,6 +61,7 @@ class SampleStrain(Sample):
     title = "in the sample, by its dynamic strain"
     quantity = "change of ln E per strain"
     acts_by_bin = True
+    differs_already = True
 
     @classmethod
     def variants(cls) -> tuple[type[SampleStrain], ...]:
@@ -90,6 +93,7 @@ class SampleOrder(Sample):
     name = "sample_order"
     title = "in the sample, in the order of measurement"
     quantity = "change of ln E from first to last recording"
+    differs_already = True
 
     @classmethod
     def variants(cls) -> tuple[type[SampleOrder], ...]:
@@ -139,6 +143,7 @@ class SampleShape(Sample):
     name = "sample_shape"
     title = "in the sample, by its shape"
     quantity = "change of ln E by a free rim, over that of slow compression"
+    differs_already = True
     terms: ClassVar = {0: ("change of ln E over that by a free rim in slow compression", "")}
 
     @property
@@ -162,6 +167,7 @@ class SampleRadius(Sample):
     title = "in the sample, by its radius"
     quantity = "change of ln E per squared radius"
     unit = "1/m2"
+    differs_already = True
 
     def factor(self, setting: Setting) -> Any:
         """Return the squared radius, m2."""

@@ -368,17 +368,22 @@ class CampaignProblem(Hypothesis):
         """Return E1 + i E2 of the sample's material, Pa, shape (..., n_frequency): its law, and what changes that.
 
         Of the effects and laws those at the place of the sample itself (`MATERIAL`): a load, a drift, a strain change
-        what the rig does to the material.
+        what the rig does to the material. Of samples that differ it is the mean, of ln E.
         """
         own = [effect for effect in self._acting if _place_of(effect) == MATERIAL]
         if not own:
             return self.modulus(z, frequency)
         points = self.points(np.atleast_2d(z))
-        modulus = self.modulus(points.z, frequency)
-        setting = self.settings[0].at(frequency, np.full(len(frequency), self.data[0].burst[0]))
-        for effect, values in zip(own, values_of(own, points), strict=True):
-            modulus = effect.modulus(setting, modulus, values)
-        return modulus.reshape(*z.shape[:-1], -1)
+        every = []
+        for setting, data in zip(self.settings, self.data, strict=True):
+            here, modulus = (
+                setting.at(frequency, np.full(len(frequency), data.burst[0])),
+                self.modulus(points.z, frequency),
+            )
+            for effect, values in zip(own, values_of(own, points), strict=True):
+                modulus = effect.modulus(here, modulus, values)
+            every.append(np.log(modulus))
+        return np.asarray(np.exp(np.mean(every, axis=0)).reshape(*z.shape[:-1], -1))
 
     def modulus_scale(self, z: RealArray, frequency: float) -> float:
         """Return the amount of the sample's modulus at a frequency, Hz, in Pa."""

@@ -279,10 +279,5 @@ class JointFit(FitResult):
 
 
 def _told(pull: Pull) -> str:
-    """Return by how much a stated quantity is off, with its unit."""
-    parameter, off, by_chance = pull
-    spread = parameter.prior.normal[1] if parameter.prior.normal else 1.0
-    unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(parameter.unit, ("%", 100.0))
-    value, size = (f"{factor * amount:.3g} {unit}" for amount in (off * spread, spread))
-    told = f"{parameter.name} by {abs(off):.3g} standard deviations ({value}, stated {size})"
-    return f"{told}, {abs(off) / by_chance:.3g} times what chance makes of it"
+    """Return by how much a stated quantity is off, and what chance makes of it."""
+    return f"{pull.in_words}, {abs(pull.deviations) / pull.by_chance:.3g} times what chance makes of it"
