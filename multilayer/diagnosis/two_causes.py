@@ -63,7 +63,7 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
         Where fits run; in this process when left out.
     """
     best_alone = next(iter(comparison.places.values()), None)
-    if not comparison.several or best_alone is None or explains_data(best_alone.explanation):
+    if not comparison.several or best_alone is None or _is_enough(comparison.nominal, best_alone.explanation):
         return None
     known = [names for names in comparison.ranked if len(names) == 1 and names in comparison.fitted]
     firsts = [comparison.fitted[names] for names in known[:1]] + [best_alone.explanation]
