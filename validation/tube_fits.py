@@ -12,7 +12,7 @@ from multilayer.arrays import RealArray
 from multilayer.experiments.stacks.file import StackFitFile
 from multilayer.experiments.stacks.observations import Observation
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.fits.stacks.fit import describe, find_minima
+from multilayer.fits.stacks.fit import describe, find_minima, reweighed
 from multilayer.fits.stacks.result import StackFitResult
 from multilayer.inference.problem import Minimum
 from multilayer.materials import material
@@ -60,7 +60,7 @@ class Fit:
 def fit(file: StackFitFile) -> Fit:
     """Return the fit of a file."""
     problem = StackProblem.of_file(file)
-    minima = find_minima(problem, file)
+    problem, minima = reweighed(problem, find_minima(problem, file))
     return Fit(problem, minima[0], describe(problem, minima))
 
 

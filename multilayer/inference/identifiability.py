@@ -26,6 +26,7 @@ Ends = tuple[bool, bool]
 _DETERMINED, _NARROWED = 0.9, 0.2  # least shares of information
 _INNER, _OUTER = 0.68, 0.9  # probabilities of intervals
 _PRIOR_DRAWS = 2048
+_MOVED = 2.0  # standard deviations from a prior's centre, to where data that say nothing do not move a parameter
 
 
 @dataclass(frozen=True)
@@ -163,9 +164,9 @@ def identifiability(
     for i, parameter in enumerate(problem.parameters):
         best = by_name.get(parameter.name, main)
         if (replacement := replacements.get(parameter.name)) is not None:
-            findings.append(_finding(_of_derived(replacement, best, before)))
+            findings.append(_finding(_of_derived(replacement, best, before, parameter, i)))
         else:
-            findings.append(_finding(_of_parameter(parameter, best, float(covariance[i, i]))))
+            findings.append(_finding(_of_parameter(parameter, best, float(covariance[i, i]), i)))
     information = minimum.jacobian.T @ minimum.jacobian
     groups = collinear_groups(problem.parameters, minimum.z, information, covariance)
     return Identifiability(findings, groups, int(np.sum(np.linalg.eigvalsh(information) < OPEN)))
@@ -173,7 +174,10 @@ def identifiability(
 
 @dataclass(frozen=True)
 class _Quantity:
-    """What a finding is made from; `label` and `display` are its name and its values in sentences."""
+    """What a finding is made from; `label` and `display` are its name and its values in sentences.
+
+    `moved` is its median in coordinates of its prior, and `bounds` what ends that prior, if anything does.
+    """
 
     name: str
     label: str
@@ -186,9 +190,11 @@ class _Quantity:
     share: float
     open_ends: Ends | None
     display: Callable[[float], float]
+    moved: float
+    bounds: tuple[float, float] | None
 
 
-def _of_parameter(parameter: Parameter, posterior: Posterior, variance: float) -> _Quantity:
+def _of_parameter(parameter: Parameter, posterior: Posterior, variance: float, index: int) -> _Quantity:
     ends = parameter.prior.value(np.array([-1.0, 1.0]))
     logarithm = parameter.name.startswith(PREFIX)
     return _Quantity(
@@ -196,20 +202,26 @@ def _of_parameter(parameter: Parameter, posterior: Posterior, variance: float) -
         posterior.interval(parameter.name, _INNER), posterior.interval(parameter.name, _OUTER),
         posterior.median(parameter.name), float(np.clip(1 - variance, 0.0, 1.0)),
         posterior.open_ends if isinstance(posterior, Profile) else None, _exp if logarithm else float,
+        posterior.coordinate_quantile(index, 0.5), parameter.prior.ends,
     )  # fmt: skip
 
 
-def _of_derived(derived: Derived, posterior: Posterior, before: RealArray) -> _Quantity:
+def _of_derived(
+    derived: Derived, posterior: Posterior, before: RealArray, parameter: Parameter, index: int
+) -> _Quantity:
     prior, after = derived.logarithm(before), derived.logarithm(posterior.samples)
     levels = [0.5 - _INNER / 2, 0.5 + _INNER / 2, 0.5 - _OUTER / 2, 0.5 + _OUTER / 2, 0.5]
     low, high = np.exp(np.quantile(prior, levels[:2])).tolist()
     ends = np.exp(np.quantile(after, levels)).tolist()
     share = float(np.clip(1 - np.var(after) / np.var(prior), 0.0, 1.0))
     is_parameter = derived.name == derived.replaces.removeprefix(PREFIX)
+    bounds = parameter.prior.ends if is_parameter else None
+    moved = posterior.coordinate_quantile(index, 0.5) if is_parameter else 0.0
     return _Quantity(
         derived.name, derived.name, derived.unit, derived.nuisance, (low, high),
         (ends[0], ends[1]), (ends[2], ends[3]), ends[4], share,
         posterior.open_ends if isinstance(posterior, Profile) and is_parameter else None, float,
+        moved, bounds and (_exp(bounds[0]), _exp(bounds[1])),
     )  # fmt: skip
 
 
@@ -232,7 +244,7 @@ def _in_words(q: _Quantity, verdict: Verdict) -> str:
     before, after = (_span(q, *ends) for ends in (q.before, q.after))
     low, high = (f"{q.display(end):.3g} {q.unit}".strip() for end in q.outer)
     if q.open_ends == (True, True) or (verdict == "not determined" and q.open_ends in (None, (False, False))):
-        return f"the data say nothing about {q.label} beyond its prior ({before})"
+        return _open_in_words(q, before, after)
     if q.open_ends == (False, True):
         return f"{q.label} is bounded from below only: above {low} (95 %); upwards its prior decides"
     if q.open_ends == (True, False):
@@ -240,6 +252,17 @@ def _in_words(q: _Quantity, verdict: Verdict) -> str:
     if verdict == "narrowed":
         return f"data and prior both count for {q.label}: {after} (prior {before})"
     return f"the data determine {q.label}: {after}"
+
+
+def _open_in_words(q: _Quantity, before: str, after: str) -> str:
+    """Return what is said of a parameter that the data do not determine, but may have moved."""
+    if abs(q.moved) <= _MOVED:
+        return f"the data say nothing about {q.label} beyond its prior ({before})"
+    if q.bounds is None:
+        return f"the data contradict the prior of {q.label} ({before}) and draw it to {after}"
+    end, side = (q.bounds[0], "lower") if q.moved < 0 else (q.bounds[1], "upper")
+    value = f"{q.display(end):.3g} {q.unit}".strip()
+    return f"{q.label} is at the {side} end of its prior, {value}: the data draw it there, and perhaps beyond"
 
 
 def _span(q: _Quantity, low: float, high: float) -> str:

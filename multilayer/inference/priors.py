@@ -92,6 +92,11 @@ class Prior(Model):
         return np.asarray(np.clip(ndtri(np.clip(inside, 0, 1)), -_EDGE, _EDGE))
 
     @property
+    def ends(self) -> tuple[float, float] | None:
+        """The least and the largest value of a flat or truncated prior; None of others."""
+        return self.uniform or self.loguniform or self.bounds
+
+    @property
     def line(self) -> tuple[float, float]:
         """Offset and slope of the value, or of its logarithm, as a linear function.
 

@@ -125,6 +125,7 @@ def summarise(
     if method == LAPLACE:
         identified = identifiability(problem, minima[0], posterior=gaussian, derived=derived)
         return PosteriorSummary(method, gaussian, identified)
+    gaussian = replace(gaussian, marginals={})  # from which profiles depart
     chances = zip(distinct_modes(minima), gaussian.weights, strict=True)
     modes = [mode for mode, chance in chances if chance >= _FAINT]
     profiles = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from multilayer.arrays import RealArray
-from multilayer.fits.stacks.result import POOR, FittedCurve, FoundQuantity, StackFitResult, parts_of
+from multilayer.fits.stacks.result import FittedCurve, FoundQuantity, StackFitResult, parts_of
 from multilayer.number_text import over_unit, percent, significant, with_interval, with_unit
 from multilayer.report.files import file_names
 from multilayer.report.identifiability import determined_section
@@ -32,7 +32,7 @@ _KINDS = {
 
 def stack_fit_report(result: StackFitResult) -> Report:
     """Return the report of a fit of stacks."""
-    good = result.converged and result.misfit_per_datum <= POOR
+    (label, tone), stated = _verdict(result), result.statements
     pictures = tuple(
         Picture(partial(draw_curve, curve, upright=True), f"{curve.name}: {_KINDS[curve.kind]}.")
         for curve in result.curves
@@ -42,12 +42,17 @@ def stack_fit_report(result: StackFitResult) -> Report:
     return Report(
         name=result.name,
         kind="fit of stacks",
-        label="Fitted" if good else "Model misses the data" if result.converged else "No minimum reached",
-        tone="good" if good else "mind",
+        label=label,
+        tone=tone,
         sentence=_sentence(result),
         facts=(
             ("unknowns determined", f"{sum(q.determined for q in result.quantities)} of {len(result.quantities)}"),
             ("chi-square per datum", f"{result.misfit_per_datum:.3g}"),
+            *(
+                [("probability of what is taken for stated wrongly", significant(stated.p_value, 2))]
+                if stated.remark
+                else []
+            ),
             ("minima found", str(len(result.minima))),
             ("probability of the first", percent(result.minima[0].probability)),
         ),
@@ -79,10 +84,20 @@ def _short(name: str) -> str:
     return name.removeprefix("layers.")
 
 
+def _verdict(result: StackFitResult) -> tuple[str, str]:
+    if not result.converged:
+        return "No minimum reached", "mind"
+    if result.misses:
+        return "Model misses the data", "mind"
+    return ("What is stated is off", "mind") if result.statements.remark else ("Fitted", "good")
+
+
 def _sentence(result: StackFitResult) -> str:
     n, known = len(result.quantities), sum(quantity.determined for quantity in result.quantities)
     told = "the model explains the data within their noise"
-    if result.misfit_per_datum > POOR:
+    if result.statements.remark:
+        told = "the model explains the data within their noise only if what priors state is wrong"
+    if result.misses:
         told = "the model misses the data by more than their noise"
     if not result.converged:
         told = "the search stopped before it reached a minimum"

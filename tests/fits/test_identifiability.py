@@ -113,6 +113,27 @@ def test_only_a_profile_shows_an_end_that_is_open() -> None:
     assert finding.posterior == profile.interval("a", 0.68)
 
 
+@pytest.mark.parametrize(
+    ("prior", "wanted", "slope", "told"),
+    [
+        (Prior(uniform=(1.0, 3.0)), 0.5, 50.0, "a is at the lower end of its prior, 1: the data draw it there"),
+        (
+            Prior(normal=(2.0, 0.5), bounds=(1.0, 2.2)),
+            4.0,
+            50.0,
+            "a is at the upper end of its prior, 2.2: the data draw it",
+        ),
+        (Prior(uniform=(1.0, 3.0)), 2.0, 0.1, "the data say nothing about a beyond its prior (1.3"),
+    ],
+)
+def test_a_value_at_an_end_of_its_prior(prior: Prior, wanted: float, slope: float, told: str) -> None:
+    """Beyond its end nothing changes any more: the data seem to say nothing, and say where it is."""
+    known = parameters(prior)
+    problem = Plain(lambda z: slope * (known[0].prior.value(z) - wanted), known)
+    (text,) = _determined(problem).sentences
+    assert text.startswith(told)
+
+
 def test_logarithms_are_undone() -> None:
     problem = _named(linear([[50.0]], np.array([0.0]), Prior(uniform=(np.log(1e3), np.log(1e5)))), "ln relaxed_modulus")
     (text,) = _determined(problem).sentences

@@ -207,6 +207,28 @@ def test_a_bound_cuts_the_posterior() -> None:
     assert laplace(problem, minimum).interval("a", 0.9)[1] < 1
 
 
+def test_an_end_that_the_gaussian_misplaces_is_taken_from_weighted_points() -> None:
+    """A cliff on one side that the curvature at the minimum does not show: few draws are wasted on it."""
+    problem = Plain(lambda z: 5 * np.logaddexp(0.0, -20 * (z + 1)), parameters(Prior(normal=(0.0, 1.0))))
+    (minimum,) = search(problem, n_candidates=8, n_best=1)
+    posterior = laplace(problem, minimum)
+    assert posterior.effective_share > 0.8
+    grid = np.linspace(-6.0, 6.0, 4001)
+    density = np.exp(-0.5 * problem.residual(grid[:, None])[:, 0] ** 2 - 0.5 * grid**2)
+    exact = quantiles(grid, density, 0.05, 0.95)
+    assert exact[0] > -1.2  # that of the Gaussian is -1.64
+    assert posterior.interval("a", 0.9) == pytest.approx(exact, abs=0.25)
+    assert posterior.interval("a", 0.9)[0] == pytest.approx(exact[0], abs=0.1)
+    assert laplace(problem, minimum, checked=0).interval("a", 0.9)[0] < -1.5
+
+
+def test_gaussian_posteriors_keep_their_exact_ends() -> None:
+    for seed in range(20):
+        problem = linear(SEEN, MEASURED)
+        (minimum,) = search(problem, n_candidates=8, n_best=1)
+        assert not laplace(problem, minimum, seed=seed).marginals
+
+
 def test_what_is_said_of_mistakes() -> None:
     problem = linear(SEEN, MEASURED)
     (minimum,) = search(problem, n_candidates=8, n_best=1)

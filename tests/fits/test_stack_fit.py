@@ -1,13 +1,18 @@
 """Values, spreads and alternatives that fits of stacks find."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from multilayer.errors import PlausibilityWarning
 from multilayer.experiments.stacks.file import load_stack_fit
 from multilayer.experiments.stacks.problem import StackProblem
-from multilayer.fits.stacks.fit import describe, fit_stacks
+from multilayer.fits.stacks.fit import describe, fit_stacks, reweighed
 from multilayer.inference.least_squares import minimise
 from multilayer.paths import locate, with_values
+from multilayer.report.stack_fit import stack_fit_report
 from multilayer.response import base_motion, plane_wave
 from multilayer.rig import static_shape_factor
 from multilayer.stack import load_stack
@@ -193,6 +198,134 @@ class TestUncertainty:
         found = sorted(minimum.values[0] for minimum in result.minima if minimum.misfit < 1e-3)
         assert found == pytest.approx([0.1, 0.1 + half, 0.1 + 2 * half], rel=1e-3)
         assert sum(minimum.probability for minimum in result.minima) == pytest.approx(1)
+
+    def test_errors_that_are_shares_are_those_of_the_fitted_curve(self, tmp_path):
+        """As shares of the measured values they draw a fit to values that happen to be small: Peelle's puzzle."""
+        f = np.geomspace(200.0, 4000.0, 100)
+        alpha, rng = plane_wave(IN_A_TUBE, f).absorption, np.random.default_rng(1)
+        smooth = np.linalg.cholesky(np.exp(-np.abs(np.subtract.outer(np.log(f), np.log(f))) / 0.3))
+        unknowns = {"layers.wool.flow_resistivity": {"lognormal": [1e4, 0.5]}}
+        for errors, off in (
+            ({"noise": 0.1}, lambda: rng.standard_normal(len(f))),
+            (
+                {"noise": {"absolute": 0.005}, "model_error": {"relative": 0.1, "length": 0.3}},
+                lambda: smooth @ rng.standard_normal(len(f)),
+            ),
+        ):
+            measurement = {"kind": "absorption", "file": "a.csv", **errors}
+            pulls = []
+            for _ in range(20):
+                values = alpha * (1 + 0.1 * off()) + 0.001 * rng.standard_normal(len(f))
+                made = problem(
+                    tmp_path, IN_A_TUBE, {"a.csv": table("f_hz,absorption", f, values)}, [measurement], unknowns
+                )
+                (quantity,) = describe(*reweighed(made, [minimise(made, made.start)])).quantities
+                pulls.append((quantity.value - 1.2e4) / quantity.std)
+            assert abs(np.mean(pulls)) < 3 / np.sqrt(20), errors
+            assert np.std(pulls) == pytest.approx(1, abs=0.5)
+
+    def test_errors_that_are_amounts_stay(self, tmp_path):
+        measurement = {**IMPEDANCE, "noise": {"absolute": 0.02}}
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE, size=0.02)}, [measurement], PORES)
+        found = minimise(made, made.start)
+        again, minima = reweighed(made, [found])
+        assert again is made
+        assert minima == [found]
+
+    def test_unknowns_that_priors_hold_do_not_widen(self, tmp_path):
+        """They take nothing from four data: a misfit of one per datum is by chance."""
+        f = np.array([500.0, 1000.0, 2000.0, 4000.0])
+        alpha = plane_wave(IN_A_TUBE, f).absorption + 0.02 * np.array([1, -1, -1, 1])
+        held = {
+            f"layers.wool.{name}": {"normal": [WOOL[name], "0.1 %"]}
+            for name in ("thickness", "porosity", "tortuosity", "viscous_length", "thermal_length")
+        }
+        unknowns = {"layers.wool.flow_resistivity": {"lognormal": [1.2e4, 0.3]}, **held}
+        measurement = {"kind": "absorption", "file": "a.csv", "noise": {"absolute": 0.02}}
+        made = problem(tmp_path, IN_A_TUBE, {"a.csv": table("f_hz,absorption", f, alpha)}, [measurement], unknowns)
+        result = describe(made, [minimise(made, made.start)])
+        assert 0.5 < result.misfit_per_datum < 1.5
+        assert result.scale == 1
+        assert not any("wider" in text for text in result.remarks)
+
+    def test_the_most_probable_minimum_is_told_where_errors_are_widened(self, tmp_path):
+        """The lowest one is narrow: with wider errors a flat one beside it is more probable."""
+        made = problem(tmp_path, IN_A_TUBE, {"tube.csv": tube_table(IN_A_TUBE)}, [IMPEDANCE], PORES)
+        base = minimise(made, made.start)
+        whole = np.full(base.residual.size, 3.0)
+        lowest = replace(base, residual=whole)
+        flat = replace(base, z=base.z + 0.5, residual=1.01 * whole, jacobian=base.jacobian / 2)
+        assert lowest.log_evidence > flat.log_evidence
+        result = describe(made, [lowest, flat])
+        assert result.minima[0].misfit == pytest.approx(flat.misfit)
+        assert result.minima[0].probability > 0.5
+
+
+class TestPriorsThatAreOff:
+    """Data that contradict what a prior states by many of its standard deviations."""
+
+    def fit(self, folder, truth, prior, path="layers.wool.thickness"):
+        made = changed(IN_A_TUBE, wool__thickness=truth)
+        tables = {"a.csv": table("f_hz,absorption", F, plane_wave(made, F).absorption)}
+        measurement = {"kind": "absorption", "file": "a.csv", "noise": {"absolute": 0.005}}
+        return fit_stacks(write(folder, IN_A_TUBE, tables, [measurement], {path: prior}))
+
+    @pytest.mark.parametrize(
+        ("prior", "told"),
+        [
+            (
+                {"normal": ["40 mm", "1.5 mm"], "nuisance": True},
+                r"wool.thickness by 6.6\d standard deviations \(9.9\d mm",
+            ),
+            ({"lognormal": ["40 mm", 0.03]}, r"wool.thickness by 7.4\d standard deviations \(a factor of 1.25, stated"),
+        ],
+    )
+    def test_are_told(self, tmp_path, prior, told):
+        result = self.fit(tmp_path, 0.05, prior)
+        (remark,) = [text for text in result.remarks if "states for wrong" in text or "state for wrong" in text]
+        assert remark.startswith("this takes what the priors state for wrong, which has the probability")
+        assert re.search(told, remark)
+        data = result.to_dict()
+        assert data["stated_p_value"] < 1e-9
+        assert data["stated_deviations"]["layers.wool.thickness"] > 6
+        assert stack_fit_report(result).label == "What is stated is off"
+
+    def test_are_no_wall(self, tmp_path):
+        """20 standard deviations away."""
+        result = self.fit(tmp_path, 0.05, {"normal": ["40 mm", "0.5 mm"]})
+        (quantity,) = result.quantities
+        assert quantity.value == pytest.approx(0.05, rel=0.01)
+        assert quantity.std > 1e-6
+        assert all(low < quantity.value < high for low, high in quantity.intervals)
+
+    def test_a_value_lies_in_its_interval_at_the_end_of_the_search(self, tmp_path):
+        result = self.fit(tmp_path, 0.06, {"normal": ["40 mm", "0.05 mm"]})
+        (quantity,) = result.quantities
+        assert re.search(
+            r"wool.thickness by 43.\d standard deviations .*, as far as the search goes", str(result.remarks)
+        )
+        assert all(low <= quantity.value <= high for low, high in quantity.intervals)
+
+    def test_those_that_hold_are_not_doubted(self, tmp_path):
+        result = self.fit(tmp_path, 0.041, {"normal": ["40 mm", "1 mm"]})
+        assert result.to_dict()["stated_p_value"] > 0.05
+        assert not result.remarks
+        assert stack_fit_report(result).label == "Fitted"
+
+    def test_a_value_at_the_end_of_its_prior_is_said_to_be_there(self, tmp_path):
+        result = self.fit(tmp_path, 0.05, {"uniform": ["30 mm", "40 mm"]})
+        (text,) = result.summary.identifiability.sentences
+        assert text.startswith("layers.wool.thickness is at the upper end of its prior, 0.04 m: the data draw it there")
+
+
+def test_data_given_twice_are_told(tmp_path):
+    measurements = [{**IMPEDANCE, "file": f"{name}.csv", "name": name} for name in ("first", "copy", "other")]
+    text = tube_table(IN_A_TUBE, size=0.02)
+    tables = {"first.csv": text, "copy.csv": text, "other.csv": tube_table(IN_A_TUBE, size=0.02, seed=1)}
+    path = write(tmp_path, IN_A_TUBE, tables, measurements, PORES)
+    with pytest.warns(PlausibilityWarning, match="holds the same values as 'first': data given twice count") as warned:
+        load_stack_fit(path)
+    assert len(warned) == 1
 
 
 def test_a_table_of_stiffnesses(tmp_path):

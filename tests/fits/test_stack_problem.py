@@ -132,6 +132,43 @@ class TestWeights:
         # a real change turns into both parts of the logarithm; its size is that of the first column alone
         assert np.linalg.norm(shifted.reshape(2, -1), axis=0) == pytest.approx(10 / 1000, rel=1e-3)
 
+    @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "transmission loss"])
+    def test_shares_of_a_response_are_those_of_its_data(self, kind, tmp_path):
+        """Weighed at its response, measured values that are off are as uncertain as exact ones."""
+        truth, text, measurement, unknowns = KINDS[kind]
+        stated = {"noise": 0.02, "model_error": 0.03, "file": "data.csv", **measurement}
+        made = problem(tmp_path, truth, {"data.csv": text}, [stated], unknowns)
+        (exact,) = made.observations
+        z = np.array([float(p.prior.coordinate(locate(truth, p.name).value)) for p in made.parameters])
+        (response,) = made.predict(z)
+        assert exact.weighed_at(response) is exact
+        factor = np.where(np.arange(len(exact.measured)) % 2, 1.05, 0.95)
+        off = replace(exact, measured=factor * exact.measured, amounts=factor * exact.amounts)
+        if off.relative:
+            off = replace(
+                off, noise=type(off.noise)(*(factor * part for part in (off.noise.real, off.noise.imaginary)))
+            )
+        weighed = off.weighed_at(response)
+        expected = np.abs(exact.scale.slope(off.measured) * weighed.amounts)
+        assert expected == pytest.approx(np.abs(exact.scale.slope(exact.measured) * exact.amounts), rel=1e-5)
+        if off.relative:
+            spread = np.abs(off.scale.slope(off.measured)) * weighed.noise.real
+            assert spread == pytest.approx(np.abs(exact.scale.slope(exact.measured)) * exact.noise.real, rel=1e-5)
+        else:
+            assert weighed.noise is off.noise
+
+    def test_what_is_in_db_stays_as_stated(self, tmp_path):
+        truth, text, measurement, unknowns = KINDS["transmission loss"]
+        stated = {"model_error": 0.5, "file": "data.csv", **measurement}
+        (data,) = problem(tmp_path, truth, {"data.csv": text}, [stated], unknowns).observations
+        assert data.weighed_at(2 * data.measured) is data
+
+    def test_a_response_near_0_does_not_outweigh_all(self, tmp_path):
+        truth, text, measurement, unknowns = KINDS["absorption"]
+        stated = {"noise": 0.02, "file": "data.csv", **measurement}
+        (data,) = problem(tmp_path, truth, {"data.csv": text}, [stated], unknowns).observations
+        assert data.weighed_at(0 * data.measured).noise.real == pytest.approx(0.01 * data.measured)
+
     def test_a_model_error_correlates(self, tmp_path):
         error = {"model_error": {"relative": 0.05, "length": 0.5}}
         text = {"tube.csv": tube_table(IN_A_TUBE)}

@@ -90,6 +90,22 @@ class StackFitFile(Model):
         for i, measurement in enumerate(self.measurements):
             for field, text in measurement.implausible():
                 yield ("measurements", i, field), text
+            if measurement.file is not None and (twin := self._twin_before(i)):
+                text = f"holds the same values as '{twin}': data given twice count twice; remove one of the two"
+                yield ("measurements", i, "file"), text
+
+    def _twin_before(self, index: int) -> str:
+        """Return the name of an earlier measurement of the same kind with the same values; empty without one."""
+        every = self.observations
+        data = every[index]
+        twins = (
+            other.name
+            for other in every[:index]
+            if other.kind == data.kind
+            and np.array_equal(other.frequency, data.frequency)
+            and np.array_equal(other.measured, data.measured)
+        )
+        return next(twins, "")
 
     def _wrong_stacks(self) -> Iterator[Mistake]:
         if (self.nominal is None) == (not self.stacks):

@@ -39,6 +39,8 @@ from multilayer.simulation.warned import collected_warnings
 from multilayer.stack import Stack
 
 _MOST_CORRELATED = 2000  # values with a dense covariance
+_LEAST_AMOUNT = 0.5  # of a measured value: what a response counts for at least, since near 0 it would outweigh all
+_SAME_AMOUNT = 1e-6
 _GROUPS = 12  # of frequencies that cross-validation leaves out together
 
 
@@ -70,6 +72,10 @@ class Scale:
         """Return the derivative of the fitted quantity by the values of a `Response`."""
         return np.ones_like(response)
 
+    def relative_slope(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return the derivative of the fitted quantity by the logarithm of the measured one, at a `Response`."""
+        return np.asarray(response)
+
     def shown(self, response: NDArray[Any]) -> NDArray[Any]:
         """Return the measured quantity of the values of a `Response`."""
         return np.asarray(response)
@@ -96,6 +102,10 @@ class LogScale(Scale):
         """Return 1/response."""
         return np.asarray(1 / response)
 
+    def relative_slope(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return 1: the fitted quantity is that logarithm."""
+        return np.ones_like(response)
+
 
 @dataclass(frozen=True)
 class ReflectionScale(Scale):
@@ -110,6 +120,10 @@ class ReflectionScale(Scale):
     def slope(self, values: NDArray[Any]) -> NDArray[Any]:
         """Return the derivative by Z."""
         return np.asarray(2 * self.front / (values + self.front) ** 2)
+
+    def relative_slope(self, response: NDArray[Any]) -> NDArray[Any]:
+        """Return Z dR/dZ, which is finite where Z is not."""
+        return np.asarray((1 - response**2) / 2)
 
     def shown(self, response: NDArray[Any]) -> NDArray[Any]:
         """Return the impedance of a reflection coefficient; infinite on a rigid wall."""
@@ -136,7 +150,7 @@ class Observation:
     noise : ValueNoise
         Of the measured values.
     amounts : array, shape (n,)
-        Values that a model error is relative to.
+        Values that a model error and relative noise are relative to: the measured ones, see `weighed_at`.
     error : CorrelatedError, optional
         Of the model.
     points : int
@@ -149,6 +163,8 @@ class Observation:
         Angle of incidence, degrees.
     estimated : float or None
         Standard deviation of the noise of each part of R, where that is estimated.
+    relative : float
+        Standard deviation of the part of the noise that is a share of `amounts`.
     """
 
     name: str
@@ -168,6 +184,7 @@ class Observation:
     centres: RealArray = field(repr=False)
     angle: float = 0.0
     estimated: float | None = None
+    relative: float = 0.0
 
     @property
     def n_data(self) -> int:
@@ -209,6 +226,24 @@ class Observation:
     def residual(self, response: NDArray[Any]) -> RealArray:
         """Return whitened differences from the measurement, shape (..., n_data), of responses of shape (..., n)."""
         return self.whitening(self.difference(response))
+
+    def weighed_at(self, response: NDArray[Any]) -> Observation:
+        """Return the data with relative noise and model error as shares of a response, shape (n,).
+
+        As shares of the measured values they are smaller for values that happen to be small, which draws a fit down to
+        these (Peelle's puzzle: R. Frühwirth, D. Neudecker & H. Leeb, EPJ Web Conf. 27 (2012) 00008). Where nothing
+        changes the data themselves are returned.
+        """
+        if self.unit == "dB" or not (self.relative or self.error):
+            return self
+        amounts = self.scale.relative_slope(response) / self.scale.slope(self.measured)
+        least = _LEAST_AMOUNT * np.abs(self.measured)
+        amounts = np.where(np.abs(amounts) >= least, amounts, _LEAST_AMOUNT * self.measured)
+        if np.allclose(amounts, self.amounts, rtol=_SAME_AMOUNT, atol=0.0):
+            return self
+        more = self.relative**2 * (np.abs(amounts) ** 2 - np.abs(self.amounts) ** 2)
+        parts = (np.sqrt(np.maximum(part**2 + more, 0.0)) for part in (self.noise.real, self.noise.imaginary))
+        return replace(self, amounts=amounts, noise=ValueNoise(*parts))
 
     def selected(self, index: IndexArray) -> Observation:
         """Return the data at some frequencies, in the same groups, renumbered."""
@@ -271,7 +306,7 @@ def observe(measurement: Measurement, name: str, stack_name: str, stack: Stack, 
         name, measurement.kind, stack_name, measurement.unit, grid.frequency, values.values, response, one_by_one,
         scale, values.noise, np.ones_like(values.values) if measurement.in_db else values.values,
         _model_error(measurement, name, scale, values), grid.points.size, *grouped(grid.frequency),
-        angle=getattr(measurement, "angle", 0.0),
+        angle=getattr(measurement, "angle", 0.0), relative=measurement.spread.relative,
     )  # fmt: skip
 
 

@@ -29,7 +29,8 @@ from multilayer.stack import Stack
 E = TypeVar("E", bound=BaseEffect)
 _MANY = 4096  # points of one batched solve: of fewer, differences cost less than derivatives
 _AT_ONCE = 16_384  # samples times frequencies of one batched solve
-_FAR, _FARTHEST = 8.0, 12.0  # coordinates beyond the first are compressed smoothly to at most the second
+_FAR, _ROOM = 8.0, 4.0  # coordinates beyond the first are compressed smoothly to at most so much more
+FARTHEST = 40.0  # the same of fits, whose priors may be far off and are then told
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,8 @@ class StackExperiment(Experiment):
         The measurement as effects see it.
     effects : tuple of TubeEffect
         Their parameters are the last unknowns.
+    far : float
+        See `own_coordinates`.
     """
 
     observation: Observation
@@ -54,6 +57,7 @@ class StackExperiment(Experiment):
     earlier: GaussianPrior | None
     setting: TubeSetting
     effects: tuple[TubeEffect, ...] = ()
+    far: float = _FAR
 
     @property
     def data(self) -> Observation:
@@ -127,7 +131,7 @@ class StackExperiment(Experiment):
 
     def samples(self, z: RealArray) -> dict[str, dict[str, RealArray]]:
         """Return by stack and path the values, shape (m,), of the unknown fields."""
-        return self.fields.samples(own_coordinates(z, len(self.fields.field_parameters), self.earlier))
+        return self.fields.samples(own_coordinates(z, len(self.fields.field_parameters), self.earlier, self.far))
 
     def _respond(self, acting: Sequence[tuple[TubeEffect, Values]], stack: Stack, rows: slice) -> NDArray[Any]:
         """Return the response of some samples, shape (k, n) or (n,) where it is the same for all."""
@@ -164,6 +168,8 @@ class StackProblem(UnknownFields, Hypothesis):
         The posterior of an earlier fit, in place of the unknowns' own priors.
     used : tuple of Observation, optional
         The data that residuals are made of; all when left out.
+    far : float
+        See `own_coordinates`.
     """
 
     kind = TubeEffect.kind
@@ -173,11 +179,12 @@ class StackProblem(UnknownFields, Hypothesis):
     effects: tuple[Any, ...] = ()
     earlier: GaussianPrior | None = None
     used: tuple[Observation, ...] | None = None
+    far: float = _FAR
 
     @classmethod
     def of_file(cls, file: StackFitFile) -> StackProblem:
         """Return the problem that a file states."""
-        return cls(placed(file.by_name, file.resolved), file.resolved, file.observations)
+        return cls(placed(file.by_name, file.resolved), file.resolved, file.observations, far=FARTHEST)
 
     @property
     def data(self) -> tuple[Observation, ...]:
@@ -196,7 +203,7 @@ class StackProblem(UnknownFields, Hypothesis):
 
     def own_coordinates(self, z: RealArray) -> RealArray:
         """Return coordinates of the unknowns in their own priors, shape (..., d), of all coordinates."""
-        return own_coordinates(z, len(self.nominal_parameters), self.earlier)
+        return own_coordinates(z, len(self.nominal_parameters), self.earlier, self.far)
 
     def at_rest(self, z: RealArray) -> RealArray:
         """Return the nominal values: a gap may have dragged the unknowns far off."""
@@ -224,7 +231,7 @@ class StackProblem(UnknownFields, Hypothesis):
         """An experiment for each measurement in use."""
         fields = UnknownFields(self.stacks, self.unknowns)
         return tuple(
-            StackExperiment(data, fields, self.earlier, setting, self.effects)
+            StackExperiment(data, fields, self.earlier, setting, self.effects, self.far)
             for data, setting in zip(self.data, self.settings, strict=True)
         )
 
@@ -307,6 +314,17 @@ class StackProblem(UnknownFields, Hypothesis):
         """Return the hypothesis with residuals of these data only."""
         return replace(self, used=tuple(data))
 
+    def weighed_at(self, z: RealArray) -> Self:
+        """Return the problem with relative noise and model errors as shares of the responses at z, shape (n,).
+
+        The problem itself where nothing changes.
+        """
+        pairs = zip(self.observations, self.predict(z), strict=True)
+        weighed = tuple(observation.weighed_at(response) for observation, response in pairs)
+        if all(new is old for new, old in zip(weighed, self.observations, strict=True)):
+            return self
+        return replace(self, observations=weighed)
+
     def inflated_residual(self, size: float) -> Callable[[RealArray], RealArray]:
         """Return residuals, shape (..., n), each part of R having an additional error of `size`."""
         if not size:
@@ -320,15 +338,15 @@ class StackProblem(UnknownFields, Hypothesis):
         return residual
 
 
-def own_coordinates(z: RealArray, count: int, earlier: GaussianPrior | None) -> RealArray:
+def own_coordinates(z: RealArray, count: int, earlier: GaussianPrior | None, far: float = _FAR) -> RealArray:
     """Return the first coordinates, shape (..., count), in the unknowns' own priors.
 
-    Large coordinates are compressed, since values must not overflow; smoothly, so that minima stay minima. With a sharp
-    bound the derivative there, and with it the evidence, would depend on rounding.
+    Coordinates beyond `far` are compressed, since values must not overflow; smoothly, so that minima stay minima. With
+    a sharp bound the derivative there, and with it the evidence, would depend on rounding.
     """
-    u, room = z[..., :count], _FARTHEST - _FAR
-    far = np.maximum(np.abs(u) - _FAR, 0.0)
-    compressed = np.where(far > 0, np.sign(u) * (_FAR + room * np.tanh(far / room)), u)
+    u = z[..., :count]
+    beyond = np.maximum(np.abs(u) - far, 0.0)
+    compressed = np.where(beyond > 0, np.sign(u) * (far + _ROOM * np.tanh(beyond / _ROOM)), u)
     return compressed if earlier is None else earlier.coordinates(compressed)
 
 

@@ -20,11 +20,10 @@ from multilayer.fits.result import BurstFit, FitResult
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inference.pulls import Pull, largest_pulls, pulls_p_value, spreads_by_chance
+from multilayer.inference.pulls import SIGNIFICANT, Pull, largest_pulls, pulls_p_value, spreads_by_chance
 from multilayer.media.laws import ModulusLaw
 from multilayer.units import DB_PER_NEPER
 
-_SIGNIFICANT = 0.01
 _DECIDED = 0.9  # of the probability
 _WORTH_TELLING = 0.01
 
@@ -154,7 +153,7 @@ class JointFit(FitResult):
     @property
     def explained(self) -> bool:
         """Whether chance explains the misfit, whatever becomes of what is stated."""
-        return self.p_value > _SIGNIFICANT
+        return self.p_value > SIGNIFICANT
 
     @cached_property
     def _statements(self) -> tuple[tuple[Parameter, ...], RealArray, RealArray]:
@@ -176,7 +175,7 @@ class JointFit(FitResult):
     def all_accepted(self) -> bool:
         """Whether all meet eq. (10), and neither the misfit nor what is taken for stated wrongly is beyond chance."""
         chance = min(self.p_value, self.stated_p_value)
-        return chance > _SIGNIFICANT and all(burst.accepted for burst in self.bursts)
+        return chance > SIGNIFICANT and all(burst.accepted for burst in self.bursts)
 
     @property
     def remarks(self) -> list[str]:
@@ -228,7 +227,7 @@ class JointFit(FitResult):
         if self.explained:
             return ""
         likely, law = self.laws.likeliest, ""
-        if likely.share and likely.p_value > _SIGNIFICANT:
+        if likely.share and likely.p_value > SIGNIFICANT:
             other = "" if len(self.laws.rows()) > 1 else " (find a better law with --law auto)"
             law = f"a loss factor {100 * likely.share:.2g} % off that of {likely.name} would{other}, or "
         return (
@@ -237,7 +236,7 @@ class JointFit(FitResult):
         )
 
     def _of_statements(self) -> str:
-        if self.stated_p_value > _SIGNIFICANT:
+        if self.stated_p_value > SIGNIFICANT:
             return ""
         parameters, z, covariance = self._statements
         off = "; ".join(_told(pull) for pull in largest_pulls(parameters, z, spreads_by_chance(covariance)))

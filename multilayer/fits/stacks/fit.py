@@ -12,13 +12,14 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.errors import InputError
 from multilayer.experiments.stacks.file import StackFitFile, load_stack_fit, name_of
-from multilayer.experiments.stacks.problem import StackProblem, at_values
+from multilayer.experiments.stacks.problem import FARTHEST, StackProblem, at_values, own_coordinates
 from multilayer.experiments.stacks.unknowns import Unknown
 from multilayer.fits.methods import STACKS, Method
 from multilayer.fits.stacks.posterior import curve_bands, summary_of
-from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult
+from multilayer.fits.stacks.result import FittedCurve, FoundMinimum, FoundQuantity, StackFitResult, Statements
+from multilayer.inference.consistency import birge_ratio
 from multilayer.inference.derivative import central
-from multilayer.inference.least_squares import search
+from multilayer.inference.least_squares import distinct, minimise, search
 from multilayer.inference.posterior import Posterior
 from multilayer.inference.priors import Prior
 from multilayer.inference.problem import Minimum
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(40)
 _DRAWS = 2048
+_PASSES, _SETTLED = 6, 0.02  # fits with errors of the fit before; standard deviations by which the last one may move
 Tell = Callable[[str], None]
 Ends = tuple[tuple[float, float], tuple[float, float]]
 
@@ -57,7 +59,7 @@ def fit_stacks(
     called = name or ("fit" if isinstance(source, StackFitFile) else name_of(Path(source)))
     problem = StackProblem.of_file(file)
     settings = file.model_dump(mode="json", by_alias=True)
-    return describe(problem, find_minima(problem, file, tell), called, settings, posterior, tell)
+    return describe(*reweighed(problem, find_minima(problem, file, tell)), called, settings, posterior, tell)
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,38 @@ def find_minima(problem: StackProblem, file: StackFitFile, tell: Tell | None = N
     return found
 
 
+def reweighed(problem: StackProblem, minima: Sequence[Minimum]) -> tuple[StackProblem, list[Minimum]]:
+    """Return problem and minima with relative noise and model errors as shares of the fitted values.
+
+    Iteratively reweighted least squares: errors are those at the best minimum of the pass before, and do not change
+    within a pass (R. J. Carroll & D. Ruppert, Transformation and Weighting in Regression, Chapman & Hall 1988, ch. 2).
+    Without such errors both are returned as they are.
+
+    Parameters
+    ----------
+    problem : StackProblem
+    minima : sequence of Minimum
+        With errors as shares of the measured values, see `Observation.weighed_at`.
+    """
+    ranked = _ranked(minima)
+    for _ in range(_PASSES):
+        best = ranked[0]
+        again = problem.weighed_at(best.z)
+        if again is problem:
+            break
+        problem, ranked = again, _ranked(distinct([minimise(again, minimum.z) for minimum in ranked]))
+        moved = ranked[0].z - best.z
+        if moved @ ranked[0].precision @ moved < _SETTLED**2:
+            break
+    return problem, ranked
+
+
+def _ranked(minima: Sequence[Minimum]) -> list[Minimum]:
+    """Return minima in the order of their evidence, data being as uncertain as the misfit of the lowest tells."""
+    scale = _scale(minima)
+    return sorted(minima, key=lambda minimum: -_widened(minimum, scale).log_evidence)
+
+
 def describe(
     problem: StackProblem,
     minima: Sequence[Minimum],
@@ -113,10 +147,10 @@ def describe(
 
     Standard deviations are those of a Gaussian about the best minimum, in the coordinates in which the priors are
     standard normal; intervals and bands are the posterior's, all minima counted. What the model leaves unexplained
-    widens both: covariances are scaled by chi-square over the degrees of freedom where that is above 1 (R. T. Birge,
-    Phys. Rev. 40, 1932, 207-227).
+    widens both where it is beyond chance: errors of the data grow by the root of chi-square, of data and priors, over
+    the number of data (Birge's ratio, see `birge_ratio`). With these errors the first minimum is the most probable.
     """
-    scale = _scale(minima[0])
+    scale, minima = _scale(minima), _ranked(minima)
     scaled = [_widened(minimum, scale) for minimum in minima]
     best, covariance = minima[0].z, scaled[0].covariance
     spread = np.sqrt(np.diag(covariance))
@@ -130,19 +164,28 @@ def describe(
         minima=_minima(problem, minima, scaled),
         curves=_curves(problem, best, known.posterior),
         scale=scale,
+        statements=_statements(problem, minima[0]),
         stacks=at_values(problem, best),
         warnings=problem.warnings(best),
         summary=known,
     )
 
 
-def _scale(minimum: Minimum) -> float:
-    free = max(minimum.residual.size - minimum.z.size, 1)
-    return float(np.sqrt(max(1.0, minimum.misfit / free)))
+def _scale(minima: Sequence[Minimum]) -> float:
+    lowest = min(minima, key=lambda minimum: minimum.cost)
+    return birge_ratio(lowest.cost, lowest.residual.size)
 
 
 def _widened(minimum: Minimum, scale: float) -> Minimum:
     return replace(minimum, residual=minimum.residual / scale, jacobian=minimum.jacobian / scale)
+
+
+def _statements(problem: StackProblem, minimum: Minimum) -> Statements:
+    """Return what normal and lognormal priors state, and where a minimum moves it."""
+    parameters = problem.nominal_parameters
+    index = [i for i, parameter in enumerate(parameters) if parameter.prior.kind in ("normal", "lognormal")]
+    pulls = problem.own_coordinates(minimum.z)[index]
+    return Statements(tuple(parameters[i] for i in index), pulls, minimum.covariance[np.ix_(index, index)])
 
 
 def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[Minimum]) -> list[FoundMinimum]:
@@ -177,12 +220,16 @@ def _of_prior(unknown: Unknown, z: RealArray, covariance: RealArray, ends: list[
     centre, spread = float(z[0]), float(np.sqrt(covariance[0, 0]))
     left = _std(prior, centre, spread, natural=True) / _std(prior, 0.0, 1.0, natural=True)
     value, std = float(prior.value(centre)), _std(prior, centre, spread)
-    return [FoundQuantity(parameter.name, parameter.unit, value, std, ends[0], left, parameter.nuisance)]
+    intervals = ends[0]
+    if abs(centre) > FARTHEST:  # there coordinates are compressed, and so are the ends of their intervals
+        shown = prior.value(own_coordinates(prior.coordinate(np.ravel(intervals)), 4, None, FARTHEST)).tolist()
+        intervals = ((shown[0], shown[1]), (shown[2], shown[3]))
+    return [FoundQuantity(parameter.name, parameter.unit, value, std, intervals, left, parameter.nuisance)]
 
 
 def _std(prior: Prior, centre: float, spread: float, *, natural: bool = False) -> float:
     """Return the standard deviation of a value whose coordinate is normal; of its logarithm if that is `natural`."""
-    values = prior.value(np.clip(centre + spread * _NODES, -8, 8))
+    values = prior.value(centre + spread * np.clip(_NODES, -8, 8))
     if natural and prior.is_logarithmic:
         values = np.log(values)
     weights = _WEIGHTS / _WEIGHTS.sum()

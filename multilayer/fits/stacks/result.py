@@ -10,13 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multilayer.arrays import RealArray
+from multilayer.chi2 import exceeding
 from multilayer.config.yaml12 import dump_yaml
 from multilayer.csv_table import csv_table
+from multilayer.experiments.stacks.problem import FARTHEST
 from multilayer.fits.methods import STACKS
 from multilayer.fits.result import FitResult
 from multilayer.frames import Column, Frame, Tabular, over
 from multilayer.inference.posterior import Band
+from multilayer.inference.priors import Parameter
+from multilayer.inference.pulls import SIGNIFICANT, Pull, beyond_chance, pulls_p_value, spreads_by_chance
 from multilayer.inference.summary import PosteriorSummary
+from multilayer.number_text import with_unit
 from multilayer.simulation.result import plain_list
 from multilayer.stack import Stack
 
@@ -158,6 +163,69 @@ class FoundMinimum:
     converged: bool
 
 
+@dataclass(frozen=True)
+class Statements:
+    """What normal and lognormal priors state, and by how much a fit departs from it.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+        With such priors.
+    deviations : array, shape (k,)
+        From the priors' centres, in their standard deviations.
+    covariance : array, shape (k, k)
+        Of these.
+    """
+
+    parameters: tuple[Parameter, ...]
+    deviations: RealArray
+    covariance: RealArray = field(repr=False)
+
+    @property
+    def p_value(self) -> float:
+        """Probability that chance takes the fit as far off, from one of the priors or from all of them together.
+
+        Of a prior that the data seem hardly to narrow, too: chance moves no unknown by more than its prior's spread.
+        """
+        largest = float(np.max(np.abs(self.deviations), initial=0.0))
+        return min(
+            pulls_p_value(self.deviations, self.covariance), 2 * max(len(self.parameters), 1) * exceeding(largest**2, 1)
+        )
+
+    @property
+    def remark(self) -> str:
+        """Which of the priors the data contradict; empty where chance explains it."""
+        if self.p_value > SIGNIFICANT:
+            return ""
+        by_chance = np.minimum(spreads_by_chance(self.covariance), 1.0)
+        rows = zip(self.parameters, self.deviations.tolist(), by_chance.tolist(), strict=True)
+        off = "; ".join(_told(pull) for pull in beyond_chance([Pull(*row) for row in rows]))
+        return (
+            f"this takes what the priors state for wrong, which has the probability {self.p_value:.1g}: {off}. Correct "
+            "the prior, or find the cause: something acts that the model lacks, or is not as its file says"
+        )
+
+
+def _told(pull: Pull) -> str:
+    """Return by how much a prior is off, with its unit."""
+    parameter, off, by_chance = pull
+    prior, value = parameter.prior, float(parameter.prior.value(off))
+    if prior.normal is not None:
+        centre, spread = prior.normal
+        how_far = f"{with_unit(value - centre, parameter.unit)}, stated {with_unit(spread, parameter.unit)}"
+    else:
+        assert prior.lognormal is not None
+        centre, spread = prior.lognormal
+        how_far = f"a factor of {value / centre:.3g}, stated {np.exp(spread):.3g}"
+    name = parameter.name.removeprefix("layers.")
+    beside = (
+        "as far as the search goes"
+        if abs(off) > FARTHEST
+        else f"{abs(off) / by_chance:.3g} times what chance makes of it"
+    )
+    return f"{name} by {abs(off):.3g} standard deviations ({how_far}), {beside}"
+
+
 @dataclass(frozen=True, repr=False, kw_only=True)
 class StackFitResult(FitResult):
     """Result of a fit of stacks.
@@ -173,6 +241,8 @@ class StackFitResult(FitResult):
         At the first of them.
     scale : float
         By how much the standard deviations were widened because the model misses the data by more than their noise.
+    statements : Statements
+        What the priors state, and whether the data contradict it.
     stacks : dict
         The fitted stacks by name.
     summary : PosteriorSummary
@@ -187,6 +257,7 @@ class StackFitResult(FitResult):
     minima: Sequence[FoundMinimum]
     curves: list[FittedCurve]
     scale: float
+    statements: Statements
     stacks: dict[str, Stack] = field(repr=False)
     summary: PosteriorSummary = field(repr=False)
 
@@ -221,17 +292,27 @@ class StackFitResult(FitResult):
         return sum(curve.misfit for curve in self.curves) / n
 
     @property
+    def misses(self) -> bool:
+        """Whether the model misses the data by far, and by more than chance explains."""
+        return self.misfit_per_datum > POOR and self.scale > 1
+
+    @property
     def remarks(self) -> list[str]:
         """What a reader of the values must know."""
         told = []
         if not self.converged:
             told.append("the search stopped before it reached a minimum; begin from other values, or narrow the priors")
-        if self.misfit_per_datum > POOR:
+        if self.misses:
             told.append(
                 f"chi-square is {self.misfit_per_datum:.3g} per datum: the model misses the data by more than noise; "
                 f"intervals are {self.scale:.3g} times wider for it, and need not hold what a better model would give; "
                 "look at the stated noise, too: a bare number is a share of each value, {absolute: 0.01} is in its unit"
             )
+        elif self.scale > 1:
+            text = "chance does not explain the misfit of data and priors together (p below 0.05)"
+            told.append(f"intervals are {self.scale:.3g} times wider: {text}")
+        if self.statements.remark:
+            told.append(self.statements.remark)
         names = [quantity.name.removeprefix("layers.") for quantity in self.quantities]
         open_ones = [name for name, quantity in zip(names, self.quantities, strict=True) if not quantity.determined]
         if open_ones:
@@ -274,6 +355,11 @@ class StackFitResult(FitResult):
             "converged": self.converged,
             "misfit_per_datum": self.misfit_per_datum,
             "widened_by": self.scale,
+            "stated_p_value": self.statements.p_value,
+            "stated_deviations": {
+                parameter.name: off
+                for parameter, off in zip(self.statements.parameters, self.statements.deviations.tolist(), strict=True)
+            },
             "parameters": [dict(zip(PARAMETER_COLUMNS, quantity.row(), strict=True)) for quantity in self.quantities],
             "correlation": [plain_list(row) for row in self.correlation],
             "minima": [self._minimum(minimum) for minimum in self.minima],
