@@ -139,7 +139,7 @@ class Assessment:
         text = sentence(decision, probability)
         if self.drawn and self.drawn.objection:
             best = where_in_words(self.drawn.free.place)
-            text = f"{text} No law explains it either: the best, {best}, {self.drawn.objection}."
+            text = f"{text} No single law explains it either: the best, {best}, {self.drawn.objection}."
         elif law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
         elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:

@@ -32,10 +32,12 @@ def is_passive(fit: PlaceFit) -> bool | None:
     False only where the band of the part that tells (`BasePlace.passive_part`) excludes passivity at some frequency; it
     is widened so that this happens to a law on the edge of passivity, as a mass, in one of ten campaigns. None of a
     mass, stiffness or compliance that is negative throughout: something is missing there, which need not give power
-    for that.
+    for that; nor of a law whose factors in the configurations are of both signs.
     """
     sign, part = fit.place.passive_sign, fit.place.passive_part
     changed = fit.departs_from() if sign else None
+    if any(factor < 0 for factor in fit.place.factors.values()):
+        return None
     if not sign or (changed is None and part == "imag" and np.all(fit.law().real < 0)):
         return None
     low, high = fit.band(float(ndtri(1 - NOT_PASSIVE_P / len(fit.drawn.nodes))))
@@ -46,9 +48,10 @@ def is_passive(fit: PlaceFit) -> bool | None:
 def is_causal(fit: PlaceFit) -> bool | None:
     """Tell whether the law drawn at a place can be causal; False only where that has the probability 0.001.
 
-    A resonance is causal by its form. None in a reading, which may as well be ahead of another channel.
+    A resonance is causal by its form. None of a real law, and in a reading, which may as well be ahead of another
+    channel.
     """
-    if "reading" in fit.place.name:
+    if fit.place.is_real or fit.place.is_reading:
         return None
     if fit.is_resonant:
         return True

@@ -267,7 +267,8 @@ def _differing(kind: type[DifferingLaw], nominal: Fitted, fit: PlaceFit) -> tupl
 
     None where it differs by more than its prior allows.
     """
-    place, law = fit.place, fit.drawn
+    # of a place whose law differs in another way already, that is given up: it would not be paid for
+    place, law = fit.place.differing() if fit.place.tells_more else fit.place, fit.drawn
     names = [data.name for data in nominal.hypothesis.data]
     if kind is MovingLaw:
         # `with_resonances` has such a fit already, but where a resonance acts in another way than the law
@@ -275,7 +276,7 @@ def _differing(kind: type[DifferingLaw], nominal: Fitted, fit: PlaceFit) -> tupl
         begun = fit.fitted if is_short else begun_at(nominal, place, SHORT)
         starts = [np.concatenate([begun.minimum.z, trend * np.linspace(-1, 1, len(names))]) for trend in _TRENDS]
     else:
-        begun = fit.fitted if law.at_place is place else begun_at(nominal, place)
+        begun = begun_at(nominal, place)
         function: DrawnLaw = begun.hypothesis.effects[-1]
         # a law that other unknowns take up is 0: it must be there to differ
         more = [np.concatenate([np.zeros(len(nominal.minimum.z)), function.constant(size)]) for size in _CONSTANTS]

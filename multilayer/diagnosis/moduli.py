@@ -48,7 +48,10 @@ def _with_band(explanations: Sequence[tuple[float, Fitted]], frequency: RealArra
             told |= {f"{name}{end}": [float("nan")] * len(frequency) for end in ("", "_low", "_high")}
             continue
         values, spreads = (np.stack([parts[i][j] for parts in each]) for j in (0, 1))
-        low, high = (_quantile(values, spreads, weights, p) for p in (_TAIL, 1 - _TAIL))
+        # of a modulus that is negative there is no logarithm: such rivals count for nothing there
+        known = np.isfinite(values) & np.isfinite(spreads)
+        known_values, known_spreads = np.where(known, values, values[0]), np.where(known, spreads, spreads[0])
+        low, high = (_quantile(known_values, known_spreads, weights, p) for p in (_TAIL, 1 - _TAIL))
         ends = {"": values[0], "_low": low, "_high": high}
         told |= {f"{name}{end}": np.exp(logarithm).tolist() for end, logarithm in ends.items()}
     return told
@@ -62,7 +65,8 @@ def _logarithms(fitted: Fitted, frequency: RealArray) -> list[tuple[RealArray, R
     covariance = minimum.covariance * birge_ratio(minimum.cost, len(minimum.residual)) ** 2
     found = []
     for part in (e.real, e.imag):
-        value, slopes = stencil.linearised(np.log(part))
+        with np.errstate(invalid="ignore"):
+            value, slopes = stencil.linearised(np.log(part))
         found.append((value, np.sqrt(np.einsum("fi,ij,fj->f", slopes, covariance, slopes))))
     return found
 

@@ -93,7 +93,7 @@ def law_entry(drawn: DrawnPlace) -> dict[str, Any]:
         "real": law.real.tolist(), "real_low": low.real.tolist(), "real_high": high.real.tolist(),
         **({} if place.is_real else imaginary),
         "passive": is_passive(fit),
-        "causal": None if place.is_real else is_causal(fit),
+        "causal": is_causal(fit),
         "form": form_entry(drawn.form, fit.grid),
         "objection": drawn.objection,
         "form_is_enough": drawn.form.log_evidence > fit.log_evidence - FORM_AS_WELL,

@@ -123,7 +123,8 @@ class SavedLaw(Model):
 
     With `free_rim` it is what acts beyond the sample's free rim, which finite elements have; with `open_rim` what acts
     beyond open rims of its faces. `moved` has factors of the law's frequencies by configuration, 1 where there is none.
-    `factors` are by what it is multiplied in each. `correlation_length` in ln f is that of a table.
+    `factors` are by what it is multiplied in each, as `BasePlace.factors`. `correlation_length` in ln f is that of a
+    table.
     """
 
     place: str
@@ -227,7 +228,7 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
     Raises
     ------
     InputError
-        When it found neither an effect nor a law.
+        When it found neither an effect nor a law, or a law that does not explain the gap.
     """
     if record["verdict"] == "effect":
         return RigLaw(campaign=campaign, effects=named_effects(record))
@@ -238,6 +239,8 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
             text = "two unknown laws at once are drawn to be looked at; to save one, find the cause of the other first"
             raise InputError(text)
         return RigLaw(campaign=campaign, effects=_saved_effects(both), laws=(_saved(both["law"]),))
+    if objection := record["law"].get("objection"):
+        raise InputError(f"no law of this diagnosis is worth saving: the best {objection}")
     return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))
 
 

@@ -63,7 +63,8 @@ class BasePlace:
         ln of the law's frequencies in a configuration over those of the law as it is told, by the configuration's name;
         0 where it has no entry.
     factors : mapping
-        By what the law is multiplied in a configuration, by the configuration's name; 1 where it has no entry.
+        By what the law is multiplied in a configuration, by the configuration's name; `usual_factor` where it has no
+        entry, and 1 everywhere without any.
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
@@ -80,6 +81,8 @@ class BasePlace:
         (`departs_from`); 0 where the law is not that of a thing.
     passive_part : {'imag', 'real'}
         Which part that is.
+    is_reading : bool
+        Whether it is in what a channel or an instrument shows: of no thing, and as likely ahead as behind.
     is_real : bool
         Whether the law is a real function of frequency, as of levels: hooks need not be analytic then.
     length : float
@@ -108,6 +111,7 @@ class BasePlace:
     known_values: ClassVar[tuple[complex, ...]] = ()
     passive_sign: ClassVar[int] = 0
     passive_part: ClassVar[Literal["imag", "real"]] = "imag"
+    is_reading: ClassVar[bool] = False
     is_real: ClassVar[bool] = False
     length: ClassVar[float] = LENGTH
     changes_waves: ClassVar[bool] = True
@@ -150,7 +154,7 @@ class BasePlace:
 
     def factor_in(self, setting: Any) -> float:
         """Return by what the law as it is told is multiplied in a configuration."""
-        return self.factors.get(setting.configuration.name, 1.0) if self.factors else 1.0
+        return self.factors.get(setting.configuration.name, self.usual_factor) if self.factors else 1.0
 
     def law_frequency(self, setting: Any) -> RealArray:
         """Return the frequencies at which the law as it is told acts on a configuration's data, Hz, shape (n,)."""

@@ -13,6 +13,7 @@ import numpy as np
 from multilayer.arrays import BoolArray, RealArray
 from multilayer.chi2 import exceeding
 from multilayer.inference.priors import Parameter
+from multilayer.number_text import with_unit
 
 SIGNIFICANT = 0.01  # probability below which what is stated is taken for wrong
 _FAR = 3.0  # standard deviations
@@ -29,10 +30,21 @@ class Pull(NamedTuple):
     @property
     def in_words(self) -> str:
         """By how much the quantity is off, with its unit."""
-        spread = self.parameter.prior.normal[1] if self.parameter.prior.normal else 1.0
-        unit, factor = {"s": ("us", 1e6), "m": ("mm", 1e3)}.get(self.parameter.unit, ("%", 100.0))
-        value, size = (f"{factor * amount:.3g} {unit}" for amount in (self.deviations * spread, spread))
-        return f"{self.parameter.name} by {abs(self.deviations):.3g} standard deviations ({value}, stated {size})"
+        prior, unit = self.parameter.prior, self.parameter.unit
+        if prior.lognormal is not None:
+            ratio, size = np.exp(self.deviations * prior.lognormal[1]), np.exp(prior.lognormal[1])
+            how_far = f"a factor of {ratio:.3g}, stated {size:.3g}"
+        else:
+            spread = prior.normal[1] if prior.normal else 1.0
+            value, size = (_amount(deviations * spread, unit) for deviations in (self.deviations, 1.0))
+            how_far = f"{value}, stated {size}"
+        name = self.parameter.name.removeprefix("layers.")
+        return f"{name} by {abs(self.deviations):.3g} standard deviations ({how_far})"
+
+
+def _amount(value: float, unit: str) -> str:
+    shown, factor = {"s": ("us", 1e6), "m": ("mm", 1e3), "": ("%", 100.0)}.get(unit, ("", 1.0))
+    return f"{factor * value:.3g} {shown}" if shown else with_unit(value, unit)
 
 
 def _nuisances(parameters: Sequence[Parameter]) -> BoolArray:

@@ -194,7 +194,7 @@ def _sections(diagnosis: Diagnosis, drawn: Mapping[str, Draw]) -> tuple[Section,
 
 def _corrected(diagnosis: Diagnosis) -> str:
     """Return what the figure of the modulus shows beside the nominal model."""
-    if diagnosis.verdict == "no_gap" or not diagnosis.moduli:
+    if not diagnosis.moduli or diagnosis.moduli["corrected"] == diagnosis.moduli["nominal"]:
         return ""
     if not all(map(math.isfinite, diagnosis.moduli["corrected"]["E1"])):
         return "; nothing explains the gap, so the modulus is not known beyond it"

@@ -138,9 +138,10 @@ def hidden(frequency: RealArray, values: Arrays, respond: Callable[[RealArray], 
     """
     if len(frequency) < _FEWEST_LINES:
         return []
-    place = np.log(frequency)
+    place, first, last = np.log(frequency), float(frequency[0]), float(frequency[-1])
     shown = {name: values[name] for name in _HIDDEN if name in values}
-    (fine,) = resolved([Parts(place, np.gradient(place), shown)], respond, len(place) + _MOST_PARTS)
+    parts = Parts(place, np.gradient(place), shown)  # the outer ones reach beyond the range, which is not asked for
+    (fine,) = resolved([parts], lambda f: respond(np.clip(f, first, last)), len(place) + _MOST_PARTS)
     within = (fine.place > place[0]) & (fine.place < place[-1])
     right = np.searchsorted(place, fine.place[within])
     most = []

@@ -287,7 +287,11 @@ def hidden_between(task: Task, shown: Arrays) -> str:
     of_sound = replace(task, excitation=None, free_waves=False, layer_losses=False, duct=None)
     if task.frequency.ndim > 1 or not _may_be_narrow(of_sound):
         return ""
-    with collected_warnings(), np.errstate(all="ignore"), suppress(MultilayerError, ArithmeticError):
+    with (
+        collected_warnings(),
+        np.errstate(all="ignore"),
+        suppress(MultilayerError, ArithmeticError, np.linalg.LinAlgError),
+    ):
         missed = hidden(task.frequency, shown, partial(_real, task.stack, of_sound))
         told = [
             f"the {of.quantity.replace('_', ' ')} is up to {float(f'{abs(of.beyond):.2g}'):g}{_UNITS[of.quantity]} "

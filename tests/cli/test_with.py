@@ -268,6 +268,12 @@ def test_a_diagnosis_without_a_law_cannot_be_saved():
         saved_law({"verdict": "unknown", "law": None}, "c")
 
 
+def test_a_law_that_explains_nothing_cannot_be_saved():
+    law = {"place": "faces", "objection": "shrinks the gap on held-out data by 28 % only"}
+    with pytest.raises(InputError, match="no law of this diagnosis is worth saving: the best shrinks the gap"):
+        saved_law({"verdict": "unknown", "law": law}, "c")
+
+
 @pytest.mark.slow
 def test_a_free_rim_is_the_finite_model(tmp_path):
     folder = write_campaign(tmp_path / "foam")

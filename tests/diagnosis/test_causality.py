@@ -37,7 +37,7 @@ def test_laws_that_run_backwards_are_not(name):
 @pytest.mark.parametrize(("sign", "imag", "told"), [(1, 0.1, True), (1, -0.1, False), (-1, -0.1, True), (0, 0.1, None)])
 def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=sign, passive_part="imag"),
+        place=SimpleNamespace(passive_sign=sign, passive_part="imag", factors={}),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         departs_from=lambda: None,
         law=lambda: np.ones(3) + 0j,
@@ -51,7 +51,7 @@ def test_passivity_is_the_sign_of_the_imaginary_part(sign, imag, told):
 )
 def test_passivity_of_an_impedance_is_the_sign_of_the_real_part(sign, real, told):
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=sign, passive_part="real"),
+        place=SimpleNamespace(passive_sign=sign, passive_part="real", factors={}),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         departs_from=lambda: None,
         law=lambda: np.full(3, real) + 1j,
@@ -62,7 +62,7 @@ def test_passivity_of_an_impedance_is_the_sign_of_the_real_part(sign, real, told
 
 def test_a_law_within_its_uncertainty_of_passive_is_passive():
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=1, passive_part="imag"),
+        place=SimpleNamespace(passive_sign=1, passive_part="imag", factors={}),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         departs_from=lambda: None,
         law=lambda: np.array([1 - 0.02j]),
@@ -71,8 +71,14 @@ def test_a_law_within_its_uncertainty_of_passive_is_passive():
     assert is_passive(fit)
 
 
+def test_nobody_asks_for_the_power_of_a_law_of_both_signs():
+    place = SimpleNamespace(passive_sign=1, passive_part="imag", factors={"a": 1.2, "b": -0.1})
+    fit = SimpleNamespace(place=place, departs_from=lambda: None, law=lambda: np.array([1.0 - 1j]))
+    assert is_passive(fit) is None
+
+
 def test_nobody_asks_what_is_missing_for_power():
-    place = SimpleNamespace(passive_sign=1, passive_part="imag")
+    place = SimpleNamespace(passive_sign=1, passive_part="imag", factors={})
     fit = SimpleNamespace(place=place, departs_from=lambda: None, law=lambda: np.array([-1.0 - 1j]))
     assert is_passive(fit) is None
 
@@ -83,7 +89,7 @@ def test_nobody_asks_what_is_missing_for_power():
 def test_passivity_of_a_change_is_that_of_what_is_changed(sign, angle, told):
     law = np.full(3, -1 - 0.1j * sign)  # lower, with less losses
     fit = SimpleNamespace(
-        place=SimpleNamespace(passive_sign=sign, passive_part="imag"),
+        place=SimpleNamespace(passive_sign=sign, passive_part="imag", factors={}),
         drawn=SimpleNamespace(nodes=np.arange(9)),
         departs_from=lambda: np.full(3, 11 + 1j * angle),
         law=lambda: law,

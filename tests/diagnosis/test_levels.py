@@ -213,6 +213,22 @@ def test_an_effect_is_named_with_its_size(tmp_path, acting, place):
     assert "imag" not in record["law"]
 
 
+def test_an_unknown_cause_in_a_single_wall_is_told_with_its_place(tmp_path):
+    """Real laws have no imaginary part that could be that of a causal response or not."""
+    measured(tmp_path, {}, uncertainty="repeatability")
+    table = np.loadtxt(tmp_path / "board.csv", delimiter=",", skiprows=1)
+    others = np.loadtxt(tmp_path / "pane.csv", delimiter=",", skiprows=1)
+    write(
+        tmp_path,
+        "transmission_loss",
+        {"board": table[:, 1] + 4 * np.sin(2 * np.log(BANDS / 300)), "pane": others[:, 1]},
+    )
+    record = diagnose_levels(diagnosis_file(tmp_path, **described(uncertainty="repeatability")), effects={}).record
+    assert record["verdict"] == "unknown"
+    assert record["places"][0]["configuration"] == "board"
+    assert (record["law"]["causal"], record["law"]["objection"]) == (None, "")
+
+
 def test_without_an_effect_there_is_no_gap(tmp_path):
     found = diagnose_levels(measured(tmp_path, {}, effects=["leak", "receiving_absorption"]))
     assert (found.record["verdict"], found.record["causes"]) == ("no_gap", [])

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import norm
 
+from multilayer.diagnosis import moduli as module
 from multilayer.diagnosis.moduli import moduli
 from multilayer.diagnosis.places import PLACES
 from multilayer.experiments.places import DrawnLaw, Term
@@ -37,6 +38,21 @@ def test_intervals_of_rivals_are_those_of_their_mixture(nominal):
     assert value == pytest.approx(normals[0][0], rel=1e-12)  # that of the first
     assert low == pytest.approx(brentq(lambda x: below(x) - 0.05, 0.0, 30.0, xtol=1e-12), abs=1e-9)
     assert high == pytest.approx(brentq(lambda x: below(x) - 0.95, 0.0, 30.0, xtol=1e-12), abs=1e-9)
+
+
+def test_a_rival_without_a_logarithm_counts_for_nothing(nominal, monkeypatch):
+    other = replace(nominal, minimum=replace(nominal.minimum, z=nominal.minimum.z + 0.3))
+    alone = moduli(nominal, [(1.0, nominal)])["corrected"]
+    plain = module._logarithms
+
+    def negative(fitted, frequency):
+        e1, e2 = plain(fitted, frequency)
+        return [e1, (np.full_like(e2[0], np.nan), e2[1])] if fitted is other else [e1, e2]
+
+    monkeypatch.setattr(module, "_logarithms", negative)
+    told = moduli(nominal, [(0.9, nominal), (0.06, other)])["corrected"]
+    for key in ("E2", "E2_low", "E2_high"):
+        np.testing.assert_allclose(told[key], alone[key], rtol=1e-9)
 
 
 def test_a_misfit_widens_the_intervals(nominal):

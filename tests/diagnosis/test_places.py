@@ -113,8 +113,20 @@ def test_a_law_that_varies_is_the_law_times_a_factor():
             values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
             varied = replace(law, at_place=place.differing(factors={first: -0.7}))
             for here in bench.settings:
-                expected = law.values(here, values) * (-0.7 if here.data.name == first else 1.0)
+                factor = -0.7 if here.data.name == first else place.usual_factor
+                expected = law.values(here, values) * factor
                 np.testing.assert_allclose(varied.values(here, values), expected, rtol=1e-12, atol=1e-15 * scale)
+
+
+@pytest.mark.slow
+def test_samples_that_differ_much_are_told_with_whatever_law_was_there_before():
+    """Alone, the place is searched to the end before, with a small law, as there is none in all samples alike."""
+    factors = {f"c{i}": 1.0 + 0.5 * np.sin(3.0 * i) for i in range(7)}
+    nominal = measured((PLACES["sample"]().differing(factors=factors), Term("power"), [0.3]))
+    places = with_differing_laws(VaryingLaw, nominal, fit_places(nominal, names=["sample"]))
+    assert places["sample"].place.factors
+    moved = with_differing_laws(MovingLaw, nominal, places)["sample"]
+    assert not (moved.place.factors and moved.place.moved)  # what differs twice would have to be paid for twice
 
 
 @pytest.mark.slow

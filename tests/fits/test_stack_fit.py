@@ -265,7 +265,7 @@ class TestPriorsThatAreOff:
     """Data that contradict what a prior states by many of its standard deviations."""
 
     def fit(self, folder, truth, prior, path="layers.wool.thickness"):
-        made = changed(IN_A_TUBE, wool__thickness=truth)
+        made = changed(IN_A_TUBE, **{path.removeprefix("layers.").replace(".", "__"): truth})
         tables = {"a.csv": table("f_hz,absorption", F, plane_wave(made, F).absorption)}
         measurement = {"kind": "absorption", "file": "a.csv", "noise": {"absolute": 0.005}}
         return fit_stacks(write(folder, IN_A_TUBE, tables, [measurement], {path: prior}))
@@ -311,6 +311,13 @@ class TestPriorsThatAreOff:
         assert result.to_dict()["stated_p_value"] > 0.05
         assert not result.remarks
         assert stack_fit_report(result).label == "Fitted"
+
+    def test_of_a_truncated_prior_deviations_are_those_stated(self, tmp_path):
+        """Cut at 1, coordinates of a porosity are no numbers of standard deviations; two of these are no wonder."""
+        result = self.fit(tmp_path, 0.999, {"normal": [0.98, 0.01], "bounds": [0, 1]}, "layers.wool.porosity")
+        data = result.to_dict()
+        assert 1 < data["stated_deviations"]["layers.wool.porosity"] <= 2
+        assert data["stated_p_value"] > 0.01
 
     def test_a_value_at_the_end_of_its_prior_is_said_to_be_there(self, tmp_path):
         result = self.fit(tmp_path, 0.05, {"uniform": ["30 mm", "40 mm"]})

@@ -230,6 +230,7 @@ class LevelReading(LevelPlace):
     """What is reported, alike of all measurements."""
 
     name = "reading"
+    is_reading = True
     title = "in the reading"
     quantity = "change of what is reported"
     unit = "dB"

@@ -89,6 +89,7 @@ class ReadingOfOne(OneConfiguration):
     """The reading of one configuration is another: a range or a gain that was changed, a channel that is reversed."""
 
     variant = "reading"
+    is_reading = True
     title = "in the reading of one configuration only"
     quantity = "relative change of top/base in that configuration"
     terms: ClassVar = {0: ("relative change of top/base", ""), 1: ("relative lead of the top", "s")}

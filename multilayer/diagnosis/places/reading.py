@@ -13,6 +13,7 @@ class Reading(Place):
     """The chains of sensors: the logarithm of every reading, amount and phase, changes alike."""
 
     name = "reading"
+    is_reading = True
     title = "in the reading"
     quantity = "change of ln(top/base)"
     terms: ClassVar = {
@@ -70,6 +71,7 @@ class AddedReading(Place):
     """A share of the base's motion that the top channel shows besides."""
 
     name = "added_reading"
+    is_reading = True
     title = "added to the reading"
     quantity = "share of the base's motion"
     terms: ClassVar = {

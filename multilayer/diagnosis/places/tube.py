@@ -197,6 +197,7 @@ class TubeReading(TubePlace):
     """The microphones and where they stand: the logarithm of every reflection coefficient changes alike."""
 
     name = "reading"
+    is_reading = True
     title = "in the reading"
     quantity = "change of ln R"
     terms: ClassVar = {0: ("change of ln gain", ""), 1: ("lead", "s")}

@@ -184,8 +184,20 @@ def _statements(problem: StackProblem, minimum: Minimum) -> Statements:
     """Return what normal and lognormal priors state, and where a minimum moves it."""
     parameters = problem.nominal_parameters
     index = [i for i, parameter in enumerate(parameters) if parameter.prior.kind in ("normal", "lognormal")]
-    pulls = problem.own_coordinates(minimum.z)[index]
+    z = problem.own_coordinates(minimum.z)
+    pulls = np.array([_deviations(parameters[i].prior, float(z[i])) for i in index])
     return Statements(tuple(parameters[i] for i in index), pulls, minimum.covariance[np.ix_(index, index)])
+
+
+def _deviations(prior: Prior, z: float) -> float:
+    """Return how far a coordinate is from what a prior states; of a truncated prior that is no coordinate."""
+    if prior.bounds is None:
+        return z
+    value = float(prior.value(z))
+    if prior.lognormal is not None:
+        return float(np.log(value / prior.lognormal[0]) / prior.lognormal[1])
+    assert prior.normal is not None
+    return (value - prior.normal[0]) / prior.normal[1]
 
 
 def _minima(problem: StackProblem, minima: Sequence[Minimum], scaled: Sequence[Minimum]) -> list[FoundMinimum]:

@@ -21,7 +21,6 @@ from multilayer.inference.posterior import Band
 from multilayer.inference.priors import Parameter
 from multilayer.inference.pulls import SIGNIFICANT, Pull, beyond_chance, pulls_p_value, spreads_by_chance
 from multilayer.inference.summary import PosteriorSummary
-from multilayer.number_text import with_unit
 from multilayer.simulation.result import plain_list
 from multilayer.stack import Stack
 
@@ -207,23 +206,10 @@ class Statements:
 
 
 def _told(pull: Pull) -> str:
-    """Return by how much a prior is off, with its unit."""
-    parameter, off, by_chance = pull
-    prior, value = parameter.prior, float(parameter.prior.value(off))
-    if prior.normal is not None:
-        centre, spread = prior.normal
-        how_far = f"{with_unit(value - centre, parameter.unit)}, stated {with_unit(spread, parameter.unit)}"
-    else:
-        assert prior.lognormal is not None
-        centre, spread = prior.lognormal
-        how_far = f"a factor of {value / centre:.3g}, stated {np.exp(spread):.3g}"
-    name = parameter.name.removeprefix("layers.")
-    beside = (
-        "as far as the search goes"
-        if abs(off) > FARTHEST
-        else f"{abs(off) / by_chance:.3g} times what chance makes of it"
-    )
-    return f"{name} by {abs(off):.3g} standard deviations ({how_far}), {beside}"
+    """Return by how much a prior is off, and what chance makes of that."""
+    if abs(pull.deviations) > FARTHEST:
+        return f"{pull.in_words}, as far as the search goes"
+    return f"{pull.in_words}, {abs(pull.deviations) / pull.by_chance:.3g} times what chance makes of it"
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
