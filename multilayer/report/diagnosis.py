@@ -247,7 +247,7 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
         elsewhere = "What is unknown may as well act elsewhere: the probabilities of places add up to less than 100 %."
         remarks = (f"It does not explain the gap: it {law['objection']}. {elsewhere}", *remarks)
     if law:
-        remarks = (*remarks, *_physical(law))
+        remarks = (*remarks, *_differences(law), *_physical(law))
     titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}
     of_tube = "campaign" not in record.get("inputs", {"campaign": ""})
     kind = record["inputs"].get("kind", "tube") if of_tube else "two-plate rig"
@@ -270,13 +270,15 @@ def _physical(law: Record) -> tuple[str, ...]:
 
 def _law_caption(record: Record) -> str:
     law = record.get("law")
-    if not law:
-        return ""
+    return f"The place, and the law drawn there: {law['quantity']}." if law else ""
+
+
+def _differences(law: Record) -> tuple[str, ...]:
+    """Return in sentences how the law differs from configuration to configuration."""
     moved = ", ".join(f"{name} {100 * (factor - 1):+.0f} %" for name, factor in law.get("moved", {}).items())
-    text = f"The place, and the law drawn there: {law['quantity']}."
-    text = f"{text} Its frequencies in the configurations: {moved}." if moved else text
     factors = ", ".join(f"{name} {factor:.2g}" for name, factor in law.get("factors", {}).items())
-    return f"{text} Its factors in the configurations: {factors}." if factors else text
+    texts = {"frequencies": moved, "factors": factors}
+    return tuple(f"Its {what} in the configurations: {text}." for what, text in texts.items() if text)
 
 
 def _causes(record: Record) -> Listing:

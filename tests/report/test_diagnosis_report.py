@@ -314,6 +314,19 @@ def test_what_is_modelled_beneath_a_drawn_law_is_told_once():
     moved = {**law, "modelled": "", "moved": {"thin": 1.2, "thick": 0.85}, "form": form, "form_is_enough": False}
     text = Page(files_of(replace(made, record={**record, "law": moved}))["report.html"]).text
     assert "Its frequencies in the configurations: thin +20 %, thick -15 %." in text
+    differing = {**moved, "moved": {}, "factors": {"thin": -0.26, "thick": 0.134}, "objection": "leaves a misfit"}
+    text = Page(files_of(replace(made, record={**record, "law": differing}))["report.html"]).text
+    assert "Its factors in the configurations: thin -0.26, thick 0.13." in text
+    assert "It does not explain the gap: it leaves a misfit." in text
+    assert "--save-law" not in text
+
+
+def test_stated_quantities_that_are_off_are_told():
+    made = diagnosis("unknown", 3)
+    off = {"density": {"nominal": 9.1, "corrected": 0.2}, "thickness[0.025]": {"nominal": -1.0, "corrected": 0.4}}
+    text = Page(files_of(replace(made, record={**made.record, "stated_deviations": off}))["report.html"]).text
+    assert "+9.1 σ" in text
+    assert "thickness[0.025]" not in text
 
 
 def test_narrow_axes_mark_few_octaves():
