@@ -12,7 +12,7 @@ import numpy as np
 from multilayer.diagnosis.causality import is_causal
 from multilayer.diagnosis.cross_validation import Shrinkage
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
-from multilayer.diagnosis.goodness_of_fit import lack_of_fit, probability_text, statement_most_off
+from multilayer.diagnosis.goodness_of_fit import is_enough, lack_of_fit, probability_text, statement_most_off
 from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm
 from multilayer.diagnosis.places import BasePlace
 from multilayer.diagnosis.thresholds import (
@@ -187,10 +187,8 @@ def objection_to_law(comparison: ModelComparison, free: PlaceFit, shrinkage: Shr
     """
     if not comparison.is_supported:
         return "is hardly more probable than no law at all"
-    fitted = free.explanation
-    before, after = (fit.minimum.cost_per_datum - 1 for fit in (comparison.nominal, fitted))
-    if after >= SECOND_SHARE * before and (reason := lack_of_fit(fitted, of_law=False)):
-        return reason
+    if not is_enough(comparison.nominal, free.explanation):
+        return lack_of_fit(free.explanation, of_law=False)
     share = _visible(shrinkage)
     if share is not None and share < _least_share(comparison, shrinkage):
         return f"shrinks the gap on held-out data by {100 * share:.0f} % only"

@@ -28,7 +28,7 @@ from multilayer.diagnosis.fitting import (
     minimise_scaled,
 )
 from multilayer.diagnosis.free_rim import free_rim, with_rigs
-from multilayer.diagnosis.goodness_of_fit import explains_data
+from multilayer.diagnosis.goodness_of_fit import explains_data, is_enough
 from multilayer.diagnosis.place_fits import (
     COARSE,
     FINE,
@@ -212,7 +212,7 @@ def with_differing_laws(
 
     For data that nothing else fits: samples, their glue and what hangs on the rig differ after each mounting. What
     differs is fitted with the law, and fixed in the place; where that is so far out that its prior says otherwise
-    (`FIT_P`), or the law not that of a causal response, it is no explanation.
+    (`FIT_P`), the law not that of a causal response, or not enough either, it is no explanation.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ def with_differing_laws(
     near = near_best([fit for fit, _ in begun])
     for fit, price in begun:
         if any(fit is other for other in near):
-            places = _with_place(nominal, places, fit, price, causal=True)
+            places = _with_place(nominal, places, fit, price, must_explain=True)
     return dict(places)
 
 
@@ -308,16 +308,18 @@ def _at_rest(nominal: Fitted, place: BasePlace, start: RealArray) -> Fitted:
 
 
 def _with_place(
-    nominal: Fitted, places: Mapping[str, PlaceFit], begun: Fitted, price: float = 0.0, *, causal: bool = False
+    nominal: Fitted, places: Mapping[str, PlaceFit], begun: Fitted, price: float = 0.0, *, must_explain: bool = False
 ) -> dict[str, PlaceFit]:
     """Return the places, that of a label in another way where that has more evidence.
 
-    `begun` is where the search begins, `price` what the place's fields cost of evidence, nats; `causal`, whether the
-    law must be that of a causal response.
+    `begun` is where the search begins, `price` what the place's fields cost of evidence, nats; `must_explain`,
+    whether the law must be that of a causal response and explain the data.
     """
     other = finished(nominal, begun)
     other = replace(other, log_evidence=other.log_evidence - price, price=price)
     label = other.place.label
-    is_better = other.log_evidence > places[label].log_evidence and not (causal and is_causal(other) is False)
+    is_better = other.log_evidence > places[label].log_evidence
+    if must_explain:
+        is_better = is_better and is_enough(nominal, other.explanation) and is_causal(other) is not False
     better = {label: other} if is_better else {}
     return ranked({**places, **better}.values())

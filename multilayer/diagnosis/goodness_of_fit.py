@@ -6,7 +6,7 @@ import numpy as np
 
 from multilayer.chi2 import exceeding
 from multilayer.diagnosis.fitting import Fitted
-from multilayer.diagnosis.thresholds import FIT_P, TOLERANCE
+from multilayer.diagnosis.thresholds import FIT_P, SECOND_SHARE, TOLERANCE
 from multilayer.diagnosis.unknown_cause import smooth_discrepancy
 from multilayer.inference.pulls import largest_pulls, nuisance_p_value
 
@@ -30,7 +30,7 @@ def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False, of_law: bool
             "asks for a law so far from the known one that this has the probability": law_p_value(fitted),
         }
     if not is_misfit_allowed:
-        p_values["leaves a misfit of probability"] = misfit_p_value(fitted, TOLERANCE)
+        p_values["leaves a misfit of probability"] = misfit_p_value(fitted, TOLERANCE, of_law=of_law)
     text = min(p_values, key=lambda reason: p_values[reason])
     if p_values[text] >= FIT_P:
         return ""
@@ -42,16 +42,17 @@ def statement_most_off(fitted: Fitted) -> str:
     return next((pull.in_words for pull in largest_pulls(fitted.hypothesis.parameters, fitted.minimum.z)), "")
 
 
-def misfit_p_value(fitted: Fitted, tolerance: float) -> float:
+def misfit_p_value(fitted: Fitted, tolerance: float, *, of_law: bool = True) -> float:
     """Return the probability of a misfit as large as this, with a smooth discrepancy of relative size `tolerance`.
 
     The cost of a linear model with normal priors is chi-square distributed with as many degrees of freedom as there are
-    data: in closed form what a parametric bootstrap with refits gives.
+    data: in closed form what a parametric bootstrap with refits gives. Without the effects' own priors (`of_law` False:
+    a free law may be as large as it likes) it is that at most.
     """
     if not fitted.minimum.is_finite:
         return 0.0
     excess = smooth_discrepancy(fitted).misfit_reduction(tolerance)
-    return exceeding(fitted.minimum.cost - excess, len(fitted.minimum.residual))
+    return exceeding(_cost(fitted, of_law=of_law) - excess, len(fitted.minimum.residual))
 
 
 def is_misfit_likely(fitted: Fitted) -> bool:
@@ -63,6 +64,19 @@ def explains_data(fitted: Fitted) -> bool:
     """Tell whether neither a fit's misfit is a wonder, nor what it takes stated quantities of the laboratory to be."""
     hypothesis, z = fitted.hypothesis, fitted.minimum.z
     return is_misfit_likely(fitted) and nuisance_p_value(hypothesis.parameters, z) >= FIT_P
+
+
+def is_enough(nominal: Fitted, fitted: Fitted) -> bool:
+    """Tell whether a free law explains the data, or leaves no more of the nominal model's gap than a law may miss."""
+    n = len(fitted.minimum.residual)
+    before, after = nominal.minimum.cost / n - 1, _cost(fitted, of_law=False) / n - 1
+    return after < SECOND_SHARE * before or not lack_of_fit(fitted, of_law=False)
+
+
+def _cost(fitted: Fitted, *, of_law: bool) -> float:
+    """Return the cost, or that without the prior of the effects' own parameters."""
+    own = fitted.minimum.z[fitted.of_effects()]
+    return fitted.minimum.cost - (0.0 if of_law else float(own @ own))
 
 
 def size_p_value(fitted: Fitted) -> float:

@@ -14,11 +14,11 @@ from multilayer.diagnosis.cross_validation import cross_validate
 from multilayer.diagnosis.decision import in_words
 from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, at_minimum
-from multilayer.diagnosis.goodness_of_fit import explains_data
+from multilayer.diagnosis.goodness_of_fit import is_enough
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry
 from multilayer.diagnosis.place_fits import PlaceFit, as_told, fit_places
 from multilayer.diagnosis.simple_forms import simple_form
-from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_SHARE, SECOND_TERM
+from multilayer.diagnosis.thresholds import LEAST_SHRINKAGE, SECOND_TERM
 from multilayer.experiments.two_plate.campaign import CampaignProblem
 
 
@@ -63,14 +63,14 @@ def two_causes(comparison: ModelComparison, executor: Executor | None = None) ->
         Where fits run; in this process when left out.
     """
     best_alone = next(iter(comparison.places.values()), None)
-    if not comparison.several or best_alone is None or _is_enough(comparison.nominal, best_alone.explanation):
+    if not comparison.several or best_alone is None or is_enough(comparison.nominal, best_alone.explanation):
         return None
     known = [names for names in comparison.ranked if len(names) == 1 and names in comparison.fitted]
     firsts = [comparison.fitted[names] for names in known[:1]] + [best_alone.explanation]
     pairs = [(first, *_beside(comparison, first, executor)) for first in firsts]
     first, base, second = max(pairs, key=lambda pair: pair[2].log_evidence)
     alone = max([best_alone.log_evidence, *(comparison.evidence[names] for names in known)])
-    if second.log_evidence < alone + SECOND_TERM or not _is_enough(comparison.nominal, second.explanation):
+    if second.log_evidence < alone + SECOND_TERM or not is_enough(comparison.nominal, second.explanation):
         return None
     (shrinkage,) = cross_validate(comparison.nominal, [second.explanation], executor, noise=comparison.noise)
     if shrinkage.share < LEAST_SHRINKAGE:
@@ -93,11 +93,6 @@ def _beside(comparison: ModelComparison, first: Fitted, executor: Executor | Non
     taken = {effect.place or effect.name for effect in effects}
     places = fit_places(base, executor, [fit.place.name for fit in comparison.places.values()])
     return base, next(fit for label, fit in places.items() if label not in taken)
-
-
-def _is_enough(nominal: Fitted, fitted: Fitted) -> bool:
-    before, after = (fit.minimum.cost_per_datum - 1 for fit in (nominal, fitted))
-    return explains_data(fitted) or after < SECOND_SHARE * before
 
 
 def two_causes_entry(two: TwoCauses) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from multilayer.diagnosis import assessment
+from multilayer.diagnosis import assessment, goodness_of_fit
 from multilayer.diagnosis import decision as decision_module
 from multilayer.diagnosis.assessment import rival_term
 from multilayer.diagnosis.cross_validation import Part, Shrinkage, cross_validate
@@ -376,12 +376,15 @@ def test_the_group_of_an_unknown_cause(monkeypatch, evidence, refuted, group):
 )
 def test_a_law_that_does_not_explain_the_gap_is_told_so(monkeypatch, after, misfit, share, causal, objection):
     nominal = SimpleNamespace(
-        hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True), minimum=SimpleNamespace(cost_per_datum=101.0)
+        hypothesis=SimpleNamespace(data=[1, 2], held_out_decides=True), minimum=SimpleNamespace(cost=10100.0)
     )
-    explanation = SimpleNamespace(minimum=SimpleNamespace(cost_per_datum=after))
+    # of a law ten standard deviations large, which is no misfit
+    minimum = SimpleNamespace(cost=100.0 * after + 100.0, residual=np.zeros(100), z=np.array([0.0, 10.0]))
+    explanation = SimpleNamespace(minimum=minimum, of_effects=lambda: np.array([False, True]))
     free = SimpleNamespace(place=PLACES["faces"](), log_evidence=0.0, explanation=explanation)
     comparison = ModelComparison(nominal, {}, {(): -500.0, UNKNOWN: 0.0}, 2, {"faces": free})
-    monkeypatch.setattr(decision_module, "lack_of_fit", lambda *_, **__: misfit)
+    for module in (goodness_of_fit, decision_module):
+        monkeypatch.setattr(module, "lack_of_fit", lambda *_, **__: misfit)
     monkeypatch.setattr(decision_module, "is_causal", lambda _: causal)
     assert objection_to_law(comparison, free, Shrinkage(101.0, 101.0 - 100.0 * share, "one", noise=1.0)) == objection
     shares = comparison.place_probabilities(comparison.probabilities(), RIGHT_PLACE)
