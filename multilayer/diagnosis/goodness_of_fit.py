@@ -75,8 +75,10 @@ def is_enough(nominal: Fitted, fitted: Fitted) -> bool:
 
 def _cost(fitted: Fitted, *, of_law: bool) -> float:
     """Return the cost, or that without the prior of the effects' own parameters."""
+    if of_law:
+        return fitted.minimum.cost
     own = fitted.minimum.z[fitted.of_effects()]
-    return fitted.minimum.cost - (0.0 if of_law else float(own @ own))
+    return fitted.minimum.cost - float(own @ own)
 
 
 def size_p_value(fitted: Fitted) -> float:
