@@ -41,6 +41,11 @@ class Pull(NamedTuple):
         name = self.parameter.name.removeprefix("layers.")
         return f"{name} by {abs(self.deviations):.3g} standard deviations ({how_far})"
 
+    @property
+    def beside_chance(self) -> str:
+        """By how much the quantity is off, and what chance makes of that."""
+        return f"{self.in_words}, {abs(self.deviations) / self.by_chance:.3g} times what chance makes of it"
+
 
 def _amount(value: float, unit: str) -> str:
     shown, factor = {"s": ("us", 1e6), "m": ("mm", 1e3), "": ("%", 100.0)}.get(unit, ("", 1.0))

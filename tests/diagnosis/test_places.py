@@ -69,6 +69,19 @@ def test_the_derivative_by_what_differs_of_a_law_is_that_of_finite_differences(k
         assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each does something
 
 
+def drawn_laws(place, f, scale, rng):
+    """Yield a law of each kind at a place, with coordinates that are drawn, and its values there by name."""
+    table = rng.standard_normal(30) + 1j * rng.standard_normal(30)
+    for law in (
+        DrawnLaw.at(place, f, scale),
+        SimpleLaw.at(place, (Term("resonance"),), f, scale),
+        TabulatedLaw.of(place, "known", f, scale * table, np.full(30, scale * (1 + 1j))),
+    ):
+        own = rng.standard_normal(len(law.parameters))
+        names = [parameter.name for parameter in law.parameters]
+        yield law, own, dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
+
+
 def test_a_law_that_moves_is_the_law_at_other_frequencies():
     """Every law of every place, by a factor of 1.2 in one configuration and none in the others."""
     bench = joint_bench()
@@ -78,15 +91,7 @@ def test_a_law_that_moves_is_the_law_at_other_frequencies():
     rng = np.random.default_rng(3)
     for place in (PLACES[name]() for name in PLACES.names()):
         scale = 0.05 * place.scale(bench.settings, 2e5)
-        table = rng.standard_normal(30) + 1j * rng.standard_normal(30)
-        for law in (
-            DrawnLaw.at(place, f, scale),
-            SimpleLaw.at(place, (Term("resonance"),), f, scale),
-            TabulatedLaw.of(place, "known", f, scale * table, np.full(30, scale * (1 + 1j))),
-        ):
-            own = rng.standard_normal(len(law.parameters))
-            names = [parameter.name for parameter in law.parameters]
-            values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
+        for law, own, values in drawn_laws(place, f, scale, rng):
             moved = replace(law, at_place=place.differing({first: np.log(1.2)}))
             for here, there in zip(bench.settings, shifted.settings, strict=True):
                 expected = law.values(there if here.data.name == first else here, values)
@@ -102,15 +107,7 @@ def test_a_law_that_varies_is_the_law_times_a_factor():
     rng = np.random.default_rng(3)
     for place in (PLACES[name]() for name in PLACES.names()):
         scale = 0.05 * place.scale(bench.settings, 2e5)
-        table = rng.standard_normal(30) + 1j * rng.standard_normal(30)
-        for law in (
-            DrawnLaw.at(place, f, scale),
-            SimpleLaw.at(place, (Term("resonance"),), f, scale),
-            TabulatedLaw.of(place, "known", f, scale * table, np.full(30, scale * (1 + 1j))),
-        ):
-            own = rng.standard_normal(len(law.parameters))
-            names = [parameter.name for parameter in law.parameters]
-            values = dict(zip(names, Priors.of(law.parameters).values(own)[:, None, None], strict=True))
+        for law, _, values in drawn_laws(place, f, scale, rng):
             varied = replace(law, at_place=place.differing(factors={first: -0.7}))
             for here in bench.settings:
                 factor = -0.7 if here.data.name == first else place.usual_factor

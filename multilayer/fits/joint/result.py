@@ -20,7 +20,7 @@ from multilayer.fits.result import BurstFit, FitResult
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Parameter
 from multilayer.inference.problem import Minimum
-from multilayer.inference.pulls import SIGNIFICANT, Pull, largest_pulls, pulls_p_value, spreads_by_chance
+from multilayer.inference.pulls import SIGNIFICANT, largest_pulls, pulls_p_value, spreads_by_chance
 from multilayer.media.laws import ModulusLaw
 from multilayer.units import DB_PER_NEPER
 
@@ -239,7 +239,7 @@ class JointFit(FitResult):
         if self.stated_p_value > SIGNIFICANT:
             return ""
         parameters, z, covariance = self._statements
-        off = "; ".join(_told(pull) for pull in largest_pulls(parameters, z, spreads_by_chance(covariance)))
+        off = "; ".join(pull.beside_chance for pull in largest_pulls(parameters, z, spreads_by_chance(covariance)))
         return (
             "this takes what the laboratory states for wrong, which has the probability "
             f"{self.stated_p_value:.1g}: {off}. Correct the statement, or find the cause: "
@@ -275,8 +275,3 @@ class JointFit(FitResult):
 
     def _law_of(self, minimum: Minimum) -> ModulusLaw:
         return self.problem.space.law(self.problem.law_coordinates(minimum.z))
-
-
-def _told(pull: Pull) -> str:
-    """Return by how much a stated quantity is off, and what chance makes of it."""
-    return f"{pull.in_words}, {abs(pull.deviations) / pull.by_chance:.3g} times what chance makes of it"

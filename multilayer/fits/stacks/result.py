@@ -209,7 +209,7 @@ def _told(pull: Pull) -> str:
     """Return by how much a prior is off, and what chance makes of that."""
     if abs(pull.deviations) > FARTHEST:
         return f"{pull.in_words}, as far as the search goes"
-    return f"{pull.in_words}, {abs(pull.deviations) / pull.by_chance:.3g} times what chance makes of it"
+    return pull.beside_chance
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
