@@ -18,7 +18,7 @@ from multilayer.diagnosis.fitting import Fitted
 from multilayer.diagnosis.goodness_of_fit import is_misfit_likely
 from multilayer.diagnosis.locate import locate, where_entries
 from multilayer.diagnosis.place_entries import DrawnPlace, law_entry, place_entries
-from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, as_told
+from multilayer.diagnosis.place_fits import PlaceFit, SimpleForm, as_told, free_to_differ
 from multilayer.diagnosis.result import Similarity
 from multilayer.diagnosis.signatures import detectable_sizes, signatures, similarity
 from multilayer.diagnosis.simple_forms import simple_form, simple_term, with_simple_laws
@@ -93,8 +93,10 @@ class Assessment:
         told = {**places, self.drawn.free.place.label: self.drawn.free}
         first = self.drawn.free.place.label
         order = sorted(told, key=lambda label: (label != first, -shares[label]))
-        free = [(probabilities[UNKNOWN] * shares[label], told[label].explanation) for label in order]
-        return [free[0], *(rival for rival in [*free[1:], *known] if rival[0] >= RIVAL)]
+        free = [(probabilities[UNKNOWN] * shares[label], told[label]) for label in order]
+        near = [free[0], *(rival for rival in free[1:] if rival[0] >= RIVAL)]
+        rivals = [(share, free_to_differ(fit)) for share, fit in near]
+        return [*rivals, *(rival for rival in known if rival[0] >= RIVAL)]
 
     @cached_property
     def probabilities(self) -> dict[tuple[str, ...], float]:

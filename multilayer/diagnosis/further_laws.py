@@ -281,15 +281,31 @@ def _differing(kind: type[DifferingLaw], nominal: Fitted, fit: PlaceFit) -> tupl
         # a law that other unknowns take up is 0: it must be there to differ
         more = [np.concatenate([np.zeros(len(nominal.minimum.z)), function.constant(size)]) for size in _CONSTANTS]
         starts = [np.concatenate([begun.minimum.z + there, np.zeros(len(names))]) for there in more]
-    differing = kind.of(begun.hypothesis.effects[-1], names)
+    differing = kind.of(begun.hypothesis.effects[-1], dict(zip(names, names, strict=True)))
     hypothesis = nominal.hypothesis.with_effects(differing)
     fitted = max((descended(hypothesis, z, *COARSE) for z in starts), key=tolerant_evidence)
-    z, by_configuration = np.split(fitted.minimum.z, [len(begun.minimum.z)])
-    if exceeding(float(by_configuration @ by_configuration), len(names)) < FIT_P:
+    if kind is VaryingLaw:
+        fitted = max([fitted, *_by_piece(nominal, begun.hypothesis.effects[-1], fitted)], key=tolerant_evidence)
+    differing = fitted.hypothesis.effects[-1]
+    z, unknowns = np.split(fitted.minimum.z, [len(begun.minimum.z)])
+    if exceeding(float(unknowns @ unknowns), len(unknowns)) < FIT_P:
         return None
     fixed = replace(begun.hypothesis.effects[-1], at_place=differing.place_at(fitted.minimum.z))
     hypothesis = nominal.hypothesis.with_effects(fixed)
-    return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(names))
+    return Fitted(hypothesis, hypothesis.as_minimum(z)), _price(fitted, len(unknowns))
+
+
+def _by_piece(nominal: Fitted, plain: DrawnLaw, fitted: Fitted) -> list[Fitted]:
+    """Return fits of a law that differs from sample to sample, or from plate to plate, near one that differs freely."""
+    law, found = fitted.hypothesis.effects[-1], []
+    factors = law.place_at(fitted.minimum.z).factors
+    for by, pieces in nominal.hypothesis.pieces.items():
+        shared = {name: pieces[name] for name in factors}
+        if 1 < len(set(shared.values())) < len(factors):
+            differing = VaryingLaw.of(plain, shared, by)
+            z = np.append(fitted.minimum.z[: -len(law.names)], differing.coordinates(factors))
+            found.append(descended(nominal.hypothesis.with_effects(differing), z, *COARSE))
+    return found
 
 
 def _price(fitted: Fitted, count: int) -> float:

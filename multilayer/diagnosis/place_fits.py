@@ -29,7 +29,7 @@ from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.errors import PluginWarning
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import Hypothesis
-from multilayer.experiments.places import DrawnLaw, SimpleLaw
+from multilayer.experiments.places import DifferingLaw, DrawnLaw, MovingLaw, SimpleLaw, VaryingLaw
 from multilayer.inference.derivative import central
 from multilayer.inference.multistart import costs_per_datum
 from multilayer.inference.problem import Minimum, Scaled
@@ -249,6 +249,23 @@ def as_told(nominal: Fitted, fit: PlaceFit) -> PlaceFit:
     return replace(fit, fitted=descended(*_resized(fit.fitted, size), *FINE))
 
 
+def free_to_differ(fit: PlaceFit) -> Fitted:
+    """Return the explanation at a place; of a law that differs, with what differs as an unknown beside all others.
+
+    A place has that fixed, so that it says nothing of what else would have to differ with it, as the modulus.
+    """
+    place, law = fit.place, fit.drawn
+    if not (place.factors or place.moved):
+        return fit.explanation
+    hypothesis = fit.fitted.hypothesis
+    kind, values = (VaryingLaw, place.factors) if place.factors else (MovingLaw, place.moved)
+    pieces = hypothesis.pieces.get(place.differs_by) or {name: name for name in values}
+    plain = replace(law, at_place=place.differing())
+    differing: DifferingLaw = kind.of(plain, {name: pieces[name] for name in values}, place.differs_by)
+    z = np.append(fit.fitted.minimum.z, differing.coordinates(values))
+    return descended(hypothesis.with_effects(differing), z, *FINE)
+
+
 def ranked(fits: Iterable[PlaceFit]) -> dict[str, PlaceFit]:
     """Return places by label, the one with the most evidence first."""
     return {fit.place.label: fit for fit in sorted(fits, key=lambda fit: -fit.log_evidence)}
@@ -350,7 +367,7 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
     kinds = [kind for kind in type(law.at_place).variants() if kind is not type(law.at_place)]
     known = [place for kind in kinds for place in kind.instances(hypothesis.settings) if type(place) is kind]
     others = [place for place in known if place.label == law.at_place.label]
-    laws = [_at_other(nominal, law, place.differing(law.at_place.moved, law.at_place.factors)) for place in others]
+    laws = [_at_other(nominal, law, place.differing(*law.at_place.differences)) for place in others]
     fits = [fitted, *(descended(nominal.hypothesis.with_effects(each), z, most, tolerance) for each in laws)]
     if isinstance(law, DrawnLaw):
         fits += [begun_at(nominal, place, law.length) for place in others if place.known_values]

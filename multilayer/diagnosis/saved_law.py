@@ -123,8 +123,8 @@ class SavedLaw(Model):
 
     With `free_rim` it is what acts beyond the sample's free rim, which finite elements have; with `open_rim` what acts
     beyond open rims of its faces. `moved` has factors of the law's frequencies by configuration, 1 where there is none.
-    `factors` are by what it is multiplied in each, as `BasePlace.factors`. `correlation_length` in ln f is that of a
-    table.
+    `factors` are by what it is multiplied in each, as `BasePlace.factors`, and `differs_by` is what they differ by.
+    `correlation_length` in ln f is that of a table.
     """
 
     place: str
@@ -138,6 +138,7 @@ class SavedLaw(Model):
     factors: dict[str, Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST), NO_BOOL]] = Field(
         default_factory=dict, max_length=_MOST
     )
+    differs_by: str = "configuration"
     quantity: str = ""
     unit: str = ""
     text: str = ""
@@ -339,7 +340,7 @@ def _of_law(saved: SavedLaw, file: Path) -> Acting:
             field = "moved" if saved.moved else "factors"
             raise InputError(Problem(f"{field} is of a law in all configurations, alone at {saved.place}", file=file))
         moved = {name: float(np.log(factor)) for name, factor in saved.moved.items()}
-        place = place.differing(moved, saved.factors)
+        place = place.differing(moved, saved.factors, saved.differs_by)
     name = f"known_{place.label}"
     if saved.terms:
         terms = tuple(Term(term.kind, term.order) for term in saved.terms)

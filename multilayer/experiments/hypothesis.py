@@ -88,6 +88,11 @@ class Hypothesis(Experiments):
         return 1.0
 
     @property
+    def pieces(self) -> dict[str, dict[str, str]]:
+        """What several configurations may share, by what it is called: the piece in each configuration."""
+        return {}
+
+    @property
     @abstractmethod
     def nominal_parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the nominal model."""

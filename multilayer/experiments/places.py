@@ -65,6 +65,8 @@ class BasePlace:
     factors : mapping
         By what the law is multiplied in a configuration, by the configuration's name; `usual_factor` where it has no
         entry, and 1 everywhere without any.
+    differs_by : str
+        What `factors` differ by, as `Hypothesis.pieces` or "configuration".
     terms : mapping
         What simple laws are called here, with their units: of a law in proportion to ``(i w)^n`` by n, and the law
         ``value/(1 - (f/f0)^2/(1 + i eta))`` under "resonance".
@@ -104,6 +106,7 @@ class BasePlace:
     configuration: str = ""
     moved: Mapping[str, float] = MappingProxyType({})
     factors: Mapping[str, float] = MappingProxyType({})
+    differs_by: str = "configuration"
     terms: ClassVar[Mapping[int | str, tuple[str, str]]] = {}
     needs_finite_elements: bool = False
     acts_by_bin: bool = False
@@ -144,13 +147,21 @@ class BasePlace:
         return not (self.configuration or self.needs_finite_elements or self.modelled)
 
     def differing(
-        self, moved: Mapping[str, float] = MappingProxyType({}), factors: Mapping[str, float] = MappingProxyType({})
+        self,
+        moved: Mapping[str, float] = MappingProxyType({}),
+        factors: Mapping[str, float] = MappingProxyType({}),
+        by: str = "configuration",
     ) -> Self:
         """Return the place with a law that differs from configuration to configuration (`moved`, `factors`)."""
         place = copy(self)
-        object.__setattr__(place, "moved", dict(moved))  # some are frozen
-        object.__setattr__(place, "factors", dict(factors))
+        for name, value in {"moved": dict(moved), "factors": dict(factors), "differs_by": by}.items():
+            object.__setattr__(place, name, value)  # some are frozen
         return place
+
+    @property
+    def differences(self) -> tuple[Mapping[str, float], Mapping[str, float], str]:
+        """How its law differs, as `differing` takes it."""
+        return self.moved, self.factors, self.differs_by
 
     def factor_in(self, setting: Any) -> float:
         """Return by what the law as it is told is multiplied in a configuration."""
@@ -179,7 +190,7 @@ class BasePlace:
         if self.moved:
             found["moved"] = {name: math.exp(shift) for name, shift in self.moved.items()}
         if self.factors:
-            found["factors"] = dict(self.factors)
+            found |= {"factors": dict(self.factors), "differs_by": self.differs_by}
         return found
 
     def in_words(self, law: str) -> str:
@@ -187,7 +198,8 @@ class BasePlace:
         text = f"{self.modelled}, and beyond it {law}" if self.modelled else law
         if self.factors:
             ends = (f"{end(self.factors.values()):.2g}" for end in (min, max))
-            text = f"{text}, times a factor that differs from configuration to configuration ({' to '.join(ends)})"
+            by = self.differs_by
+            text = f"{text}, times a factor that differs from {by} to {by} ({' to '.join(ends)})"
         if not self.moved:
             return text
         low, high = (100 * math.expm1(end(self.moved.values())) for end in (min, max))
@@ -369,27 +381,34 @@ class DrawnLaw(LawAtPlace):
 
 @dataclass(frozen=True, eq=False)
 class DifferingLaw(DrawnLaw):
-    """A free function that differs from configuration to configuration, by one unknown in each.
+    """A free function that differs from configuration to configuration, by one unknown in each or for each piece.
 
     The first parameters are those of the function, the last ones those unknowns.
 
     Attributes
     ----------
-    configurations : tuple of str
-        Their names.
+    pieces : mapping
+        By the configuration's name, that of what is in it; what has the same name differs alike.
+    by : str
+        What they are.
     """
 
-    configurations: tuple[str, ...] = ()
+    pieces: Mapping[str, str] = field(default_factory=dict)
+    by: str = "configuration"
     what: ClassVar[str]
 
     @classmethod
-    def of(cls, law: DrawnLaw, configurations: Sequence[str]) -> Self:
+    def of(cls, law: DrawnLaw, pieces: Mapping[str, str], by: str = "configuration") -> Self:
         """Return the law that is free to differ."""
         prior = cls._prior(law.at_place)
-        parameters = (*law.parameters, *(Parameter(name=cls._name(name), prior=prior) for name in configurations))
-        return cls(
-            law.at_place, law.nodes, law.size, law.length, law.name, parameters, configurations=(*configurations,)
-        )
+        of_pieces = (Parameter(name=cls._name(piece), prior=prior) for piece in dict.fromkeys(pieces.values()))
+        parameters = (*law.parameters, *of_pieces)
+        return cls(law.at_place, law.nodes, law.size, law.length, law.name, parameters, pieces=dict(pieces), by=by)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The pieces."""
+        return (*dict.fromkeys(self.pieces.values()),)
 
     @classmethod
     def _prior(cls, place: BasePlace) -> Prior:
@@ -397,13 +416,27 @@ class DifferingLaw(DrawnLaw):
         raise NotImplementedError
 
     @classmethod
-    def _name(cls, configuration: str) -> str:
-        return f"{cls.what}[{configuration}]"
+    def _name(cls, piece: str) -> str:
+        return f"{cls.what}[{piece}]"
+
+    def _own(self, setting: Any, values: Values) -> RealArray:
+        """Return the unknown of a configuration."""
+        return values[self._name(self.pieces[setting.configuration.name])]
+
+    def _place_of(self, setting: Any) -> int:
+        """Return which of the unknowns that is."""
+        return self.names.index(self.pieces[setting.configuration.name])
 
     def place_at(self, z: RealArray) -> Any:
         """Return the place with a law that differs as at the coordinates z, shape (2 k + c,)."""
-        values = self._prior(self.at_place).value(z[-len(self.configurations) :])
-        return self._differing(dict(zip(self.configurations, map(float, values), strict=True)))
+        values = self._prior(self.at_place).value(z[-len(self.names) :])
+        by_piece = dict(zip(self.names, map(float, values), strict=True))
+        return self._differing({name: by_piece[piece] for name, piece in self.pieces.items()})
+
+    def coordinates(self, by_configuration: Mapping[str, float]) -> RealArray:
+        """Return the unknowns' coordinates, shape (c,), as what differs is given; of a piece, the mean."""
+        found = [np.mean([by_configuration[n] for n, p in self.pieces.items() if p == piece]) for piece in self.names]
+        return np.asarray(self._prior(self.at_place).coordinate(np.array(found)))
 
     def _differing(self, values: Mapping[str, float]) -> Any:
         raise NotImplementedError
@@ -411,13 +444,13 @@ class DifferingLaw(DrawnLaw):
     def _function(self, values: Values) -> RealArray:
         """Return the coordinates of the function."""
         count = 2 * len(self.nodes)  # its offset, where it has one, stands last
-        of_function = (*self.parameters[:count], *self.parameters[count + len(self.configurations) :])
+        of_function = (*self.parameters[:count], *self.parameters[count + len(self.names) :])
         return np.concatenate([values[parameter.name] for parameter in of_function], axis=-1)
 
     def _with_slope(self, setting: Any, basis: RealArray, slope: ComplexArray) -> ComplexArray:
         """Return derivatives by the function's coordinates and by the unknowns, of which one acts here."""
-        more = np.zeros((len(basis), len(self.configurations)), dtype=complex)
-        more[:, self.configurations.index(setting.configuration.name)] = slope
+        more = np.zeros((len(basis), len(self.names)), dtype=complex)
+        more[:, self._place_of(setting)] = slope
         return np.concatenate([basis, 1j * basis, more], axis=-1)
 
 
@@ -432,11 +465,11 @@ class MovingLaw(DifferingLaw):
         return Prior(normal=(0.0, SHIFT))
 
     def _differing(self, values: Mapping[str, float]) -> Any:
-        return self.at_place.differing(values, self.at_place.factors)
+        return self.at_place.differing(values, *self.at_place.differences[1:])
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        z, shifts = self._function(values), values[self._name(setting.configuration.name)][..., 0]
+        z, shifts = self._function(values), self._own(setting, values)[..., 0]
         law = np.empty((len(z), len(setting.frequency)), dtype=complex)
         for shift in np.unique(shifts):  # one, but for differences
             rows = shifts == shift
@@ -445,7 +478,7 @@ class MovingLaw(DifferingLaw):
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
         """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
-        k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
+        k, own = len(self.nodes), self._place_of(setting)
         frequency = setting.frequency * np.exp(-SHIFT * z[2 * k + own])
         slope = _basis_slope(self.nodes, self.length, frequency) @ (z[:k] + 1j * z[k : 2 * k])
         by_shift: ComplexArray = np.asarray(-SHIFT * slope, dtype=complex)
@@ -463,18 +496,18 @@ class VaryingLaw(DifferingLaw):
         return Prior(normal=(place.usual_factor, VARIATION))
 
     def _differing(self, values: Mapping[str, float]) -> Any:
-        return self.at_place.differing(self.at_place.moved, values)
+        return self.at_place.differing(self.at_place.moved, values, self.by)
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        frequency, factor = self.at_place.law_frequency(setting), values[self._name(setting.configuration.name)]
+        frequency, factor = self.at_place.law_frequency(setting), self._own(setting, values)
         z, offset = np.split(self._function(values), [2 * len(self.nodes)], axis=-1)
         law = factor * self.drawn(z, frequency)
         return np.asarray(law + self._size_at(frequency) * offset if offset.size else law)
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
         """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
-        k, own = len(self.nodes), self.configurations.index(setting.configuration.name)
+        k, own = len(self.nodes), self._place_of(setting)
         basis = self.basis(self.at_place.law_frequency(setting))
         slope: ComplexArray = np.asarray(VARIATION * (basis @ (z[:k] + 1j * z[k : 2 * k])), dtype=complex)
         return self._with_slope(setting, (self.at_place.usual_factor + VARIATION * z[2 * k + own]) * basis, slope)

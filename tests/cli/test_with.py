@@ -225,6 +225,12 @@ def test_a_law_that_moves_is_saved_with_how_far(tmp_path):
     assert effect.at_place.entry == {"moved": pytest.approx({"h25mm": 1.25, "h40mm": 0.8})}
 
 
+def test_a_law_that_differs_from_plate_to_plate_is_saved_with_its_factors(tmp_path):
+    told = {"factors": {"h25mm": 0.2, "h40mm": 1.1}, "differs_by": "top plate"}
+    effect = saved_and_read(tmp_path, place="plate", **told)
+    assert effect.at_place.entry == told
+
+
 @pytest.mark.parametrize(("length", "nodes"), [(0.55, 9), (0.14, 29)])
 def test_a_table_has_as_many_nodes_as_its_law(tmp_path, length, nodes):
     f = np.geomspace(100, 1000, 61).tolist()

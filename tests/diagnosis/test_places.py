@@ -11,7 +11,8 @@ from multilayer.diagnosis.cross_validation import folds
 from multilayer.diagnosis.effects.delamination import Delamination, WornRim
 from multilayer.diagnosis.fitting import Fitted, fit, minimise_scaled
 from multilayer.diagnosis.further_laws import search_open_rims, with_differing_laws, with_open_rims, with_resonances
-from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, is_explained
+from multilayer.diagnosis.moduli import moduli
+from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, free_to_differ, is_explained
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.beside import OpenFaces
 from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne, ReadingOfOne
@@ -64,7 +65,7 @@ def test_the_derivative_by_what_differs_of_a_law_is_that_of_finite_differences(k
     for name in ("reading", "top_plate", "sample"):
         place = PLACES[name]()
         law = DrawnLaw.at(place, frequency, 0.05 * place.scale(bench.settings, 2e5), SHORT)
-        problem = bench.with_effects(kind.of(law, names))
+        problem = bench.with_effects(kind.of(law, dict(zip(names, names, strict=True))))
         slopes = checked_slopes(problem, np.random.default_rng(0))
         assert np.abs(slopes[:, -len(names) :]).max(axis=0).min() > 0  # each does something
 
@@ -115,6 +116,19 @@ def test_a_law_that_varies_is_the_law_times_a_factor():
                 np.testing.assert_allclose(varied.values(here, values), expected, rtol=1e-12, atol=1e-15 * scale)
 
 
+def test_samples_and_plates_of_another_radius_are_others():
+    pieces = problem().pieces
+    assert [*pieces["sample"].values()] == [
+        *["thickness[0.0125]"] * 2, *["thickness[0.025]"] * 2, *["thickness[0.04]"] * 2,
+        "thickness[0.025, radius 0.012]",
+    ]  # fmt: skip
+    assert [*pieces["top plate"].values()][-3:] == [
+        "top_plate_mass[0.001]", "top_plate_mass[0.003]", "top_plate_mass[0.001, radius 0.012]",
+    ]  # fmt: skip
+    stated = [parameter.name for parameter in problem().parameters if parameter.nuisance]
+    assert {*pieces["sample"].values(), *pieces["top plate"].values()} <= {*stated}
+
+
 @pytest.mark.slow
 def test_samples_that_differ_much_are_told_with_whatever_law_was_there_before():
     """Alone, the place is searched to the end before, with a small law, as there is none in all samples alike."""
@@ -143,6 +157,27 @@ def test_samples_that_differ_are_told_as_such_and_no_more_than_they_do():
     plain = measured((PLACES["reading"](), Term("power"), [0.05]))
     places = fit_places(plain, names=["sample", "reading"])
     assert not with_differing_laws(VaryingLaw, plain, places)["reading"].place.factors
+
+
+@pytest.mark.slow
+def test_a_law_that_differs_from_plate_to_plate_is_told_so_and_the_modulus_knows():
+    """The plates of 3 mm are lighter by 6 %, those of 1 mm as stated: less of the sample's modulus is known then."""
+    plates = {f"c{i}": by for i, by in enumerate([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0])}
+    nominal = measured((PLACES["plate"]().differing(factors=plates), Term("power"), [-0.06]))
+    at = with_differing_laws(VaryingLaw, nominal, fit_places(nominal, names=["plate"]))["plate"]
+    assert at.place.differs_by == "top plate"
+    assert at.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+    told = [at.law().real.mean() * at.place.factors[name] for name in ("c0", "c1")]
+    assert told[1] - told[0] == pytest.approx(-0.06, abs=0.005)
+    assert at.place.factors["c0"] == at.place.factors["c2"] == at.place.factors["c4"] != at.place.factors["c1"]
+    true = problem().own_modulus(soft_sample(problem()), F).real
+    widths = []
+    for explanation in (at.fitted, free_to_differ(at)):
+        (f, told) = (moduli(nominal, [(1.0, explanation)])[key] for key in ("frequency_hz", "corrected"))
+        low, high = (np.interp(F, f, told[f"E1_{end}"]) for end in ("low", "high"))
+        widths.append(np.mean((high - low) / true))
+    assert np.mean((low < true) & (true < high)) > 0.9
+    assert widths[1] > 1.1 * widths[0]
 
 
 @pytest.mark.slow

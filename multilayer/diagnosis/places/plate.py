@@ -57,7 +57,7 @@ class Plate(Place):
     """The top plate itself: its mass changes by a share that is the same for every plate."""
 
     name = "plate"
-    title = "the top plate itself"
+    title = "in the top plate itself"
     quantity = "relative change of its mass"
     passive_sign = -1
     terms: ClassVar = {2: ("bending", "s2")}

@@ -321,6 +321,11 @@ class CampaignProblem(Hypothesis):
         """Uncertain quantities of the rig and the channels."""
         return Nuisances(self.known, tuple(self.campaign.configuration(data.name) for data in self.configurations))
 
+    @property
+    def pieces(self) -> dict[str, dict[str, str]]:
+        """Samples and top plates that several configurations share."""
+        return {"sample": self.nuisances.samples, "top plate": self.nuisances.top_plates}
+
     @cached_property
     def material(self) -> Material:
         """The sample's modulus."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -34,7 +34,7 @@ class RigChange:
 class Nuisances:
     """The laboratory's stated uncertainties as parameters, and what they do to ln(ratio).
 
-    What is measured piece by piece has an error for each piece: samples by their height, top plates by their thickness.
+    What is measured piece by piece has an error for each piece: `samples` and `top_plates`.
 
     Attributes
     ----------
@@ -55,8 +55,8 @@ class Nuisances:
             "channel_delay": known.channel_delay,
             "density": known.density,
         }
-        named |= dict.fromkeys(sorted({_plate(c) for c in self.configurations}), known.top_plate_mass)
-        named |= dict.fromkeys(sorted({_height(c) for c in self.configurations}), known.thickness)
+        named |= dict.fromkeys(sorted({*self.top_plates.values()}), known.top_plate_mass)
+        named |= dict.fromkeys(sorted({*self.samples.values()}), known.thickness)
         named |= {f"remount_gain[{c.name}]": known.remount_gain for c in self.configurations}
         return tuple(
             Parameter(
@@ -67,12 +67,29 @@ class Nuisances:
         )
 
     @cached_property
-    def _pieces(self) -> dict[str, tuple[str, str]]:
-        return {c.name: (_height(c), _plate(c)) for c in self.configurations}
+    def samples(self) -> dict[str, str]:
+        """The stated height of the sample in each configuration, as parameters have it: those alike are one sample."""
+        return self._pieces("thickness", [c.specimen_thickness for c in self.configurations])
+
+    @cached_property
+    def top_plates(self) -> dict[str, str]:
+        """The stated mass of the top plate in each configuration, as parameters have it: those alike are one plate."""
+        return self._pieces("top_plate_mass", [c.top_plate_thickness for c in self.configurations])
+
+    def _pieces(self, quantity: str, thicknesses: Sequence[float]) -> dict[str, str]:
+        """Return the piece in each configuration; of another radius it is another, which its name then says."""
+        names: dict[str, str] = {}
+        radii: dict[float, float] = {}
+        for configuration, thickness in zip(self.configurations, thicknesses, strict=True):
+            radius = configuration.specimen_radius
+            usual = radii.setdefault(thickness, radius)
+            of_radius = "" if radius == usual else f", radius {radius:g}"
+            names[configuration.name] = f"{quantity}[{thickness:g}{of_radius}]"
+        return names
 
     def of_rig(self, values: Mapping[str, RealArray], data: ConfigurationData) -> RigChange:
         """Return the changes of the rig in one configuration."""
-        names = ("density", *self._pieces[data.name])
+        names = ("density", self.samples[data.name], self.top_plates[data.name])
         return RigChange(*(values.get(name, np.zeros(())) for name in names))
 
     def of_channels(self, values: Mapping[str, RealArray], data: ConfigurationData) -> ComplexArray:
@@ -96,11 +113,3 @@ def with_usual_uncertainty(campaign: Campaign) -> tuple[Campaign, list[str]]:
     text = f"{FILE_NAME}: uncertainty: not stated, so taken as usual of a careful laboratory: {values}"
     remedy = "state what yours is, 0 where a value is exact"
     return campaign.model_copy(update={"uncertainty": stated}), [f"{text}; {remedy}"]
-
-
-def _height(configuration: Configuration) -> str:
-    return f"thickness[{configuration.specimen_thickness:g}]"
-
-
-def _plate(configuration: Configuration) -> str:
-    return f"top_plate_mass[{configuration.top_plate_thickness:g}]"
