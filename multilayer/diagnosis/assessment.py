@@ -63,6 +63,11 @@ class Assessment:
         return self.decision.verdict != "no_gap"
 
     @property
+    def is_statement_wrong(self) -> bool:
+        """Whether the nominal model explains the data if something stated is wrong, and nothing else does better."""
+        return self.is_gap and not self.comparison.is_supported and is_misfit_likely(self.nominal)
+
+    @property
     def best_fit(self) -> Fitted:
         """The fit of the most probable cause, whether it is trusted or not; the nominal model where there is none."""
         if self.drawn and self.decision.best == UNKNOWN:
@@ -81,7 +86,7 @@ class Assessment:
         The nominal model without a gap, and where it explains the data if something stated is wrong; empty where
         nothing explains the gap.
         """
-        if self.decision.verdict == "no_gap" or (not self.comparison.is_supported and is_misfit_likely(self.nominal)):
+        if self.decision.verdict == "no_gap" or self.is_statement_wrong:
             return [(1.0, self.nominal)]
         comparison, probabilities = self.comparison, self.probabilities
         known = [(probabilities[n], comparison.fitted[n]) for n in self.decision.group if n != UNKNOWN]
@@ -139,7 +144,7 @@ class Assessment:
         shrinkage = self.drawn.shrinkage if self.drawn and is_drawn else shrinkages.get(decision.best)
         law = law_entry(self.drawn) if self.drawn else None
         text = sentence(decision, probability)
-        if self.drawn and self.drawn.objection:
+        if self.drawn and self.drawn.objection and not self.is_statement_wrong:
             best = where_in_words(self.drawn.free.place)
             text = f"{text} No single law explains it either: the best, {best}, {self.drawn.objection}."
         elif law and is_drawn and law["form_is_enough"]:

@@ -21,7 +21,7 @@ from multilayer.diagnosis.effects.delamination import Delamination
 from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.effects.saturating_air import SaturatingAir
 from multilayer.diagnosis.effects.sensor_mass import SensorMass
-from multilayer.diagnosis.entries import gap_entry
+from multilayer.diagnosis.entries import gap_entry, stated_entries
 from multilayer.diagnosis.fitting import (
     NEAR_LEAST,
     Fitted,
@@ -48,6 +48,7 @@ from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, LARGEST_END_ERROR, MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
+from multilayer.diagnosis.wrong_statement import wrong_statement
 from multilayer.errors import InputError, PlausibilityWarning, suggest
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import parameters_of
@@ -161,7 +162,9 @@ def diagnose_campaign(
         # an effect that fits and is not the cause does not tell where this acts, nor do laws that do not fit
         nominal, places = with_further_laws(nominal, minima, usable, places, executor)
         assessment = assess(nominal, singles, usable, logged(None), executor, places)
-    both = two_causes(assessment.comparison, executor) if assessment.decision.verdict == "unknown" else None
+    is_unknown = assessment.decision.verdict == "unknown"
+    wrong = wrong_statement(assessment.comparison, executor) if is_unknown else None
+    both = two_causes(assessment.comparison, executor) if is_unknown and not wrong else None
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
         "unknowns": _unknowns(nominal, assessment.corrected),
@@ -169,14 +172,20 @@ def diagnose_campaign(
         "warnings": [*warnings, *record_warnings(nominal)],
         **({"with": [effect.name for effect in given]} if given else {}),
         "two_causes": two_causes_entry(both) if both else None,
+        "wrong_statement": wrong.entry if wrong else None,
     }
     if both:
         record["sentence"] = f"{record['sentence']} {record['two_causes']['text']}"
         order = record["two_causes"]["places"]
         record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
         record["gap"] = gap_entry(nominal, both.drawn.shrinkage)
-    best = both.explanation if both else assessment.best_fit
-    record["moduli"] = told = moduli(nominal, [(1.0, best)] if both else assessment.explanations)
+    best = both.explanation if both else wrong.fitted if wrong else assessment.best_fit
+    if wrong:
+        record["sentence"] = wrong.sentence
+        record["gap"] = gap_entry(nominal, wrong.shrinkage)
+        record["stated_deviations"] = stated_entries(nominal, best, {wrong.name: wrong.pull.deviations})
+        record["unknowns"] = _unknowns(nominal, best)
+    record["moduli"] = told = moduli(nominal, [(1.0, best)] if both or wrong else assessment.explanations)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, told)
 
 

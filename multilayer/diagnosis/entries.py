@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from multilayer.diagnosis.cross_validation import Shrinkage
@@ -82,17 +83,19 @@ def gap_entry(nominal: Fitted, shrinkage: Shrinkage | None, best: Fitted | None 
     }
 
 
-def stated_entries(nominal: Fitted, best: Fitted) -> dict[str, dict[str, float]]:
+def stated_entries(
+    nominal: Fitted, best: Fitted, wrong: Mapping[str, float] = MappingProxyType({})
+) -> dict[str, dict[str, float]]:
     """Return the entry ``stated_deviations``: by how many standard deviations each stated quantity is taken to be off.
 
-    By the nominal model, and with the best explanation.
+    By the nominal model, and with the best explanation; `wrong` holds what that says by another prior.
     """
 
     def of(fitted: Fitted) -> dict[str, float]:
         pairs = zip(fitted.hypothesis.parameters, fitted.minimum.z, strict=True)
         return {parameter.name: round(float(z), 3) for parameter, z in pairs if parameter.nuisance}
 
-    after = of(best)
+    after = of(best) | {name: round(deviations, 3) for name, deviations in wrong.items()}
     return {name: {"nominal": z, "corrected": after[name]} for name, z in of(nominal).items() if name in after}
 
 

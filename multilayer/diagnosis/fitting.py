@@ -107,9 +107,10 @@ class Fitted:
         return values if self.errors is None else self.errors.whitened(values)
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[float, float, float]:
-        """Return value and ends of the central interval of an effect's parameter, in its unit.
+        """Return value and ends of the central interval of a parameter, in its unit.
 
-        By Laplace's approximation, and by the uncertainty of sizes for a given law (`BaseEffect.error_of_size`).
+        By Laplace's approximation, and of an effect's parameter by the uncertainty of sizes for a given law
+        (`BaseEffect.error_of_size`).
         """
         index = [p.name for p in self.hypothesis.parameters].index(name)
         prior = self.hypothesis.parameters[index].prior
@@ -125,7 +126,9 @@ class Fitted:
     def _size_error(self, name: str) -> float:
         of, _, parameter = name.partition(".")
         acting = (*self.hypothesis.effects, *getattr(self.hypothesis, "given", ()))
-        effect = next(effect for effect in acting if effect.name == of)
+        effect = next((effect for effect in acting if effect.name == of), None)
+        if effect is None:  # of the nominal model
+            return 0.0
         return float(effect.error_of_size(parameter))
 
 

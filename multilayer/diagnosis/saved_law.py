@@ -240,6 +240,10 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
             text = "two unknown laws at once are drawn to be looked at; to save one, find the cause of the other first"
             raise InputError(text)
         return RigLaw(campaign=campaign, effects=_saved_effects(both), laws=(_saved(both["law"]),))
+    if wrong := record.get("wrong_statement"):
+        raise InputError(
+            f"no law to save: {wrong['name']} is stated wrongly; measure it again, and correct the campaign"
+        )
     if objection := record["law"].get("objection"):
         raise InputError(f"no law of this diagnosis is worth saving: the best {objection}")
     return RigLaw(campaign=campaign, laws=(_saved(record["law"]),))

@@ -93,10 +93,10 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
     if source is None or folder is None or not diagnosis.moduli:
         return ()
     campaign, found = quote(str(source)), quote(str(folder / "diagnosis.json"))
-    both = record.get("two_causes")
+    both, wrong = record.get("two_causes"), record.get("wrong_statement")
     law = record.get("law")
     # not of two unknown laws at once, nor of one that explains nothing
-    is_saved = both["effects"] if both else law and not law.get("objection")
+    is_saved = both["effects"] if both else law and not law.get("objection") and not wrong
     if record["verdict"] == "no_gap":
         before = "uncertainties stated, " if any("not stated" in text for text in record.get("warnings", ())) else ""
         what = f"{before}one modulus law for all bursts: the model explains them"
@@ -108,6 +108,8 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
             f"multilayer diagnose {campaign} --with {found}   # what is left beyond it",
             f"multilayer diagnose {campaign} --save-law rig.yaml   # to apply it to later campaigns of this rig",
         ]
+    elif wrong:
+        lines = [f"multilayer diagnose {campaign}   # once {wrong['name']} is measured again and corrected there"]
     else:
         lines = [f"multilayer effects   # what is known to act; a plugin may add what acts here: {_PLUGIN}"]
     if record["verdict"] != "no_gap":

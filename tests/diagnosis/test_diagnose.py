@@ -24,6 +24,7 @@ from multilayer.diagnosis.fitting import Fitted, begin, best_of, fit_effects, po
 from multilayer.diagnosis.goodness_of_fit import lack_of_fit
 from multilayer.diagnosis.places import PLACES
 from multilayer.diagnosis.places.plate import InCentre, TopPlate
+from multilayer.diagnosis.saved_law import saved_law
 from multilayer.diagnosis.starting_laws import starting_laws
 from multilayer.errors import InputError, PlausibilityWarning, PluginWarning
 from multilayer.experiments.places import SimpleLaw, Term
@@ -32,10 +33,11 @@ from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.settings import FitSettings
 from multilayer.fits.sources import read_fit
 from multilayer.measurements.description import USUAL_UNCERTAINTY, Uncertainty
+from multilayer.report.diagnosis import diagnosis_report
 from multilayer.rig import TwoPlateRig
 from multilayer.rig.synthesis import make_campaign
 from multilayer.testing.benches import joint_bench, soft_sample
-from tests.fits.test_joint import campaign_and_signals
+from tests.fits.test_joint import LAW, campaign_and_signals
 from validation.blind_check.draw import draw
 
 KEYS = {"version", "verdict", "where", "causes", "group", "gap", "unknowns", "detectable", "next_experiment"}
@@ -59,6 +61,26 @@ def test_a_wrong_gain_is_named_with_its_size(gain):
     assert size["low"] < 0.05 < size["high"]
     assert record["gap"]["shrinkage"] > 0.9
     assert record["gap"]["held_out"] == "leave one configuration out"
+
+
+def test_a_density_that_is_wrong_is_a_gap_by_itself_and_told_with_its_value():
+    campaign, recordings = campaign_and_signals({"density": 0.12}, noise=0.005)
+    result = diagnose_campaign(campaign, recordings, chosen_effects(["channel_gain", "crosstalk"]))
+    record, wrong = result.record, result.record["wrong_statement"]
+    assert record["verdict"] == "unknown"
+    assert "what is stated of the laboratory is wrong, density by 12." in record["sentence"]
+    assert wrong["name"] == "density"
+    assert wrong["low"] < 0.12 < wrong["high"]
+    assert wrong["high"] - wrong["low"] < 0.02
+    assert record["stated_deviations"]["density"]["corrected"] == pytest.approx(12, abs=1)
+    assert record["gap"]["shrinkage"] > 0.95
+    told = record["moduli"]["corrected"]
+    true = LAW(np.array(record["moduli"]["frequency_hz"]))
+    assert np.mean((told["E1_low"] < true.real) & (true.real < told["E1_high"])) > 0.9
+    with pytest.raises(InputError, match="density is stated wrongly"):
+        saved_law(record, "foam")
+    report = diagnosis_report(result, Path("foam"), Path("out"))
+    assert "once density is measured again" in "\n".join(report.sections[-1].remarks)
 
 
 @pytest.mark.parametrize(

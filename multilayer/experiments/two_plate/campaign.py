@@ -294,6 +294,8 @@ class CampaignProblem(Hypothesis):
         Finite-element rigs by configuration, for effects that need them.
     used : tuple of ConfigurationData, optional
         The data that residuals are made of; all when left out.
+    unstated : str
+        As of `Nuisances`.
     """
 
     kind = Effect.kind
@@ -310,6 +312,7 @@ class CampaignProblem(Hypothesis):
     given: tuple[Acting, ...] = ()
     finite: Mapping[str, Rig] = field(default_factory=dict)
     used: tuple[ConfigurationData, ...] | None = None
+    unstated: str = ""
 
     @property
     def data(self) -> tuple[ConfigurationData, ...]:
@@ -319,7 +322,8 @@ class CampaignProblem(Hypothesis):
     @cached_property
     def nuisances(self) -> Nuisances:
         """Uncertain quantities of the rig and the channels."""
-        return Nuisances(self.known, tuple(self.campaign.configuration(data.name) for data in self.configurations))
+        configurations = tuple(self.campaign.configuration(data.name) for data in self.configurations)
+        return Nuisances(self.known, configurations, self.unstated)
 
     @property
     def pieces(self) -> dict[str, dict[str, str]]:

@@ -13,6 +13,7 @@ from multilayer.experiments.two_plate.ratios import ConfigurationData
 from multilayer.inference.priors import Parameter, Prior
 from multilayer.measurements.description import FILE_NAME, USUAL_UNCERTAINTY, Campaign, Configuration, Uncertainty
 
+_MISTAKE = 0.2  # relative standard deviation of what is stated wrongly
 _UNITS = {"channel_delay": "s", "thickness": "m"}  # of uncertainties; the others are relative
 
 
@@ -41,10 +42,13 @@ class Nuisances:
     known : Uncertainty
     configurations : tuple of Configuration
         Those whose pieces are uncertain.
+    unstated : str
+        Name of a parameter of which what is stated does not count: it may be a mistake.
     """
 
     known: Uncertainty
     configurations: tuple[Configuration, ...]
+    unstated: str = ""
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -58,6 +62,8 @@ class Nuisances:
         named |= dict.fromkeys(sorted({*self.top_plates.values()}), known.top_plate_mass)
         named |= dict.fromkeys(sorted({*self.samples.values()}), known.thickness)
         named |= {f"remount_gain[{c.name}]": known.remount_gain for c in self.configurations}
+        if self.unstated:
+            named[self.unstated] = _MISTAKE * self._heights.get(self.unstated, 1.0)
         return tuple(
             Parameter(
                 name=name, prior=Prior(normal=(0.0, spread)), unit=_UNITS.get(name.split("[")[0], ""), nuisance=True
@@ -65,6 +71,17 @@ class Nuisances:
             for name, spread in named.items()
             if spread > 0
         )
+
+    @property
+    def of_pieces(self) -> tuple[str, ...]:
+        """Names of the parameters of density, heights and masses."""
+        names = {"density", *self.samples.values(), *self.top_plates.values()}
+        return tuple(parameter.name for parameter in self.parameters if parameter.name in names)
+
+    @property
+    def _heights(self) -> dict[str, float]:
+        """The height of each sample, m, by the name of its parameter."""
+        return {self.samples[c.name]: c.specimen_thickness for c in self.configurations}
 
     @cached_property
     def samples(self) -> dict[str, str]:
