@@ -185,7 +185,8 @@ def diagnose_campaign(
         record["gap"] = gap_entry(nominal, wrong.shrinkage)
         record["stated_deviations"] = stated_entries(nominal, best, {wrong.name: wrong.pull.deviations})
         record["unknowns"] = _unknowns(nominal, best)
-    record["moduli"] = told = moduli(nominal, [(1.0, best)] if both or wrong else assessment.explanations)
+    explanations = [(1.0, best)] if both else wrong.explanations if wrong else assessment.explanations
+    record["moduli"] = told = moduli(nominal, explanations)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, told)
 
 

@@ -6,8 +6,9 @@ many unknowns costs less. A single wrong entry costs one unknown: its prior is t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -20,7 +21,7 @@ from multilayer.diagnosis.evidence import ModelComparison
 from multilayer.diagnosis.fitting import Fitted, best_of
 from multilayer.diagnosis.goodness_of_fit import explains_data
 from multilayer.diagnosis.place_fits import FINE, descended
-from multilayer.diagnosis.thresholds import CERTAIN_P, LEAST_SCORE
+from multilayer.diagnosis.thresholds import CERTAIN_P, LEAST_SCORE, TEMPERATURE, TIED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.executors import call, run_all
 from multilayer.experiments.two_plate.campaign import CampaignProblem
@@ -40,11 +41,14 @@ class WrongStatement:
     fitted : Fitted
         The nominal model with that quantity as an unknown.
     shrinkage : Shrinkage
+    tied : mapping
+        Fits of other quantities that the data cannot tell from it, by name.
     """
 
     pull: Pull
     fitted: Fitted
     shrinkage: Shrinkage
+    tied: Mapping[str, Fitted] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -52,11 +56,20 @@ class WrongStatement:
         return self.pull.parameter.name
 
     @property
+    def explanations(self) -> list[tuple[float, Fitted]]:
+        """What explains the data, with weights: the best, and what is tied with it."""
+        fits = [self.fitted, *self.tied.values()]
+        evidences = np.array([tolerant_evidence(fitted) for fitted in fits])
+        weights = np.exp((evidences - evidences.max()) / TEMPERATURE)
+        return list(zip(weights.tolist(), fits, strict=True))
+
+    @property
     def sentence(self) -> str:
         """What it explains, for people."""
+        rivals = f"; the data cannot tell it from {', '.join(self.tied)}" if self.tied else ""
         return (
             "There is a gap, and none of the known effects explains it: what is stated of the laboratory is wrong, "
-            f"{self.pull.in_words}."
+            f"{self.pull.in_words}{rivals}."
         )
 
     @property
@@ -64,7 +77,8 @@ class WrongStatement:
         """The entry ``wrong_statement`` of ``diagnosis.json``: value and 90 % interval of what is to be added."""
         value, low, high = self.fitted.interval(self.name)
         unit, deviations = self.pull.parameter.unit, round(self.pull.deviations, 3)
-        return {"name": self.name, "value": value, "low": low, "high": high, "unit": unit, "deviations": deviations}
+        size = {"value": value, "low": low, "high": high, "unit": unit, "deviations": deviations}
+        return {"name": self.name, **size, "tied": list(self.tied)}
 
 
 def wrong_statement(comparison: ModelComparison, executor: Executor | None = None) -> WrongStatement | None:
@@ -85,12 +99,14 @@ def wrong_statement(comparison: ModelComparison, executor: Executor | None = Non
     names = problem.nuisances.of_pieces
     if not names:
         return None
-    best = max(run_all(call, [partial(_without, nominal, name) for name in names], executor), key=tolerant_evidence)
+    fits = dict(zip(names, run_all(call, [partial(_without, nominal, name) for name in names], executor), strict=True))
+    evidence = {name: tolerant_evidence(fitted) for name, fitted in fits.items()}
+    name = max(names, key=evidence.__getitem__)
+    best, least = fits[name], evidence[name] - TIED
     rivals = [fit.log_evidence for fit in comparison.places.values()]
-    evidence = tolerant_evidence(best) - float(np.log(len(names)))
-    if evidence < max([tolerant_evidence(nominal) + LEAST_SCORE, *rivals]) or not explains_data(best):
+    needed = max([tolerant_evidence(nominal) + LEAST_SCORE, *rivals]) + float(np.log(len(names)))
+    if evidence[name] < needed or not explains_data(best):
         return None
-    name = best.hypothesis_as(CampaignProblem).unstated
     index = [parameter.name for parameter in problem.parameters].index(name)
     stated = problem.parameters[index]
     value, low, high = (float(stated.prior.coordinate(end)) for end in best.interval(name))
@@ -98,7 +114,9 @@ def wrong_statement(comparison: ModelComparison, executor: Executor | None = Non
     if len(names) * exceeding((value / by_chance) ** 2, 1) > CERTAIN_P:
         return None
     (shrinkage,) = cross_validate(nominal, [best], executor, noise=comparison.noise)
-    return WrongStatement(Pull(stated, value, by_chance), best, shrinkage)
+    near = [other for other in names if other != name and evidence[other] > least]
+    tied = {other: fits[other] for other in near if explains_data(fits[other])}
+    return WrongStatement(Pull(stated, value, by_chance), best, shrinkage, tied)
 
 
 def _without(nominal: Fitted, name: str) -> Fitted:

@@ -419,11 +419,11 @@ class DifferingLaw(DrawnLaw):
     def _name(cls, piece: str) -> str:
         return f"{cls.what}[{piece}]"
 
-    def _own(self, setting: Any, values: Values) -> RealArray:
+    def _unknown(self, setting: Any, values: Values) -> RealArray:
         """Return the unknown of a configuration."""
         return values[self._name(self.pieces[setting.configuration.name])]
 
-    def _place_of(self, setting: Any) -> int:
+    def _index(self, setting: Any) -> int:
         """Return which of the unknowns that is."""
         return self.names.index(self.pieces[setting.configuration.name])
 
@@ -450,7 +450,7 @@ class DifferingLaw(DrawnLaw):
     def _with_slope(self, setting: Any, basis: RealArray, slope: ComplexArray) -> ComplexArray:
         """Return derivatives by the function's coordinates and by the unknowns, of which one acts here."""
         more = np.zeros((len(basis), len(self.names)), dtype=complex)
-        more[:, self._place_of(setting)] = slope
+        more[:, self._index(setting)] = slope
         return np.concatenate([basis, 1j * basis, more], axis=-1)
 
 
@@ -469,7 +469,7 @@ class MovingLaw(DifferingLaw):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        z, shifts = self._function(values), self._own(setting, values)[..., 0]
+        z, shifts = self._function(values), self._unknown(setting, values)[..., 0]
         law = np.empty((len(z), len(setting.frequency)), dtype=complex)
         for shift in np.unique(shifts):  # one, but for differences
             rows = shifts == shift
@@ -478,7 +478,7 @@ class MovingLaw(DifferingLaw):
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
         """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
-        k, own = len(self.nodes), self._place_of(setting)
+        k, own = len(self.nodes), self._index(setting)
         frequency = setting.frequency * np.exp(-SHIFT * z[2 * k + own])
         slope = _basis_slope(self.nodes, self.length, frequency) @ (z[:k] + 1j * z[k : 2 * k])
         by_shift: ComplexArray = np.asarray(-SHIFT * slope, dtype=complex)
@@ -500,14 +500,14 @@ class VaryingLaw(DifferingLaw):
 
     def values(self, setting: Any, values: Values) -> ComplexArray:
         """Return the law."""
-        frequency, factor = self.at_place.law_frequency(setting), self._own(setting, values)
+        frequency, factor = self.at_place.law_frequency(setting), self._unknown(setting, values)
         z, offset = np.split(self._function(values), [2 * len(self.nodes)], axis=-1)
         law = factor * self.drawn(z, frequency)
         return np.asarray(law + self._size_at(frequency) * offset if offset.size else law)
 
     def by_parameters(self, setting: Any, z: RealArray) -> ComplexArray:
         """Return the derivative of the law by its coordinates z, over that by its offset, shape (n, 2 k + c)."""
-        k, own = len(self.nodes), self._place_of(setting)
+        k, own = len(self.nodes), self._index(setting)
         basis = self.basis(self.at_place.law_frequency(setting))
         slope: ComplexArray = np.asarray(VARIATION * (basis @ (z[:k] + 1j * z[k : 2 * k])), dtype=complex)
         return self._with_slope(setting, (self.at_place.usual_factor + VARIATION * z[2 * k + own]) * basis, slope)

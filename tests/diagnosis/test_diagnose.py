@@ -72,6 +72,7 @@ def test_a_density_that_is_wrong_is_a_gap_by_itself_and_told_with_its_value():
     assert wrong["name"] == "density"
     assert wrong["low"] < 0.12 < wrong["high"]
     assert wrong["high"] - wrong["low"] < 0.02
+    assert wrong["tied"] == ["top_plate_mass[0.001]"]  # with one plate the data tell the ratio of masses alone
     assert record["stated_deviations"]["density"]["corrected"] == pytest.approx(12, abs=1)
     assert record["gap"]["shrinkage"] > 0.95
     told = record["moduli"]["corrected"]
