@@ -138,7 +138,7 @@ class SavedLaw(Model):
     factors: dict[str, Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST), NO_BOOL]] = Field(
         default_factory=dict, max_length=_MOST
     )
-    differs_by: str = "configuration"
+    differs_by: Literal["configuration", "sample", "top plate"] = "configuration"
     quantity: str = ""
     unit: str = ""
     text: str = ""
