@@ -69,8 +69,8 @@ class Uncertainty(Model):
     """Standard deviations that the laboratory states for its own measurement.
 
     `channel_gain`, `remount_gain`, `density` and `top_plate_mass` are relative; `channel_delay` in s,
-    `thickness` in m. Samples and plates are measured piece by piece: each sample, by its height and radius, and each top
-    plate, by its thickness and radius, has an error of its own; so has each mounting.
+    `thickness` in m. Samples and plates are measured piece by piece: each sample, by its height and radius, and each
+    top plate, by its thickness and radius, has an error of its own; so has each mounting.
     """
 
     channel_gain: Ratio = 0.0

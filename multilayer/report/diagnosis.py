@@ -324,7 +324,9 @@ def _sizes(parameters: Mapping[str, Mapping[str, Any]], *, several: bool) -> str
     """Return values and intervals of parameters; with the names of their effects where there are several."""
     texts = []
     for name, parameter in parameters.items():
-        shown = (name if several else name.rpartition(".")[2]).replace(".", " ").replace("_", " ")
+        named, bracket, where = name.partition("[")  # a configuration's name is told as it is
+        effect, _, quantity = named.partition(".")
+        shown = (f"{effect} {quantity}" if several else quantity).replace("_", " ") + bracket + where
         value, low, high = (number_or_nan(parameter.get(key)) for key in ("value", "low", "high"))
         texts.append(f"{shown} {with_interval(value, low, high, parameter.get('unit', ''))}")
     return "; ".join(texts)

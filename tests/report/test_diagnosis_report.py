@@ -82,6 +82,16 @@ def pages():
     return {name: str(files_of(made())["report.html"]) for name, made in CASES.items()}
 
 
+@pytest.mark.parametrize("several", [False, True])
+def test_sizes_in_configurations_are_told_with_their_names(several):
+    made = diagnosis(n=1, effects=EFFECTS[:6])
+    size = {"value": 0.1, "low": 0.05, "high": 0.15, "unit": ""}
+    effects = ["open_rims", "skin"] if several else ["open_rims"]
+    cause = {**made.record["causes"][0], "effects": effects, "parameters": {"open_rims.of_rim[h12.5mm_t1]": size}}
+    text = Page(files_of(replace(made, record={**made.record, "causes": [cause]}))["report.html"]).text
+    assert f"{'open rims ' if several else ''}of rim[h12.5mm_t1] 0.100 (0.050 to 0.150)" in text
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_page_is_whole_and_needs_nothing_else(name, pages):
     html = pages[name]
