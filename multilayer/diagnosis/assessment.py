@@ -144,9 +144,10 @@ class Assessment:
         shrinkage = self.drawn.shrinkage if self.drawn and is_drawn else shrinkages.get(decision.best)
         law = law_entry(self.drawn) if self.drawn else None
         text = sentence(decision, probability)
-        if self.drawn and self.drawn.objection and not self.is_statement_wrong:
-            best = where_in_words(self.drawn.free.place)
-            text = f"{text} No single law explains it either: the best, {best}, {self.drawn.objection}."
+        if self.drawn and self.drawn.objection:
+            if not self.is_statement_wrong:
+                best = where_in_words(self.drawn.free.place)
+                text = f"{text} No single law explains it either: the best, {best}, {self.drawn.objection}."
         elif law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
         elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:

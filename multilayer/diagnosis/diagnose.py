@@ -48,7 +48,7 @@ from multilayer.diagnosis.rig_designs import rank_rig_designs
 from multilayer.diagnosis.starting_laws import other_starts
 from multilayer.diagnosis.thresholds import END_ERROR, END_GROWTH, LARGEST_END_ERROR, MODEL_ERROR
 from multilayer.diagnosis.two_causes import two_causes, two_causes_entry
-from multilayer.diagnosis.wrong_statement import wrong_statement
+from multilayer.diagnosis.wrong_statement import WrongStatement, wrong_statement
 from multilayer.errors import InputError, PlausibilityWarning, suggest
 from multilayer.executors import call, run_all
 from multilayer.experiments.hypothesis import parameters_of
@@ -162,8 +162,8 @@ def diagnose_campaign(
         # an effect that fits and is not the cause does not tell where this acts, nor do laws that do not fit
         nominal, places = with_further_laws(nominal, minima, usable, places, executor)
         assessment = assess(nominal, singles, usable, logged(None), executor, places)
+    wrong = wrong_statement(assessment.comparison, assessment.decision, executor) if assessment.is_gap else None
     is_unknown = assessment.decision.verdict == "unknown"
-    wrong = wrong_statement(assessment.comparison, executor) if is_unknown else None
     both = two_causes(assessment.comparison, executor) if is_unknown and not wrong else None
     name = campaign.folder.resolve().name
     record = assessment.entries(partial(rank_rig_designs, executor=executor), seed) | {
@@ -174,18 +174,19 @@ def diagnose_campaign(
         "two_causes": two_causes_entry(both) if both else None,
         "wrong_statement": wrong.entry if wrong else None,
     }
+    best, explanations = assessment.best_fit, assessment.explanations
     if both:
+        best, explanations = both.explanation, [(1.0, both.explanation)]
         record["sentence"] = f"{record['sentence']} {record['two_causes']['text']}"
         order = record["two_causes"]["places"]
         record["places"].sort(key=lambda entry: order.index(entry["place"]) if entry["place"] in order else len(order))
         record["gap"] = gap_entry(nominal, both.drawn.shrinkage)
-    best = both.explanation if both else wrong.fitted if wrong else assessment.best_fit
-    if wrong:
-        record["sentence"] = wrong.sentence
-        record["gap"] = gap_entry(nominal, wrong.shrinkage)
-        record["stated_deviations"] = stated_entries(nominal, best, {wrong.name: wrong.pull.deviations})
-        record["unknowns"] = _unknowns(nominal, best)
-    explanations = [(1.0, best)] if both else wrong.explanations if wrong else assessment.explanations
+    elif wrong and is_unknown:
+        best, explanations = wrong.fitted, wrong.explanations
+        record |= _stated_wrongly(nominal, wrong)
+    elif wrong:
+        record["sentence"] = f"{record['sentence']} {wrong.doubt}"
+        explanations = [*explanations, *wrong.explanations]
     record["moduli"] = told = moduli(nominal, explanations)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, told)
 
@@ -386,6 +387,17 @@ def _fits_with_rim(
 
 def _modulus(fitted: Fitted, frequency: RealArray) -> Any:
     return fitted.hypothesis_as(CampaignProblem).own_modulus(fitted.minimum.z, frequency)
+
+
+def _stated_wrongly(nominal: Fitted, wrong: WrongStatement) -> dict[str, Any]:
+    """Return the entries of ``diagnosis.json`` that are others where a wrong statement explains the gap."""
+    deviations = stated_entries(nominal, wrong.fitted, {wrong.name: wrong.pull.deviations})
+    return {
+        "sentence": wrong.sentence,
+        "gap": gap_entry(nominal, wrong.shrinkage, wrong.fitted),
+        "stated_deviations": deviations,
+        "unknowns": _unknowns(nominal, wrong.fitted),
+    }
 
 
 def _unknowns(nominal: Fitted, corrected: Fitted) -> dict[str, Any]:

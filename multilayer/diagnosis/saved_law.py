@@ -233,6 +233,9 @@ def saved_law(record: Mapping[str, Any], campaign: str) -> RigLaw:
     """
     if record["verdict"] == "effect":
         return RigLaw(campaign=campaign, effects=named_effects(record))
+    if wrong := record.get("wrong_statement"):
+        names = " or ".join([wrong["name"], *wrong["tied"]])
+        raise InputError(f"no law to save: {names} is stated wrongly; measure it again, and correct the campaign file")
     if record["verdict"] == "no_gap" or not record["law"]:
         raise InputError("the diagnosis shows no law to save: there is no gap, or no place that explains it")
     if both := record.get("two_causes"):

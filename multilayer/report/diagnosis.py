@@ -109,7 +109,8 @@ def _commands(diagnosis: Diagnosis, source: Path | None, folder: Path | None) ->
             f"multilayer diagnose {campaign} --save-law rig.yaml   # to apply it to later campaigns of this rig",
         ]
     elif wrong:
-        lines = [f"multilayer diagnose {campaign}   # once {wrong['name']} is measured again and corrected there"]
+        names = " or ".join([wrong["name"], *wrong["tied"]])
+        lines = [f"multilayer diagnose {campaign}   # once {names} is measured again and corrected there"]
     else:
         lines = [f"multilayer effects   # what is known to act; a plugin may add what acts here: {_PLUGIN}"]
     if record["verdict"] != "no_gap":
@@ -248,6 +249,8 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     if law and law.get("objection"):
         elsewhere = "What is unknown may as well act elsewhere: the probabilities of places add up to less than 100 %."
         remarks = (f"It does not explain the gap: it {law['objection']}. {elsewhere}", *remarks)
+    if law and record.get("wrong_statement") and record["verdict"] == "unknown":
+        remarks = ("This is how a free law takes up what is stated wrongly (above).", *remarks)
     if law:
         remarks = (*remarks, *_differences(law), *_physical(law))
     titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}

@@ -68,7 +68,7 @@ def test_a_density_that_is_wrong_is_a_gap_by_itself_and_told_with_its_value():
     result = diagnose_campaign(campaign, recordings, chosen_effects(["channel_gain", "crosstalk"]))
     record, wrong = result.record, result.record["wrong_statement"]
     assert record["verdict"] == "unknown"
-    assert "what is stated of the laboratory is wrong, density by 12." in record["sentence"]
+    assert "what is stated of the laboratory is wrong: density by 12." in record["sentence"]
     assert wrong["name"] == "density"
     assert wrong["low"] < 0.12 < wrong["high"]
     assert wrong["high"] - wrong["low"] < 0.02
@@ -78,10 +78,37 @@ def test_a_density_that_is_wrong_is_a_gap_by_itself_and_told_with_its_value():
     told = record["moduli"]["corrected"]
     true = LAW(np.array(record["moduli"]["frequency_hz"]))
     assert np.mean((told["E1_low"] < true.real) & (true.real < told["E1_high"])) > 0.9
-    with pytest.raises(InputError, match="density is stated wrongly"):
+    with pytest.raises(InputError, match=r"density or top_plate_mass\[0.001\] is stated wrongly"):
         saved_law(record, "foam")
     report = diagnosis_report(result, Path("foam"), Path("out"))
-    assert "once density is measured again" in "\n".join(report.sections[-1].remarks)
+    assert "once density or top_plate_mass[0.001] is measured again" in "\n".join(report.sections[-1].remarks)
+
+
+def test_a_density_that_is_as_likely_wrong_as_an_effect_acts_is_told_beside_it():
+    """A lighter sample under plates that are alike does what a mass on them does."""
+    campaign, recordings = campaign_and_signals({"density": -0.12}, noise=0.005)
+    record = diagnose_campaign(campaign, recordings, chosen_effects(["channel_gain", "sensor_mass"])).record
+    assert record["group"][0] == ["sensor_mass"]
+    assert {record["wrong_statement"]["name"], *record["wrong_statement"]["tied"]} == {
+        "density",
+        "top_plate_mass[0.001]",
+    }
+    assert "what is stated would explain it as well by being wrong" in record["sentence"]
+    told = record["moduli"]["corrected"]
+    true = LAW(np.array(record["moduli"]["frequency_hz"]))
+    assert np.mean((told["E1_low"] < true.real) & (true.real < told["E1_high"])) > 0.9
+
+
+def test_a_sample_that_is_stiffer_has_no_wrong_height(monkeypatch):
+    campaign, recordings = campaign_and_signals(noise=0.005)
+    stiffer = LAW.model_copy(update={"relaxed_modulus": 1.05 * 1.2e5, "unrelaxed_modulus": 1.05 * 1.5e6})
+    monkeypatch.setattr("tests.fits.test_joint.LAW", stiffer)
+    others = campaign_and_signals(noise=0.005)[1]
+    mixed = {key: (others if key[0] == "low" else recordings)[key] for key in recordings}
+    record = diagnose_campaign(campaign, mixed, chosen_effects(["channel_gain", "crosstalk"])).record
+    assert record["verdict"] == "unknown"
+    assert record["wrong_statement"] is None
+    assert record["places"][0]["place"] == "one_configuration"
 
 
 @pytest.mark.parametrize(
