@@ -246,11 +246,11 @@ def _places(record: Record, pictures: tuple[Picture, ...]) -> tuple[Section, ...
     if law and not law["form_is_enough"]:
         nearest = law["form"].get("beyond", law["form"]["text"])  # the sentence tells what is modelled
         remarks = (f"No simple form does as well as the law drawn there; the nearest is {nearest}.",)
-    if law and law.get("objection"):
-        elsewhere = "What is unknown may as well act elsewhere: the probabilities of places add up to less than 100 %."
-        remarks = (f"It does not explain the gap: it {law['objection']}. {elsewhere}", *remarks)
     if law and record.get("wrong_statement") and record["verdict"] == "unknown":
         remarks = ("This is how a free law takes up what is stated wrongly (above).", *remarks)
+    elif law and law.get("objection"):
+        elsewhere = "What is unknown may as well act elsewhere: the probabilities of places add up to less than 100 %."
+        remarks = (f"It does not explain the gap: it {law['objection']}. {elsewhere}", *remarks)
     if law:
         remarks = (*remarks, *_differences(law), *_physical(law))
     titles = {"tube": "Where in the tube it acts", "levels": "Where it acts: construction, field or reading"}
