@@ -174,7 +174,6 @@ def diagnose_campaign(
         "two_causes": two_causes_entry(both) if both else None,
         "wrong_statement": wrong.entry if wrong else None,
     }
-    best, explanations = assessment.best_fit, assessment.explanations
     if both:
         best, explanations = both.explanation, [(1.0, both.explanation)]
         record["sentence"] = f"{record['sentence']} {record['two_causes']['text']}"
@@ -184,9 +183,11 @@ def diagnose_campaign(
     elif wrong and is_unknown:
         best, explanations = wrong.fitted, wrong.explanations
         record |= _stated_wrongly(nominal, wrong)
-    elif wrong:
-        record["sentence"] = f"{record['sentence']} {wrong.doubt}"
-        explanations = [*explanations, *wrong.explanations]
+    else:
+        best, explanations = assessment.best_fit, assessment.explanations
+        if wrong:
+            record["sentence"] = f"{record['sentence']} {wrong.doubt}"
+            explanations = [*explanations, *wrong.explanations]
     record["moduli"] = told = moduli(nominal, explanations)
     return Diagnosis(name, record, residual_curves(nominal, best), assessment.similarity, told)
 
