@@ -70,7 +70,7 @@ def _rig(axis: Axes, place: str, variant: str) -> None:
     box(_SAMPLE, _LEFT, _RIGHT, marked=in_sample, filled="0.95")
     box(_TOP, _LEFT, _RIGHT, marked=is_plate)
     if place == "faces":
-        for height in (_SAMPLE[0], _SAMPLE[1]):
+        for height in {"lower": _SAMPLE[:1], "upper": _SAMPLE[1:]}.get(variant, _SAMPLE):
             box((height - 0.015, height + 0.015), _LEFT, _RIGHT, marked=True)
     if place == "beside":
         heights = np.linspace(_BASE[1], _TOP[0] + 0.04, 13)

@@ -14,17 +14,20 @@ from multilayer.diagnosis.further_laws import search_open_rims, with_differing_l
 from multilayer.diagnosis.moduli import moduli
 from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, free_to_differ, is_explained
 from multilayer.diagnosis.places import PLACES
-from multilayer.diagnosis.places.beside import OpenFaces
+from multilayer.diagnosis.places.beside import Faces, OpenFaces
 from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne, ReadingOfOne
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.simple_forms import simple_form
 from multilayer.diagnosis.thresholds import DRAWN_ERROR
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
 from multilayer.experiments.places import SHIFT, SHORT, DrawnLaw, MovingLaw, SimpleLaw, TabulatedLaw, Term, VaryingLaw
+from multilayer.experiments.two_plate.effects import Chain
+from multilayer.experiments.two_plate.motion import _between_layers, top_over_base
 from multilayer.experiments.two_plate.plane_waves import PlaneWaveRig
 from multilayer.fits.sources import read_fit
 from multilayer.inference.derivative import central
 from multilayer.inference.priors import Priors
+from multilayer.media.elastic import p_wave_modulus
 from multilayer.testing.benches import joint_bench, soft_sample
 from tests.diagnosis.rigs import CENTRES, TRIED, F, campaign, measured, measured_with, problem
 from tests.fits.rods import campaign_of_rods, fractional_zener
@@ -371,6 +374,65 @@ def test_what_bends_the_plate_is_told_from_what_does_not(kind, term, values):
     if not is_explained(place.fitted for place in places.values()):
         places = with_resonances(nominal, places)
     first = next(iter(places.values()))
+    assert type(first.place) is kind
+    assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
+
+
+def rod(modulus, density, length, omega):
+    """Displacement and force per area at the driven end of a rod, by those at the other, shape (..., 2, 2)."""
+    k = omega * np.sqrt(density / modulus)
+    c, s = np.cos(k * length), np.sin(k * length)
+    return np.moveaxis(np.array([[c, -s / (modulus * k)], [modulus * k * s, c]]), (0, 1), (-2, -1))
+
+
+def spring(compliance):
+    zero, one = np.zeros_like(compliance), np.ones_like(compliance)
+    return np.moveaxis(np.array([[one, -compliance], [zero, one]]), (0, 1), (-2, -1))
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(1, 1), (1, 0), (0, 1), (0.3, 2)])
+def test_layers_at_the_faces_are_springs_in_the_chain(lower, upper):
+    """Beside transfer matrices of plates, springs and sample."""
+    bench, f = joint_bench(), np.geomspace(20.0, 3000.0, 40)
+    setting, experiment, omega = bench.settings[0], bench.experiments[0], 2 * np.pi * f + 0j
+    base, plate, height = bench.campaign.base_plate, bench.campaign.top_plate, setting.configuration.specimen_thickness
+    modulus, compliance = 2e5 * (1 + 0.3j) * np.ones_like(omega), 2e-8 * (1 - 0.2j) * np.sqrt(1000 / f)
+    plain = Chain(modulus, bench.campaign.specimen.density, height, setting.plate_mass)
+    softer = plain.softer_at(lower=lower * compliance).softer_at(upper=upper * compliance)
+    found = top_over_base(experiment.near, setting, f, softer)
+    thickness, ratio = setting.configuration.top_plate_thickness, bench.campaign.specimen.poisson_ratio
+    held = modulus * p_wave_modulus(1.0, ratio)
+    dense = setting.plate_mass / (setting.area * thickness)
+    whole = (
+        rod(p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness, omega)
+        @ spring(lower * compliance)
+        @ rod(held, plain.density, height, omega)
+        @ spring(upper * compliance)
+        @ rod(p_wave_modulus(plate.young_modulus, plate.poisson_ratio), dense, thickness, omega)
+    )
+    np.testing.assert_allclose(found, 1 / whole[:, 0, 0], rtol=1e-5)  # a layer of the chain is a micrometre thick
+
+
+def test_glue_and_layers_of_one_face_add_up():
+    chain = Chain(1e5, 80.0, 0.025, 0.01).glued(2e8).softer_at(upper=1e-9)
+    assert chain.compliances == pytest.approx((5e-9, 6e-9))
+
+
+def test_forces_between_layers_are_those_of_springs_in_series():
+    rng = np.random.default_rng(5)
+    on_top, on_base, lower, upper = (rng.standard_normal(6) + 1j * rng.standard_normal(6) for _ in range(4))
+    found = _between_layers(on_top, on_base, lower, upper)
+    for i in range(6):
+        matrix = np.array([[on_top[i], on_base[i]], [on_base[i], on_top[i]]])
+        # faces and plates: f = K (u - D f)
+        of_plates = np.linalg.solve(np.eye(2) + matrix @ np.diag([upper[i], lower[i]]), matrix)
+        np.testing.assert_allclose([found[0][i], found[1][i]], of_plates[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", Faces.variants())
+def test_a_layer_at_one_face_is_told_from_layers_at_both(kind):
+    nominal = measured((kind(), Term("power", 0), [3e-8]))
+    first = next(iter(fit_places(nominal, names=["faces", "beside"]).values()))
     assert type(first.place) is kind
     assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
 

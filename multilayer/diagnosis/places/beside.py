@@ -14,7 +14,6 @@ from multilayer.rig.partly_bonded import WIDEST_RIM
 
 _BOTH = 0.5  # share of a rim that is open at the lower face, above which both are said to be
 _WORN = 0.005  # share of the height: what is worn away by less is not told
-_STIFF = 1e-18  # m/Pa, added to the compliance: a layer may not be rigid
 
 
 class Faces(Place):
@@ -33,9 +32,42 @@ class Faces(Place):
         """Return the compliance per area of the thinnest sample."""
         return min(setting.configuration.specimen_thickness for setting in settings) / modulus
 
+    @classmethod
+    def variants(cls) -> tuple[type[Faces], ...]:
+        """Return layers that are alike at both faces, and a layer at one of them."""
+        return (Faces, LowerFace, UpperFace)
+
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the chain with a layer without mass at each face."""
-        return chain.glued(1 / (values + _STIFF))
+        return chain.softer_at(lower=values, upper=values)
+
+
+class LowerFace(Faces):
+    """The sample's lower face alone."""
+
+    variant = "lower"
+    title = "at the lower face of the sample"
+    quantity = "compliance per area of the lower face"
+
+    def scale(self, settings: tuple[Setting, ...], modulus: float) -> float:
+        """Return what does as much as layers at both faces."""
+        return 2 * super().scale(settings, modulus)
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with a layer without mass at the lower face."""
+        return chain.softer_at(lower=values)
+
+
+class UpperFace(LowerFace):
+    """The sample's upper face alone, as under a plate that is bent."""
+
+    variant = "upper"
+    title = "at the upper face of the sample"
+    quantity = "compliance per area of the upper face"
+
+    def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
+        """Return the chain with a layer without mass at the upper face."""
+        return chain.softer_at(upper=values)
 
 
 @dataclass(frozen=True)
@@ -65,6 +97,11 @@ class OpenFaces(Faces):
     unit = ""
     passive_sign = 0
     terms: ClassVar = {0: ("relative change", "")}
+
+    @classmethod
+    def variants(cls) -> tuple[type[Faces], ...]:
+        """Return these alone: whatever is at the faces beyond open rims acts as they do."""
+        return (OpenFaces,)
 
     @property
     def modelled(self) -> str:

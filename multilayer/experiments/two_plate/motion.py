@@ -26,6 +26,7 @@ from multilayer.rig.worn_rim import worn_change
 Rod: TypeAlias = tuple[Numeric, Numeric, Numeric]  # modulus (Pa), density (kg/m3), length (m)
 _GLUE = 1e-6  # thickness by which a layer of given stiffness and mass per area is written as a rod, m
 _LIGHT = 1e-9  # kg/m2: the mass of a layer that has none
+_RIGID = 1e-18  # m/Pa, added to the compliance of a layer, which may have none
 _RESOLUTION = 0.5  # of the mesh of a planned disc: its stiffness is right to 2e-4
 
 
@@ -153,12 +154,13 @@ def _chain_motion(
         thickness, ratio = chain.skin
         skin: Rod = (held * ratio, chain.density, thickness)
         rods = [skin, (held, chain.density, chain.thickness - 2 * thickness), skin]
-    if chain.glue is not None:
-        glue: Rod = (chain.glue * _GLUE, np.maximum(chain.glue_mass, _LIGHT) / _GLUE, _GLUE)
-        rods = [glue, *rods, glue]
+    if chain.compliances is not None:
+        heavy = np.maximum(chain.glue_mass, _LIGHT) / _GLUE
+        lower, upper = ((_GLUE / (compliance + _RIGID), heavy, _GLUE) for compliance in chain.compliances)
+        rods = [lower, *rods, upper]
     thickness = setting.configuration.top_plate_thickness
-    heavy = (chain.plate_mass + sensor_mass) / (setting.area * thickness)
-    top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), heavy, thickness)
+    dense = (chain.plate_mass + sensor_mass) / (setting.area * thickness)
+    top: Rod = (p_wave_modulus(plate.young_modulus, plate.poisson_ratio), dense, thickness)
     base = setting.campaign.base_plate
     below: Rod = (p_wave_modulus(base.young_modulus, base.poisson_ratio), base.density, base.thickness)
     alone = np.asarray(chain_transmissibility(frequency, [below, *rods, top]))
@@ -174,8 +176,8 @@ def _perturbed(near: Neighbourhood, setting: Setting, frequency: RealArray, chai
         share = 2 * chain.skin[0] / height
         modulus = modulus / (1 - share + share / chain.skin[1])
     # in series or in parallel with the disc, whose apparent modulus is g(nu, S) times its own
-    if chain.glue is not None:
-        modulus = modulus / (1 + 2 * _shape_factor(setting) * modulus / (height * chain.glue))
+    if chain.compliances is not None:
+        modulus = modulus / (1 + sum(chain.compliances) * _shape_factor(setting) * modulus / height)
     if chain.spring is not None:
         modulus = modulus + chain.spring * height / (_shape_factor(setting) * setting.area)
     heavier = (chain.plate_mass + chain.glue_mass * setting.area) / setting.plate_mass - 1
@@ -240,11 +242,13 @@ def _open_rim_factor(
     mass = chain.plate_mass + sensor_mass + chain.glue_mass * setting.area
     x = chain.density * omega2 * chain.thickness**2 / modulus
     spring = 0.0 if chain.spring is None else chain.spring
-    glue = None if chain.glue is None else chain.glue * setting.area
 
     def held(force: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
         on_top, on_base = (unit * part for part in force)
-        return (on_top, on_base) if glue is None else _between_glue(on_top, on_base, glue)
+        if chain.compliances is None:
+            return on_top, on_base
+        lower, upper = (compliance / setting.area for compliance in chain.compliances)
+        return _between_layers(on_top, on_base, lower, upper)
 
     def moved(on_top: ComplexArray, on_base: ComplexArray) -> ComplexArray:
         return np.asarray((spring - on_base) / (on_top + spring - omega2 * mass))
@@ -268,11 +272,17 @@ def _open_rim_factor(
     return np.asarray(reading / moved(*held(disc.bonded(x))))
 
 
-def _between_glue(on_top: ComplexArray, on_base: ComplexArray, glue: Numeric) -> tuple[ComplexArray, ComplexArray]:
-    """Return the forces on the plates of something symmetric between two layers of a stiffness `glue`, N/m."""
-    even, odd = on_top + on_base, on_top - on_base  # both faces moved alike, and against each other
-    even, odd = (force / (1 + force / glue) for force in (even, odd))
-    return 0.5 * (even + odd), 0.5 * (even - odd)
+def _between_layers(
+    on_top: ComplexArray, on_base: ComplexArray, lower: Numeric, upper: Numeric
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return the forces on the upper plate of something symmetric between layers of some compliances, m/N.
+
+    With its faces' motions t and b, the plates' T and B: ``F = a t + c b = (T - t)/upper``, and ``a b + c t = (B -
+    b)/lower`` below, a being `on_top` and c `on_base`.
+    """
+    alone = (on_top + on_base) * (on_top - on_base)
+    whole = 1 + on_top * (lower + upper) + alone * lower * upper
+    return (on_top + alone * lower) / whole, on_base / whole
 
 
 def _parallel_spring_factor(
