@@ -17,9 +17,9 @@ def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False, of_law: bool
     """Return why a hypothesis does not fit, the least probable reason; empty where it fits.
 
     Each of four things needs a probability of at least `FIT_P`: the misfit, the pulls of stated quantities, the sizes
-    of effects, and the errors of their laws. They are tested one by one, since together they would allow more of one of
-    them than any true hypothesis needs. Only the misfit may be exempt (`is_misfit_allowed`), and of a free law what
-    there is no usual size of (`of_law`).
+    of effects, and the errors of their laws; of two effects, both of whose laws miss something, of that squared. They
+    are tested one by one, since together they would allow more of one of them than any true hypothesis needs. Only the
+    misfit may be exempt (`is_misfit_allowed`), and of a free law what there is no usual size of (`of_law`).
     """
     p_values = {
         _OFF: nuisance_p_value(fitted.hypothesis.parameters, fitted.minimum.z),
@@ -32,7 +32,7 @@ def lack_of_fit(fitted: Fitted, *, is_misfit_allowed: bool = False, of_law: bool
     if not is_misfit_allowed:
         p_values["leaves a misfit of probability"] = misfit_p_value(fitted, TOLERANCE, of_law=of_law)
     text = min(p_values, key=lambda reason: p_values[reason])
-    if p_values[text] >= FIT_P:
+    if p_values[text] >= FIT_P ** max(len(fitted.names), 1):
         return ""
     return f"{text} {probability_text(p_values[text])}{f' ({statement_most_off(fitted)})' if text == _OFF else ''}"
 

@@ -21,7 +21,7 @@ from multilayer.diagnosis.decision import Decision, in_words, where_in_words
 from multilayer.diagnosis.evidence import UNKNOWN, ModelComparison
 from multilayer.diagnosis.fitting import Fitted, best_of
 from multilayer.diagnosis.goodness_of_fit import explains_data
-from multilayer.diagnosis.place_fits import FINE, descended
+from multilayer.diagnosis.place_fits import COARSE, FINE, descended, near_best
 from multilayer.diagnosis.simple_forms import simple_term
 from multilayer.diagnosis.thresholds import CERTAIN_P, LEAST_SCORE, LEAST_SHRINKAGE, NEAR, TEMPERATURE, TIED
 from multilayer.diagnosis.unknown_cause import tolerant_evidence
@@ -116,9 +116,11 @@ def wrong_statement(
     names = problem.nuisances.of_pieces
     if not names or not all(rig.takes_arrays for rig in problem.rigs.values()):
         return None
-    fits = dict(zip(names, run_all(call, [partial(_without, nominal, name) for name in names], executor), strict=True))
+    near = near_best(run_all(call, [partial(_without, nominal, name) for name in names], executor))
+    ends = run_all(call, [partial(descended, fit.hypothesis, fit.minimum.z, *FINE) for fit in near], executor)
+    fits = {fit.hypothesis_as(CampaignProblem).unstated: fit for fit in ends}
     evidences = {name: tolerant_evidence(fitted) for name, fitted in fits.items()}
-    name = max(names, key=evidences.__getitem__)
+    name = max(fits, key=evidences.__getitem__)
     best, evidence = fits[name], evidences[name] - float(np.log(len(names)))
     is_named = decision.verdict == "effect"
     effects = {in_words(cause): comparison.evidence[cause] for cause in decision.group if cause != UNKNOWN}
@@ -133,19 +135,19 @@ def wrong_statement(
     (shrinkage,) = cross_validate(nominal, [best], executor, noise=comparison.noise)
     if not shrinkage.share >= LEAST_SHRINKAGE:  # nan: nothing could be left out
         return None
-    near = [other for other in names if other != name and evidences[other] > evidences[name] - TIED]
-    tied = {other: fits[other] for other in near if explains_data(fits[other])}
+    rest = [other for other in fits if other != name and evidences[other] > evidences[name] - TIED]
+    tied = {other: fits[other] for other in rest if explains_data(fits[other])}
     others = tuple(text for text, other in rivals.items() if other > evidence - TIED)
     return WrongStatement(pull, best, shrinkage, tied, others)
 
 
 def _without(nominal: Fitted, name: str) -> Fitted:
-    """Return the nominal model without what is stated of a quantity."""
+    """Return a coarse fit of the nominal model without what is stated of a quantity."""
     problem = nominal.hypothesis_as(CampaignProblem)
     hypothesis, z = replace(problem, unstated=name), nominal.minimum.z.copy()
     index = [parameter.name for parameter in problem.parameters].index(name)
     z[index] = hypothesis.parameters[index].prior.coordinate(problem.parameters[index].prior.value(z[index]))
-    return best_of([descended(hypothesis, start, *FINE) for start in (z, hypothesis.at_rest(z))])
+    return best_of([descended(hypothesis, start, *COARSE) for start in (z, hypothesis.at_rest(z))])
 
 
 def _pull(nominal: Fitted, fitted: Fitted, name: str) -> Pull:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import kstest
 
 from multilayer.diagnosis.fitting import Fitted, StartedFit, finish_all
-from multilayer.diagnosis.goodness_of_fit import law_p_value
+from multilayer.diagnosis.goodness_of_fit import lack_of_fit, law_p_value, size_p_value
 from multilayer.inference.low_rank import LowRank
 from multilayer.inference.problem import Minimum
 from tests.fits.gaussian import Plain, linear
@@ -39,6 +39,24 @@ def test_a_wrong_law_has_a_small_p_value():
 
 def test_without_errors_of_laws_their_p_value_is_one():
     assert law_p_value(fitted(np.ones(N_DATA))) == 1.0
+
+
+def of_effects(names, z):
+    """Return a fit of effects of one size each, at these coordinates."""
+    parameters = [SimpleNamespace(name=f"{name}.size", nuisance=False) for name in names]
+    effects = [SimpleNamespace(name=name, error_of="") for name in names]
+    hypothesis = SimpleNamespace(names=names, parameters=parameters, effects=effects)
+    return Fitted(hypothesis, Minimum(np.array(z), np.zeros(4), np.zeros((4, len(z)))))
+
+
+def test_two_effects_may_be_as_far_off_as_each_of_them_may():
+    one, two, far = (
+        of_effects(*case) for case in ((("a",), [4.0]), (("a", "b"), [4.0, 2.0]), (("a", "b"), [4.0, 4.0]))
+    )
+    assert 1e-6 < size_p_value(one) < 1e-3
+    assert 1e-6 < size_p_value(two) < 1e-3
+    assert size_p_value(far) < 1e-6
+    assert [bool(lack_of_fit(fit, is_misfit_allowed=True)) for fit in (one, two, far)] == [True, False, True]
 
 
 class Bare(Plain):

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 _GROUPS = (("several configurations", True, SEVERAL), ("one configuration", False, ONE))
 FINALS = (
     "1001 to 1004 and 1006 by earlier rules; 1005 (73 campaigns) and 1007 (117), stopped; "
-    "1008; 1009; 1010; 1011; 1012; 1013; 1014; 1015; 1016; 1017; 1018; and 1019, all but "
-    "the last being development data since they were judged"
+    "1008; 1009; 1010; 1011; 1012; 1013; 1014; 1015; 1016; 1017; 1018; and 1019, each "
+    "of which is development data since it was judged"
 )
 REASONS = {
     1006: """The first 200 campaigns were diagnosed with springs at the faces as the law of delamination, the other 200
@@ -434,8 +434,8 @@ two of four pairs are found (0.8 asked), and both places of all four. Of one con
 innocent of 31 is blamed, no false alarm on 42. Stated probabilities are off by 0.047 and 0.048 in the mean.
 What was missed, by the number of the campaign:
 
-- Two effects: glue of 238 standard deviations with a softening of 33 (36), and a free rim with a sensor mass (368),
-  are told as unknown; two laws are drawn at their places.
+- Two effects: glue of 238 standard deviations with a softening of 33 (36; named since two effects may miss as much as
+  each of them may), and a free rim with a sensor mass (368), are told as unknown; two laws are drawn at their places.
 - Effects of no library: crosstalk is blamed for two laws that are added to the reading (278, 396: the place is
   right), flanking with preload for glue of 25 standard deviations that was deleted (266). The tilt of a base (154)
   is told in all plates, a resonance of a cable (390) in the shape of the samples, a law of the squared radius (272)
