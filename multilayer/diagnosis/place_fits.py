@@ -221,7 +221,7 @@ def fit_places(
             continue
         steps = [(place, _first_step(nominal, place)) for place in kind.instances(problem.settings)]
         answering = [(place, step) for place, step in steps if step.minimum.is_finite]
-        places += [max(answering, key=lambda step: step[1].log_evidence)] if answering else []
+        places += [max(answering, key=lambda pair: pair[1].log_evidence + _lead(pair[0]))] if answering else []
         if steps and not answering:
             text = f"place {name}: the model has no response (NaN or infinite) with a law there, so it is left out"
             warn(f"{text}; check_place of multilayer.testing tells more", PluginWarning, 2)
@@ -360,7 +360,8 @@ def _resized(fitted: Fitted, size: float | RealArray) -> tuple[Hypothesis, RealA
 def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -> Fitted:
     """Return the fit of a law at a place in the way of acting there that has the most evidence, each from that fit.
 
-    Of large laws the first step from the nominal model, by which a variant is chosen, does not tell.
+    The first of its ways, unless another is ahead by as much as a cause must be of none. Of large laws the first step
+    from the nominal model, by which a variant is chosen, does not tell.
     """
     hypothesis, z = fitted.hypothesis, fitted.minimum.z
     law = hypothesis.effects[-1]
@@ -371,7 +372,15 @@ def best_variant(nominal: Fitted, fitted: Fitted, most: int, tolerance: float) -
     fits = [fitted, *(descended(nominal.hypothesis.with_effects(each), z, most, tolerance) for each in laws)]
     if isinstance(law, DrawnLaw):
         fits += [begun_at(nominal, place, law.length) for place in others if place.known_values]
-    return max(fits, key=tolerant_evidence)
+    return max(fits, key=lambda fit: tolerant_evidence(fit) + _lead(fit.hypothesis.effects[-1].at_place))
+
+
+def _lead(place: BasePlace) -> float:
+    """Return by how many nats a place is ahead of its variants: its first way of acting, unless another is clearly so.
+
+    Ways of acting may be the same in some rigs, and differ by rounding alone.
+    """
+    return LEAST_SCORE if type(place) is type(place).variants()[0] else 0.0
 
 
 def _at_other(nominal: Fitted, law: DrawnLaw | SimpleLaw, place: BasePlace) -> DrawnLaw | SimpleLaw:

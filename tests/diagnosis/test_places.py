@@ -437,6 +437,15 @@ def test_a_layer_at_one_face_is_told_from_layers_at_both(kind):
     assert first.explanation.minimum.misfit / len(nominal.minimum.residual) < 1.1
 
 
+def test_of_ways_of_acting_that_hardly_differ_the_first_is_told(monkeypatch):
+    """As in a rig of finite elements, where the compliances of both faces add up; the data are those of another way."""
+    for kind, factor in ((LowerFace, 0.9), (UpperFace, 1.1)):
+        monkeypatch.setattr(kind, "scale", Faces.scale)
+        monkeypatch.setattr(kind, "chain", lambda _, s, chain, v, f=factor: chain.softer_at(lower=f * v, upper=f * v))
+    nominal = measured((UpperFace(), Term("power", 0), [3e-8]))
+    assert type(fit_places(nominal, names=["faces"])["faces"].place) is Faces
+
+
 @pytest.mark.parametrize(("at_base", "depth"), [(0.0, 0.0), (0.6, 0.0), (0.0, 0.06)])
 def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
     """And with a law of -1 they are bonded: what is left is that the plate bends on the sample."""
