@@ -14,7 +14,7 @@ from multilayer.diagnosis.further_laws import search_open_rims, with_differing_l
 from multilayer.diagnosis.moduli import moduli
 from multilayer.diagnosis.place_fits import SimpleForm, as_told, fit_places, free_to_differ, is_explained
 from multilayer.diagnosis.places import PLACES
-from multilayer.diagnosis.places.beside import Faces, OpenFaces
+from multilayer.diagnosis.places.beside import Faces, LowerFace, OpenFaces, UpperFace
 from multilayer.diagnosis.places.one_configuration import HeightOfOne, PlateOfOne, ReadingOfOne
 from multilayer.diagnosis.places.sample import SampleShape
 from multilayer.diagnosis.simple_forms import simple_form
