@@ -24,20 +24,23 @@ class JsonLines:
         self.path, self._head = path, made_with
 
     def begin(self, *, resume: bool) -> list[dict[str, Any]]:
-        """Return the results that the file holds already; without `resume` none, and the file is begun anew.
+        """Return the results that the file holds already.
 
         A last line that was cut short is left out.
 
         Raises
         ------
         InputError
-            When the file holds results of other settings.
+            When the file holds results of other settings, or any without `resume`: they took hours.
         """
-        lines = self.path.read_text(encoding="utf-8").splitlines() if resume and self.path.exists() else []
+        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
         plain = [entry for entry in map(_parsed, lines) if entry is not None]
+        if len(plain) > 1 and not resume:
+            text = f"holds {len(plain) - 1} results, which would be lost"
+            raise InputError(f"{self.path} {text}; --resume goes on from there, or choose another folder")
         if plain and plain[0] != self._head:
             text = "holds results of another seed, version or other settings"
-            raise InputError(f"{self.path} {text}; choose another file, or begin anew")
+            raise InputError(f"{self.path} {text}; choose another file, or remove this one")
         kept = [self._head, *plain[1:]]
         write_file(self.path, "".join(f"{json.dumps(entry)}\n" for entry in kept))
         return kept[1:]

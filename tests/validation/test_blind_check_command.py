@@ -53,6 +53,15 @@ def test_answers_of_another_seed_are_not_taken(checked):
     assert (out / "answers.jsonl").read_text() == before
 
 
+def test_answers_are_not_begun_anew_over_others(checked):
+    _, out = checked
+    before = (out / "answers.jsonl").read_text()
+    done = run("blind-check", "--campaigns", 1, "--seed", SEED, "--out", out)
+    assert done.status == 2
+    assert "--resume" in done.err
+    assert (out / "answers.jsonl").read_text() == before
+
+
 def test_help_of_the_command_and_of_the_module():
     done = run("blind-check", "--help")
     assert (done.status, done.err) == (0, "")
