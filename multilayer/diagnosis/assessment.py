@@ -146,8 +146,8 @@ class Assessment:
         text = sentence(decision, probability)
         if self.drawn and self.drawn.objection:
             if not self.is_statement_wrong:
-                best = where_in_words(self.drawn.free.place)
-                text = f"{text} No single law explains it either: the best, {best}, {self.drawn.objection}."
+                best, what = where_in_words(self.drawn.free.place), "That" if is_drawn else "A single law"
+                text = f"{text} {what} does not explain it either: the best, {best}, {self.drawn.objection}."
         elif law and is_drawn and law["form_is_enough"]:
             text = f"{text} It acts like {law['form']['text']}."
         elif self.drawn and is_drawn and (place := self.drawn.free.place).tells_more:
