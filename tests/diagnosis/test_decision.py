@@ -47,7 +47,7 @@ def test_sizes_count_together(z, p):
 
 def test_layers_of_glue_add_up_in_series():
     both = Chain(1e5, 80.0, 0.025, 0.01).glued(2e8, 0.1).glued(6e8)
-    assert both.glue == pytest.approx(1.5e8)
+    assert [1 / each for each in both.compliances] == pytest.approx([1.5e8, 1.5e8])
     assert both.glue_mass == pytest.approx(0.1)
 
 

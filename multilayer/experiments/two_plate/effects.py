@@ -269,12 +269,10 @@ class Chain:
         Of the sample, kg/m3 and m.
     plate_mass : array
         kg.
-    glue : complex array or None
-        Stiffness per area of a layer of glue, Pa/m; there is a layer at each face.
+    compliances : tuple of complex array or None
+        Per area, of what is between sample and plates at the lower face and at the upper one, m/Pa.
     glue_mass : array
-        Mass per area of a layer of glue, kg/m2.
-    faces : tuple of complex array
-        Compliance per area of a further layer, without mass, at the lower face and at the upper one, m/Pa.
+        Mass per area of what is at each face, kg/m2.
     skin : tuple of array or None
         Thickness (m) of a layer at each face, and its modulus over that of the core.
     spring : complex array or None
@@ -291,9 +289,8 @@ class Chain:
     density: Numeric
     thickness: Numeric
     plate_mass: Numeric
-    glue: Numeric | None = None
+    compliances: tuple[Numeric, Numeric] | None = None
     glue_mass: Numeric = 0.0
-    faces: tuple[Numeric, Numeric] | None = None
     skin: tuple[Numeric, Numeric] | None = None
     spring: Numeric | None = None
     resistivity: Numeric | None = None
@@ -306,21 +303,13 @@ class Chain:
 
     def glued(self, stiffness: Numeric, mass: Numeric = 0.0) -> Chain:
         """Return a chain with a further layer at each face: its stiffness, Pa/m, and mass, kg/m2, per area."""
-        both = stiffness if self.glue is None else 1 / (1 / self.glue + 1 / stiffness)
-        return replace(self, glue=both, glue_mass=self.glue_mass + mass)
+        softer = self.softer_at(lower=1 / stiffness, upper=1 / stiffness)
+        return replace(softer, glue_mass=self.glue_mass + mass)
 
     def softer_at(self, *, lower: Numeric = 0.0, upper: Numeric = 0.0) -> Chain:
         """Return a chain with a further compliance per area, m/Pa, at the sample's lower and at its upper face."""
-        before = self.faces or (0.0, 0.0)
-        return replace(self, faces=(before[0] + lower, before[1] + upper))
-
-    @property
-    def compliances(self) -> tuple[Numeric, Numeric] | None:
-        """Compliance per area of all that is between sample and plates, at the lower and at the upper face, m/Pa."""
-        if self.glue is None:
-            return self.faces
-        lower, upper = self.faces or (0.0, 0.0)
-        return lower + 1 / self.glue, upper + 1 / self.glue
+        before = self.compliances or (0.0, 0.0)
+        return replace(self, compliances=(before[0] + lower, before[1] + upper))
 
 
 class Effect(BaseEffect):
