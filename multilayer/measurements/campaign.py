@@ -180,10 +180,10 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
     places = _Places(campaign)
     problems: list[Problem] = []
     recordings: dict[tuple[str, float], Recording] = {}
-    seen: dict[str, tuple[Disturbance, ...]] = {}
+    seen, samples = dict[str, "tuple[Disturbance, ...]"](), dict[str, tuple[bytes, ...]]()
     for index, configuration in enumerate(campaign.configurations):
         path: DataPath = ("configurations", index)
-        by_frequency, mistakes = _read_and_check(campaign, configuration.bursts, places, path, seen)
+        by_frequency, mistakes = _read_and_check(campaign, configuration.bursts, places, path, seen, samples)
         problems += mistakes
         recordings |= {(configuration.name, frequency): recording for frequency, recording in by_frequency.items()}
     if problems:
@@ -195,13 +195,14 @@ def load_recordings(campaign: Campaign) -> dict[tuple[str, float], Recording]:
         }
         for configuration in campaign.configurations
     }
-    _tell(campaign, seen, by_file)
+    _tell(campaign, seen, samples, by_file)
     return recordings
 
 
 def _tell(
     campaign: Description,
     seen: dict[str, tuple[Disturbance, ...]],
+    samples: dict[str, tuple[bytes, ...]],
     by_file: Mapping[str, Mapping[str, tuple[float, Recording]]],
 ) -> None:
     """Warn once of each kind of disturbance that was taken off, and of what else is odd in recordings that can be used.
@@ -210,7 +211,9 @@ def _tell(
     """
     from multilayer.signals.band_noise import noise_in_words
     from multilayer.signals.clock import clocks_in_words
+    from multilayer.signals.copies import copies_in_words
     from multilayer.signals.disturbance import in_words
+    from multilayer.signals.neighbours import neighbours_in_words
     from multilayer.signals.repeats import repeats_in_words
     from multilayer.signals.soft_limit import limits_in_words
 
@@ -219,6 +222,8 @@ def _tell(
     texts = [
         *clocks_in_words({name: dict(of_this.values()) for name, of_this in by_file.items()}, cycles),
         *in_words(seen),
+        *copies_in_words(samples),
+        *neighbours_in_words(by_file, cycles),
         *limits_in_words(recordings, cycles),
         *repeats_in_words(recordings, cycles),
         *noise_in_words(recordings, cycles),
@@ -233,13 +238,16 @@ def _read_and_check(
     places: _Places,
     path: DataPath,
     seen: dict[str, tuple[Disturbance, ...]],
+    samples: dict[str, tuple[bytes, ...]],
     *,
     together: bool = False,
 ) -> tuple[dict[float, Recording], list[Problem]]:
     """Return recordings by frequency, Hz, and what is wrong with them; `together`: both sensors at one spot.
 
-    Offset, drift and hum are taken off; what they were is added to `seen`, by file.
+    Offset, drift and hum are taken off; what they were is added to `seen`, what stands for the samples to `samples`, by
+    file.
     """
+    from multilayer.signals.copies import samples_of
     from multilayer.signals.disturbance import without_disturbances
     from multilayer.signals.quality import check_configuration  # heavy: SciPy
 
@@ -250,6 +258,7 @@ def _read_and_check(
         try:
             f = burst.frequency
             raw[f] = _read(campaign, burst, places, (*path, "bursts", index))
+            samples[str(burst.file)] = samples_of(raw[f])
             recordings[f], seen[str(burst.file)] = without_disturbances(raw[f], f, campaign.burst.cycles)
         except InputError as error:
             problems += error.problems
@@ -279,12 +288,13 @@ def load_calibration(path: Path | str) -> Calibration:
     from multilayer.signals.calibration import calibrate  # heavy: SciPy
 
     campaign = _load(path, CalibrationCampaign)
-    seen: dict[str, tuple[Disturbance, ...]] = {}
-    recordings, problems = _read_and_check(campaign, campaign.bursts, _Places(campaign), (), seen, together=True)
+    seen, samples = dict[str, "tuple[Disturbance, ...]"](), dict[str, tuple[bytes, ...]]()
+    places = _Places(campaign)
+    recordings, problems = _read_and_check(campaign, campaign.bursts, places, (), seen, samples, together=True)
     if problems:
         raise InputError(dict.fromkeys(problems))
     by_file = {burst.file: (burst.frequency, recordings[burst.frequency]) for burst in campaign.bursts}
-    _tell(campaign, seen, {"": by_file})
+    _tell(campaign, seen, samples, {"": by_file})
     try:
         return calibrate(recordings, cycles=campaign.burst.cycles)
     except InputError as error:

@@ -58,9 +58,9 @@ bursts:
 """
 
 
-def signals(frequency, resonance=450.0):
+def signals(frequency, resonance=450.0, seed=0):
     """Return base and top, (2, samples), of a damped mass on a spring, with a little noise."""
-    rng = np.random.default_rng(int(frequency))
+    rng = np.random.default_rng([int(frequency), seed])
     base = hann_burst(frequency, 10, RATE, n_samples=4000, start=0.002)
     n_fft = padded_length(4000, 4)
     ratio = frequencies(n_fft, RATE) / resonance
@@ -77,11 +77,11 @@ def write_csv(path, base, top, rate=RATE):
 def folder(tmp_path):
     (tmp_path / "signals").mkdir()
     (tmp_path / "campaign.yaml").write_text(TEXT)
-    for name in ("thin", "thick"):
+    for seed, name in enumerate(("thin", "thick")):
         for frequency in (300, 700):
-            base, top = signals(frequency)
+            base, top = signals(frequency, seed=seed)
             np.savez(tmp_path / f"signals/{name}_{frequency}.npz", base=base, top=top)
-        write_csv(tmp_path / f"signals/{name}_500.csv", *signals(500))
+        write_csv(tmp_path / f"signals/{name}_500.csv", *signals(500, seed=seed))
     return tmp_path
 
 
@@ -137,6 +137,13 @@ class TestDescription:
             ("name: thick", "name: ''", 21, "must not be empty"),
             ("frequency: 500 Hz", "frequency: 300", 19, "300 Hz is there twice"),
             ("frequency: 500 Hz", "frequency: 12.8 kHz", 19, "not below half of the sampling_rate"),
+            ("signals/thin_500.csv", "signals/thin_300.npz", 19, "the recording of configurations.0.bursts.0 as well"),
+            (
+                "signals/thick_300.npz",
+                "signals/./thin_300.npz",
+                26,
+                "the recording of configurations.0.bursts.0 as well",
+            ),
             ("signals/thin_300.npz", "/data/thin_300.npz", 18, "leads out of the campaign's folder"),
             ("signals/thin_300.npz", "../thin_300.npz", 18, "leads out of the campaign's folder"),
             ("signals/thin_300.npz", "signals/../../thin_300.npz", 18, "leads out of the campaign's folder"),
@@ -184,8 +191,8 @@ class TestRecordings:
     def test_all_are_read(self, folder):
         recordings = load_recordings(load_campaign(folder))
         assert list(recordings) == [(name, f) for name in ("thin", "thick") for f in (300.0, 500.0, 700.0)]
-        for (_, frequency), recording in recordings.items():
-            base, top = signals(frequency)
+        for (name, frequency), recording in recordings.items():
+            base, top = signals(frequency, seed=int(name == "thick"))
             np.testing.assert_allclose(recording.base, base, atol=1e-7)
             np.testing.assert_allclose(recording.top, top, atol=1e-7)
             assert recording.sampling_rate == RATE
@@ -265,9 +272,9 @@ class TestRecordings:
         assert len(told) == 1
 
     def test_noise_that_is_not_white_is_told_once(self, folder):
-        for name in ("thin", "thick"):
+        for seed, name in enumerate(("thin", "thick")):
             for frequency in (300, 700):
-                rng = np.random.default_rng(frequency)
+                rng = np.random.default_rng([frequency, seed])
                 clean = (one.mean(axis=0) for one in signals(frequency))
                 base, top = (one + 0.1 * pink_noise((3, 4000), rng) for one in clean)
                 np.savez(folder / f"signals/{name}_{frequency}.npz", base=base, top=top)
@@ -285,9 +292,26 @@ class TestRecordings:
         assert len(told) == 1
         assert "25600 Hz right? 2534" in str(told[0].message)
 
+    def test_copies_and_files_of_another_configuration_are_told(self, folder):
+        data = np.load(folder / "signals/thin_300.npz")
+        np.savez(folder / "signals/thick_300.npz", **data)
+        with pytest.warns(PlausibilityWarning, match=r"hold the same samples: signals/thin_300.npz and signals/thick_"):
+            load_recordings(load_campaign(folder))
+        bursts = "".join(f"      - {{frequency: {f}, file: signals/{f}.npz}}\n" for f in (400, 450, 500, 550, 600))
+        (folder / "campaign.yaml").write_text(
+            HEAD + CONFIGURATION.split("      -", maxsplit=1)[0].replace("NAME", "thin") + bursts
+        )
+        for f in (400, 450, 500, 550, 600):
+            base, top = signals(f, 520.0 if f == 550 else 450.0)
+            np.savez(folder / f"signals/{f}.npz", base=base, top=top)
+        with pytest.warns(
+            PlausibilityWarning, match=r"in configuration 'thin', top over base of signals/550.npz \(by "
+        ):
+            load_recordings(load_campaign(folder))
+
     def test_a_channel_that_limits_softly_is_told_once(self, folder):
-        for name in ("thin", "thick"):
-            base, top = signals(300)
+        for seed, name in enumerate(("thin", "thick")):
+            base, top = signals(300, seed=seed)
             np.savez(folder / f"signals/{name}_300.npz", base=base, top=top - 0.1 * top**3 / np.abs(top).max() ** 2)
         with pytest.warns(
             PlausibilityWarning, match="the top channel limits softly in 2 of 6 recordings: .* lower the level"
