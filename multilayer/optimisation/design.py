@@ -17,7 +17,7 @@ from multilayer.errors import InputError, show, suggest
 from multilayer.models import Model
 from multilayer.paths import index_of, locate, token_of, value_at, with_entry
 from multilayer.simulation.file import SimulationFile
-from multilayer.simulation.sweep import texts, value_mistakes
+from multilayer.simulation.sweep import set_twice, texts, value_mistakes
 from multilayer.stack import Stack
 from multilayer.units import parse_quantity
 
@@ -106,7 +106,7 @@ class Variant:
         """The stack alone, the fields between bounds as the file has them."""
         return self.simulation.stack
 
-    @property
+    @cached_property
     def identity(self) -> str:
         """What tells it from variants of other choices: those alike in this are the same designs.
 
@@ -318,6 +318,8 @@ def space_of(
             ranges += _range(place, path, entry, data, model, validated, mistakes)
         else:
             mistakes.append((place, f"{show(entry)} says not what may vary; write {_FORMS}", entry))
+    made = [*choices, *(item.path for item in ranges)]  # in this order
+    mistakes += [(("design", path, "[key]"), text, path) for path, text in set_twice(data, made)]
     if len(listed[ORDER]) == 1:
         mistakes.append((("design", ORDER), "one layer alone has no order; name two or more", design[ORDER]))
     space = Space(data, tuple(ranges), choices, listed[ORDER], listed[OPTIONAL], validated)

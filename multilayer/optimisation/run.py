@@ -35,6 +35,7 @@ from multilayer.optimisation.search import (
     apart,
     in_order,
     lattice,
+    valleys,
 )
 from multilayer.paths import value_at, with_values
 from multilayer.simulation.bands import grid_of
@@ -46,6 +47,7 @@ MOST_VARIANTS = 64  # that are gone through one by one
 _POINTS, _FEWER = 64, 16  # of a screening, and where there are more than a few variants
 _FEW_VARIANTS = 8
 _DESCENDED = 16  # variants of a global search, and screened before it, that are searched further
+_VALLEYS = 2  # times as many starts as are asked for, where screening shows so many valleys
 _DRAWN = 1000  # combinations of choices, for so many that are allowed
 _RUNS = 3  # of a global search, from other seeds
 _WEIGHTS = 9  # of a front
@@ -65,7 +67,10 @@ class StoppedWarning(MultilayerWarning):
 
 @dataclass
 class _Run:
-    """An optimisation on its way; `refused` are choices not allowed together, `failed` designs not computed exactly."""
+    """An optimisation on its way.
+
+    `first` are variants by identity, `refused` choices not allowed together, `failed` designs not computed exactly.
+    """
 
     file: OptimisationFile
     name: str
@@ -75,6 +80,7 @@ class _Run:
     is_whole: bool = True
     variants: list[Variant] = field(default_factory=list)
     archive: list[Candidate] = field(default_factory=list)
+    first: dict[str, Variant] = field(default_factory=dict)
     refused: dict[Key, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
 
@@ -91,10 +97,19 @@ class _Run:
                 self.is_whole = False
                 done[len(tasks)] = stop.found if isinstance(stop, StoppedError) else []
         every = [one for index in sorted(done) for one in done[index]]
-        found = [one for one in every if np.all(np.isfinite(one.goals))]
+        found = [self.as_first(one) for one in every if np.all(np.isfinite(one.goals))]
         self.archive += found
         self.refuse(one.key for one in every)
         return found
+
+    def as_first(self, one: Candidate) -> Candidate:
+        """Return a candidate by the first choices that make the same design: orders of what is left out are one."""
+        variant = self.file.space.variant(one.key)
+        first = self.first.setdefault(variant.identity, variant)
+        if first.key == one.key:
+            return one
+        by_path = dict(zip((item.path for item in variant.ranges), one.x.tolist(), strict=True))
+        return replace(one, key=first.key, x=np.array([by_path[item.path] for item in first.ranges]))
 
     def refuse(self, keys: Iterable[Key]) -> None:
         """Note which choices are not allowed together."""
@@ -274,11 +289,15 @@ def _weighted(run: _Run, ends: Sequence[Candidate]) -> Iterator[Scalar]:
 
 
 def _descents(run: _Run, problem: Problem, scalar: Scalar, most: int, each: int) -> Iterator[Descent]:
-    """Give descents from the best designs known, and from the best of each of some variants."""
+    """Give descents from the valleys and the best designs known, and from the best of each of some variants."""
     of_variants: dict[Any, Candidate] = {}
     for one in in_order(run.archive, scalar):
         of_variants.setdefault(one.key, one)
-    starts = [*islice(apart(run.archive, scalar), most), *list(of_variants.values())[:each]]
+    first = valleys(run.archive, scalar)[: _VALLEYS * most]
+    starts = [
+        *islice(apart(run.archive, scalar, first=first), max(most, len(first))),
+        *list(of_variants.values())[:each],
+    ]
     different = {(one.key, one.x.tobytes()): one for one in starts}
     for one in different.values():
         yield Descent(problem, run.file.space.variant(one.key), scalar, one.x)

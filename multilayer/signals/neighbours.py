@@ -51,6 +51,23 @@ def departures(recordings: Mapping[float, Recording], cycles: float) -> dict[flo
     return found
 
 
+def belongs_exchanged(recordings: Mapping[float, Recording], frequency: float, cycles: float) -> bool | None:
+    """Tell whether a burst is nearer to its neighbours with its channels exchanged; None where it has no neighbours.
+
+    Parameters
+    ----------
+    recordings : mapping of float to Recording
+        By the bursts' frequencies, Hz, of one configuration.
+    frequency : float
+        Of the burst.
+    cycles : float
+        Of the bursts.
+    """
+    turned = {**recordings, frequency: recordings[frequency].exchanged()}
+    here, there = (departures(each, cycles).get(frequency) for each in (recordings, turned))
+    return None if here is None or there is None else there < here
+
+
 class _Seen:
     """What one burst shows of top over base within its main lobe.
 

@@ -210,6 +210,13 @@ class TestMistakes:
             assert line.startswith(f"{file}:{number}:")
             assert text in line
 
+    @pytest.mark.parametrize("other", ["[3 cm, 4 cm]", "{among: [3 cm, 4 cm]}"])
+    def test_one_field_twice(self, file, tmp_path, other):
+        changed(file, ("design:\n", f"design:\n  layers.1.thickness: {other}\n"))
+        (line,) = refused(file, tmp_path / "out")
+        assert line.startswith(f"{file}:11:")
+        assert "lead to the same field; leave one of them out" in line
+
     def test_nothing_may_vary(self, file, tmp_path):
         changed(
             file,

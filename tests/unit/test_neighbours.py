@@ -5,8 +5,11 @@ import pytest
 
 from multilayer.rig.bench import Bench
 from multilayer.rig.synthesis import make_campaign
-from multilayer.signals.neighbours import departures, neighbours_in_words
+from multilayer.signals.exchange import SWAPPED, leading_channel
+from multilayer.signals.neighbours import belongs_exchanged, departures, neighbours_in_words
+from multilayer.signals.quality import check_configuration
 from multilayer.signals.recording import Recording
+from multilayer.signals.spectra import frequencies, to_signal, to_spectrum
 from tests.rig.virtual import rig_file, rod
 from tests.unit.test_signals_quality import RATE, recording
 
@@ -74,3 +77,32 @@ def test_a_sample_that_changes_by_degrees_is_no_wrong_file(monkeypatch, effect):
     recordings = {frequency: one for (_, frequency), one in made.items()}
     assert np.isfinite(list(departures(recordings, 10).values())).all()
     assert told(recordings) == []
+
+
+def with_absorber(frequency):
+    """Return a recording of a plate that carries 5 % of its mass on a spring with losses, tuned to 400 Hz."""
+    sound, n_fft = recording(frequency, noise=0.0), 2**15
+    ratio, tuned = (frequencies(n_fft, RATE) / resonance for resonance in (200.0, 400.0))
+    spring = 1 + 0.1j
+    inertia = ratio**2 * (1 + 0.05 * spring / (spring - tuned**2))
+    base = np.pad(sound.base[:1], ((0, 0), (0, 9000 - sound.n_samples)))
+    top = to_signal(to_spectrum(base, n_fft) * spring / (spring - inertia), n_fft, 9000)
+    rng = np.random.default_rng(int(frequency))
+    return Recording(*(one + 0.01 * rng.normal(size=(2, 9000)) for one in (base, top)), RATE)
+
+
+def test_what_resonates_on_the_plate_exchanges_no_channels():
+    recordings = {f: with_absorber(f) for f in BURSTS}
+    assert SWAPPED in [leading_channel(one, f, 10) for f, one in recordings.items()]
+    assert check_configuration(recordings) == []
+
+
+def test_a_burst_that_is_exchanged_is_found_beside_its_neighbours():
+    recordings = {f: with_absorber(f) for f in BURSTS}
+    recordings[500.0] = recordings[500.0].exchanged()
+    (finding,) = check_configuration(recordings)
+    assert finding.frequency == 500
+    assert finding.message.startswith("base and top look exchanged")
+    assert belongs_exchanged(recordings, 500.0, 10) is True
+    assert belongs_exchanged(recordings, 400.0, 10) is False
+    assert belongs_exchanged({f: recordings[f] for f in (300.0, 400.0, 600.0)}, 400.0, 10) is None
