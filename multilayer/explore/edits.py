@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from multilayer.errors import InputError, suggest
-from multilayer.explore.starting import completed
+from multilayer.explore.starting import completed, refused_fields
 from multilayer.materials import TEXTS, find_material, load_library
 from multilayer.paths import index_of
 
@@ -102,7 +102,7 @@ def _move(data: dict[str, Any], edit: Mapping[str, Any], folder: Path) -> Edited
 
 
 def _become(data: dict[str, Any], edit: Mapping[str, Any], folder: Path) -> Edited:
-    """Make a layer of another material, type or model; what it has and the new one takes stays."""
+    """Make a layer of another material, type or model; what it has and the new one takes, as it stands, stays."""
     i = _layer(data, edit)
     before = data["layers"][i]
     field_name, value = str(edit.get("field")), edit.get("value")
@@ -113,7 +113,11 @@ def _become(data: dict[str, Any], edit: Mapping[str, Any], folder: Path) -> Edit
             chosen.pop("material", None)
     else:
         chosen = {**before, field_name: value}
-    layer = completed(chosen, borrowed_fields(data, chosen, folder))
+    borrowed = borrowed_fields(data, chosen, folder)
+    layer = completed(chosen, borrowed)
+    while refused := refused_fields(layer, borrowed) & {*chosen} - {field_name, "type", "material", "name"}:
+        chosen = {key: value for key, value in chosen.items() if key not in refused}
+        layer = completed(chosen, borrowed)
     return Edited({**data, "layers": [*data["layers"][:i], layer, *data["layers"][i + 1 :]]}, i)
 
 

@@ -86,14 +86,14 @@ def _layer(layer: Mapping[str, Any], written: Mapping[str, Any], i: int, offered
     except RegistryError:
         return shown
     fields = _fields(kind, layer, ("layers", i), offered - set(written), offered)
-    thickness = next((field["value"] for field in fields if field["name"] == "thickness"), None)
-    depth = next((field["value"] for field in fields if field["name"] == "cavity_depth"), None)
+    lengths = {field["name"]: field["value"] for field in fields if field["kind"] == "quantity"}
+    thickness = lengths.get("thickness")
     return {
         **shown,
         "fields": fields,
         "summary": kind.summary,
         "look": _look(kind),
-        "thickness": thickness if thickness is not None else depth,
+        "thickness": thickness if thickness is not None else lengths.get("cavity_depth"),
     }
 
 

@@ -138,12 +138,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.BAD_REQUEST)
             return
         try:
-            answer = self.server.explorer.answer(path, request)
+            content = json_text(self.server.explorer.answer(path, request))
         except Exception as error:  # the page stays, whatever it was
             LOGGER.exception("explore: %s failed", path)
             text = f"multilayer failed on something it should have foreseen ({type(error).__name__}): a bug; undo it"
-            answer = {"problems": [{"path": "", "text": text}], "warnings": []}
-        self._send(HTTPStatus.OK, json_text(answer).encode(), "application/json")
+            content = json_text({"problems": [{"path": "", "text": text}], "warnings": []})
+        self._send(HTTPStatus.OK, content.encode(), "application/json")
 
     def _allowed_path(self) -> str | None:
         """Return the path behind the token; None, with the refusal sent, for who may not ask."""

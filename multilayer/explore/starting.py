@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import ValidationError
+
 from multilayer.layers.base import LAYERS, Layer
 from multilayer.layers.field_sets import FieldSets
 from multilayer.registry import RegistryError
@@ -105,6 +107,28 @@ def completed(written: Mapping[str, Any], borrowed: Mapping[str, Any] | None = N
     return kept | {name: value for name in missing if (value := _typical(kind, name)) is not None}
 
 
+def refused_fields(written: Mapping[str, Any], borrowed: Mapping[str, Any]) -> set[str]:
+    """Return the fields of a layer that its type refuses as they stand: out of bounds, or not beside the others.
+
+    Parameters
+    ----------
+    written : mapping
+        The layer as a file has it.
+    borrowed : mapping
+        Fields that come from its material.
+    """
+    merged = {key: value for key, value in {**borrowed, **written}.items() if key != "material"}
+    try:
+        kind = LAYERS[str(merged.get("type"))]
+        taken = kind.fields_taken(merged)
+        kind.model_validate({key: value for key, value in merged.items() if key in taken or key in written})
+    except RegistryError:
+        return set()
+    except ValidationError as error:
+        return {str(each["loc"][0]) for each in error.errors() if each["loc"]}
+    return set()
+
+
 def _needed(kind: type[Layer], data: Mapping[str, Any]) -> list[str]:
     """Return the fields without which a layer is none: required ones, and those of one of its sets."""
     required = [name for name, info in kind.model_fields.items() if info.is_required() and name != "type"]
@@ -118,7 +142,8 @@ def _needed(kind: type[Layer], data: Mapping[str, Any]) -> list[str]:
 
 def _typical(kind: type[Layer], name: str) -> Any:
     if kind.examples and name in kind.examples[0]:  # a plugin knows better
-        return kind.examples[0][name]
+        value = kind.examples[0][name]
+        return f"{value:g}" if isinstance(value, complex) else value  # as a file has it
     type_name = str(kind.model_fields["type"].default)
     if name == "thickness" and type_name in _THIN:
         return _THIN[type_name]

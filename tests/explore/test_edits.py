@@ -1,5 +1,7 @@
 """Changes of a stack's data: what names a layer follows it, and new layers can be computed as they come."""
 
+import json
+from itertools import permutations
 from typing import get_args
 
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from multilayer.errors import InputError
 from multilayer.explore.curves import computed
 from multilayer.explore.edits import edited
+from multilayer.explore.file import validated
 from multilayer.explore.starting import completed
 from multilayer.layers.base import LAYERS
 from multilayer.materials import load_library
@@ -144,3 +147,13 @@ def test_every_material_can_be_added(name, tmp_path):
 
 def test_of_an_unknown_type_nothing_is_made_up():
     assert completed({"type": "marshmallow", "name": "x"}) == {"type": "marshmallow", "name": "x"}
+
+
+@pytest.mark.parametrize(("before", "after"), [*permutations([name for name, _ in LAYERS.working()], 2)])
+def test_a_layer_of_any_type_becomes_one_of_any_other(before, after, tmp_path):
+    """What it has and the other refuses, as a thickness of a resistive screen, does not stay."""
+    data = {"layers": [completed({"type": before, "name": "panel"})], "termination": "rigid"}
+    done = edited(data, {"do": "become", "layer": 0, "field": "type", "value": after}, tmp_path)
+    assert validated(done.data, tmp_path / "design.yaml").stack.layers[0].type == after
+    assert done.data["layers"][0]["name"] == "panel"
+    assert json.loads(json.dumps(done.data)) == done.data  # as a page has it

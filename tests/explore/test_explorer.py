@@ -116,6 +116,12 @@ class TestDescription:
         thickness = fields(explorer.answer("evaluate", {"data": data, "describe": True}))["thickness"]
         assert 0 < thickness["low"] < thickness["high"]
 
+    @pytest.mark.parametrize("text", ["nan", "5 kg", "1,5", "<b>", "1e400", "", [1], True])
+    def test_a_thickness_that_is_none_is_not_drawn(self, text, explorer):
+        answer = explorer.answer("evaluate", {"data": with_thickness(start(explorer)["data"], text), "describe": True})
+        assert answer["problems"]
+        assert answer["layers"][0]["thickness"] is None
+
     def test_a_temperature_is_shown_in_degrees(self, explorer):
         answer = explorer.answer("evaluate", {"data": start(explorer)["data"], "describe": True})
         temperature = next(field for field in answer["ambient"] if field["name"] == "temperature")

@@ -760,7 +760,8 @@ function askSave() {
   replacing = false;
   $("save-do").textContent = "Save";
   $("save-problem").textContent = "";
-  $("save-name").value = $("save-name").value || start.file.replace(/\.ya?ml$/i, "") + "-explored.yaml";
+  $("save-name").value = $("save-name").value || start.file.replace(/\.ya?ml$/i, "")
+    .replace(/[^\p{L}\p{N}_ .+=,()-]/gu, "-").replace(/^[^\p{L}\p{N}]+/u, "").slice(0, 100) + "-explored.yaml"; // as a file may be named
   $("keep-aside").hidden = !described?.aside.length;
   $("saving").showModal();
   $("save-name").select();
