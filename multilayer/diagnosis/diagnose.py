@@ -22,6 +22,7 @@ from multilayer.diagnosis.effects.finite_size import FiniteSize
 from multilayer.diagnosis.effects.saturating_air import SaturatingAir
 from multilayer.diagnosis.effects.sensor_mass import SensorMass
 from multilayer.diagnosis.entries import gap_entry, stated_entries
+from multilayer.diagnosis.exchanged import refuse_exchanged
 from multilayer.diagnosis.fitting import (
     NEAR_LEAST,
     Fitted,
@@ -129,7 +130,7 @@ def diagnose_campaign(
     Raises
     ------
     InputError
-        For a campaign that cannot be fitted.
+        For a campaign that cannot be fitted, or two of whose configurations look exchanged.
     """
     tell = logged(progress)
     if not isinstance(campaign, Campaign):
@@ -147,6 +148,7 @@ def diagnose_campaign(
     nominal, minima = fit_nominal(
         campaign, recordings, law=law, calibration=calibration, given=given, seed=seed, executor=executor
     )
+    refuse_exchanged(nominal, executor)
     tell("nominal model")
     usable = {name: effect for name, effect in every.items() if nominal.hypothesis.admits(effect)}
     places = fit_places(nominal, executor)

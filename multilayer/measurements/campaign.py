@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, TypeVar
 from warnings import warn
 
@@ -82,7 +82,31 @@ def _load(source: Path | str | Document, model: type[D]) -> D:
     if not isinstance(document, Document):
         document = read_yaml(campaign_file(Path(document)), keep_problems=True)
     _refuse_unfilled(document)
-    return validate(document, model, _KINDS[model]).placed(document.file)
+    campaign = validate(document, model, _KINDS[model]).placed(document.file)
+    if problems := [*_one_file_of_two(campaign, document)]:
+        raise InputError(problems)
+    return campaign
+
+
+def _one_file_of_two(campaign: Description, document: Document) -> Iterator[Problem]:
+    first: dict[PurePosixPath, str] = {}
+    for path, bursts in _lists(campaign):
+        for i, burst in enumerate(bursts):
+            here, file = (*path, "bursts", i), PurePosixPath(burst.file)
+            if file in first:
+                text = f"'{file}' is the recording of {first[file]} as well; each burst has a recording of its own"
+                field = (*here, "file")
+                yield Problem(text, ".".join(map(str, field)), campaign.file, *document.position(field))
+            first.setdefault(file, ".".join(map(str, here)))
+
+
+def _lists(campaign: Description) -> Iterator[tuple[DataPath, tuple[Burst, ...]]]:
+    """Give all bursts of a description, and where they stand."""
+    if isinstance(campaign, Campaign):
+        for i, configuration in enumerate(campaign.configurations):
+            yield ("configurations", i), configuration.bursts
+    if isinstance(campaign, CalibrationCampaign):
+        yield (), campaign.bursts
 
 
 def _refuse_unfilled(document: Document) -> None:
@@ -142,6 +166,11 @@ class _Places:
         """Return the problem at its line and column."""
         place = self._document.position(path) if self._document else (None, None)
         return Problem(message, ".".join(map(str, path)), self.file, *place)
+
+
+def problem_in(campaign: Description, message: str, path: DataPath) -> Problem:
+    """Return a problem with what a campaign's file says, at its line and column."""
+    return _Places(campaign).problem(message, path)
 
 
 def _read(campaign: Description, burst: Burst, places: _Places, path: DataPath) -> Recording:

@@ -161,7 +161,7 @@ class Campaign(Description):
     def _consistent(self) -> Self:
         names = _twice([configuration.name for configuration in self.configurations], "configurations", "name")
         lists = [(("configurations", i), c.bursts) for i, c in enumerate(self.configurations)]
-        refuse(self, [*names, *_too_fast(self.sampling_rate, lists), *_one_file_of_two(lists)])
+        refuse(self, [*names, *_too_fast(self.sampling_rate, lists)])
         return self
 
     def implausible(self) -> Iterator[tuple[DataPath, str]]:
@@ -192,8 +192,7 @@ class CalibrationCampaign(Description):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         twice = _twice([burst.frequency for burst in self.bursts], "bursts", "frequency", " Hz")
-        lists: list[tuple[DataPath, tuple[Burst, ...]]] = [((), self.bursts)]
-        refuse(self, [*twice, *_too_fast(self.sampling_rate, lists), *_one_file_of_two(lists)])
+        refuse(self, [*twice, *_too_fast(self.sampling_rate, [((), self.bursts)])])
         return self
 
 
@@ -204,19 +203,6 @@ def _twice(values: Sequence[Any], field: str, part: str, unit: str = "") -> Iter
             shown = f"{value:g}{unit}" if isinstance(value, float) else f"'{value}'"
             yield (field, i, part), f"{shown} is there twice; each {part} of {field} must be another", value
         seen.add(value)
-
-
-def _one_file_of_two(
-    lists: Iterable[tuple[DataPath, tuple[Burst, ...]]],
-) -> Iterator[tuple[DataPath, str, Any]]:
-    first: dict[PurePosixPath, str] = {}
-    for path, bursts in lists:
-        for i, burst in enumerate(bursts):
-            here, file = (*path, "bursts", i), PurePosixPath(burst.file)
-            if file in first:
-                text = f"'{file}' is the recording of {first[file]} as well; each burst has a recording of its own"
-                yield (*here, "file"), text, burst.file
-            first.setdefault(file, ".".join(map(str, here)))
 
 
 def _too_fast(
