@@ -21,6 +21,7 @@ from multilayer.simulation.settings import Bands, DiffuseIncidence, FrequencyRan
 
 MOST_POINTS = 400  # frequencies: more than a screen shows of a curve
 _LEAST_POINTS = 20
+_LEAST_IN_BAND = 5  # points while a slider moves: 0.1 dB of a duct, 0.4 dB of a double wall with studs
 _DIGITS = 6
 
 
@@ -42,10 +43,11 @@ _TURNED_MOVING = _Effort(40, {"tolerance_db": 0.5, "tolerance": 1e-2, "max_panel
 def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, moving: bool = False) -> dict[str, Any]:
     """Return curves and ratings of data as a file has them.
 
-    Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, with two exceptions: of more
-    than `MOST_POINTS` frequencies as many are computed, spread over all of them; and a diffuse field is computed with
-    wider tolerances while a slider moves, and always where a layer is not isotropic in its plane (0.3 dB, at 120
-    frequencies): near coincidences of layers with little damping it may miss even these, and warns then.
+    Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, but for this: of more than
+    `MOST_POINTS` frequencies as many are computed, spread over all of them; while a slider moves, bands have fewer points
+    where fewer are asked for, and a diffuse field wider tolerances. These it has always where a layer is not isotropic
+    in its plane (0.3 dB, at 120 frequencies): near coincidences of layers with little damping it may miss even these, and
+    warns then.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, 
     file : Path
         In whose folder other files are looked for.
     points : int, optional
-        Fewer frequencies than the data ask for.
+        Fewer frequencies than the data ask for; in bands, while a slider moves, fewer points.
     moving : bool
         Whether the curves have to follow a slider.
 
@@ -74,6 +76,8 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, 
     effort = _effort(simulation, moving=moving)
     wanted = min(max(points or MOST_POINTS, _LEAST_POINTS), effort.points)
     grid, left_out = _thinned(simulation.frequency, wanted)
+    if moving and grid.bands is not None and points is not None:
+        grid = _fewer_in_bands(grid, points)
     planned = plan(simulation, file.stem, grid)
     tasks = tuple(replace(task, effort=effort.tolerances) for task in planned.tasks)
     result = run(replace(planned, tasks=tasks))
@@ -105,6 +109,14 @@ def _thinned(frequency: FrequencyRange | Bands | Sequence[float], most: int) -> 
         return grid_of(frequency.model_copy(update={"points": points})), frequency.points - points
     kept = np.unique(np.linspace(0, len(frequency) - 1, min(most, len(frequency))).round().astype(int))
     return grid_of(tuple(frequency[i] for i in kept)), len(frequency) - len(kept)
+
+
+def _fewer_in_bands(grid: Grid, most: int) -> Grid:
+    """Return a grid of bands with about so many points in all, spread evenly over each band, a few at least."""
+    n = grid.points.shape[1]
+    step = min(max(math.ceil(grid.points.size / most), 1), n // _LEAST_IN_BAND)
+    first = (n - 1) % step // 2
+    return replace(grid, points=grid.points[:, first::step])
 
 
 def curves(quantities: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

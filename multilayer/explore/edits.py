@@ -115,9 +115,13 @@ def _become(data: dict[str, Any], edit: Mapping[str, Any], folder: Path) -> Edit
         chosen = {**before, field_name: value}
     borrowed = borrowed_fields(data, chosen, folder)
     layer = completed(chosen, borrowed)
-    while refused := refused_fields(layer, borrowed) & {*chosen} - {field_name, "type", "material", "name"}:
-        chosen = {key: value for key, value in chosen.items() if key not in refused}
-        layer = completed(chosen, borrowed)
+    while refused := refused_fields(layer, borrowed) & {*borrowed, *chosen} - {field_name, "type", "material", "name"}:
+        if not refused <= {*chosen} and field_name != "material":  # of its material, which another type may not take
+            chosen, borrowed = {key: value for key, value in {**borrowed, **chosen}.items() if key != "material"}, {}
+        kept = {key: value for key, value in chosen.items() if key not in refused}
+        if kept == chosen:
+            break
+        chosen, layer = kept, completed(kept, borrowed)
     return Edited({**data, "layers": [*data["layers"][:i], layer, *data["layers"][i + 1 :]]}, i)
 
 

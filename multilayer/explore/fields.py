@@ -203,7 +203,12 @@ def _nested(written: Any, place: Place) -> dict[str, Any] | None:
                 "kind": "nested",
                 "value": str(written[key]),
                 "whole": dict(written),
-                "fields": _fields(model, written, place),
+                # a part of a layer has that layer's thickness
+                "fields": [
+                    field
+                    for field in _fields(model, written, place)
+                    if field["name"] != "thickness" or field["given"] or key != "type"
+                ],
             }
     return {"kind": "text", "value": for_log(written), "unit": "", "plain": False}
 

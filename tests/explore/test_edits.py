@@ -157,3 +157,12 @@ def test_a_layer_of_any_type_becomes_one_of_any_other(before, after, tmp_path):
     assert validated(done.data, tmp_path / "design.yaml").stack.layers[0].type == after
     assert done.data["layers"][0]["name"] == "panel"
     assert json.loads(json.dumps(done.data)) == done.data  # as a page has it
+
+
+@pytest.mark.parametrize("material", ["AA2009/T11.3/foam", "AA2009/T12.1/panel"])
+@pytest.mark.parametrize("after", [name for name, _ in LAYERS.working()])
+def test_a_layer_of_a_material_becomes_one_of_any_type(material, after, tmp_path):
+    """A material goes where the type refuses what it says, as a soft frame of a plate with holes."""
+    data = {"layers": [completed({"material": material}, load_library()[material])], "termination": "rigid"}
+    done = edited(data, {"do": "become", "layer": 0, "field": "type", "value": after}, tmp_path)
+    assert validated(done.data, tmp_path / "design.yaml").stack.layers[0].type == after

@@ -11,6 +11,7 @@ from multilayer import load_stack, simulate
 from multilayer.errors import InputError
 from multilayer.explore.curves import MOST_POINTS, computed
 from multilayer.explore.explorer import Explorer
+from multilayer.explore.file import open_file
 from multilayer.explore.starting import completed
 from multilayer.layers.base import LAYERS
 from multilayer.simulation.file import SimulationFile, load_simulation
@@ -91,6 +92,18 @@ class TestCurves:
         rest, moving = (computed(data, tmp_path / "x.yaml", moving=moving) for moving in (False, True))
         rest, moving = (np.array(one["curves"]["transmission_loss"]["parts"][0]["values"]) for one in (rest, moving))
         assert np.max(np.abs(rest - moving)) < allowed
+
+    @pytest.mark.parametrize(("name", "quantity", "allowed"), [
+        ("duct_silencer", "duct_attenuation", 0.1), ("steel_stud_wall", "transmission_loss", 0.6),
+    ])  # fmt: skip
+    def test_bands_are_rough_while_a_slider_moves(self, name, quantity, allowed):
+        example = EXAMPLES / f"{name}.yaml"
+        data = {key: value for key, value in open_file(example).data.items() if key != "sweep"}
+        answers = [computed(data, example, points, moving=True) for points in (None, 40)]
+        whole, rough = (np.array(one["curves"][quantity]["parts"][0]["values"]) for one in answers)
+        assert answers[1]["frequency"] == answers[0]["frequency"]
+        assert 0 < np.max(np.abs(rough - whole)) < allowed
+        assert computed(data, example, 40)["curves"] == answers[0]["curves"]
 
     def test_an_infinite_impedance_is_no_number_in_json(self, tmp_path):
         data = {"layers": [{"type": "fluid", "thickness": "1 m"}], "termination": "rigid", "frequency": [85.75, 171.5]}
