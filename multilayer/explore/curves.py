@@ -44,10 +44,10 @@ def computed(data: Mapping[str, Any], file: Path, points: int | None = None, *, 
     """Return curves and ratings of data as a file has them.
 
     Sweeps and tolerances are left aside. The numbers are those of `multilayer simulate`, but for this: of more than
-    `MOST_POINTS` frequencies as many are computed, spread over all of them; while a slider moves, bands have fewer points
-    where fewer are asked for, and a diffuse field wider tolerances. These it has always where a layer is not isotropic
-    in its plane (0.3 dB, at 120 frequencies): near coincidences of layers with little damping it may miss even these, and
-    warns then.
+    `MOST_POINTS` frequencies as many are computed, spread over all of them; while a slider moves, bands have fewer
+    points where fewer are asked for, and a diffuse field wider tolerances. These it has always where a layer is not
+    isotropic in its plane (0.3 dB, at 120 frequencies): near coincidences of layers with little damping it may miss
+    even these, and warns then.
 
     Parameters
     ----------
