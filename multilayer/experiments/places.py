@@ -10,13 +10,13 @@ MIT Press 2006, ch. 2.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -36,7 +36,14 @@ _WORDS = {
     "resonance": "that resonates",
 }  # fmt: skip
 _RESONANCES = 16  # natural frequencies that are tried
+H = TypeVar("H", bound=Callable[..., Any])
 _OFFSET = Parameter(name="offset", prior=Prior(normal=(0.0, 1.0)))
+
+
+def changes_nothing(hook: H) -> H:
+    """Mark the hook of a base class that returns its argument."""
+    hook.changes_nothing = True  # type: ignore[attr-defined]
+    return hook
 
 
 class BasePlace:
@@ -255,40 +262,60 @@ class LawAtPlace(BaseEffect):
         """Return the law, shape (..., n), in the place's unit."""
         raise NotImplementedError
 
+    def _changes(self, hook: str) -> bool:
+        """Tell whether its place acts through a hook; where it does not, the law need not be evaluated."""
+        return not getattr(getattr(type(self.at_place), hook, None), "changes_nothing", False)
+
     def applies(self, setting: Any) -> bool:
         """Tell whether it can act: a place is one of the measurements that it was made for."""
         return True
 
     def modulus(self, setting: Any, modulus: ComplexArray, values: Values) -> Any:
         """Return the modulus as the place changes it."""
+        if not self._changes("modulus"):
+            return modulus
         return self.at_place.modulus(setting, modulus, self.values(setting, values))
 
     def chain(self, setting: Any, chain: Any, values: Values) -> Any:
         """Return the rods and masses as the place changes them."""
+        if not self._changes("chain"):
+            return chain
         return self.at_place.chain(setting, chain, self.values(setting, values))
 
     def motion(self, setting: Any, motion: ComplexArray, values: Values) -> Any:
         """Return the reading as the place changes it."""
+        if not self._changes("motion"):
+            return motion
         return self.at_place.motion(setting, motion, self.values(setting, values))
 
     def stack(self, setting: Any, stack: Any, values: Values) -> Any:
         """Return the stack as the place changes it."""
+        if not self._changes("stack"):
+            return stack
         return self.at_place.stack(setting, stack, self.values(setting, values))
 
     def sound_field(self, setting: Any, sound: Any, values: Values) -> Any:
         """Return the sound field as the place changes it."""
+        if not self._changes("sound_field"):
+            return sound
         return self.at_place.sound_field(setting, sound, self.values(setting, values))
 
     def beside(self, setting: Any, stack: Any, share: RealArray, values: Values) -> Any:
         """Return the share of the power that gets through, or is absorbed, as the place changes it."""
+        if not self._changes("beside"):
+            return share
         return self.at_place.beside(setting, stack, share, self.values(setting, values))
 
     def surface(self, setting: Any, stack: Any, reflection: ComplexArray, values: Values) -> Any:
         """Return the reflection of the tube's end as the place changes it."""
+        if not self._changes("surface"):
+            return reflection
         return self.at_place.surface(setting, stack, reflection, self.values(setting, values))
 
     def reading(self, setting: Any, reflection: ComplexArray, values: Values) -> Any:
         """Return the reflection, or the level, as it is reported."""
+        if not self._changes("reading"):
+            return reflection
         return self.at_place.reading(setting, reflection, self.values(setting, values))
 
 

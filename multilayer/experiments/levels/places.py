@@ -10,7 +10,7 @@ import numpy as np
 from multilayer.arrays import RealArray
 from multilayer.experiments.levels.effects import LevelEffect, LevelSetting
 from multilayer.experiments.levels.sound_field import SoundField, mean_power
-from multilayer.experiments.places import BasePlace
+from multilayer.experiments.places import BasePlace, changes_nothing
 from multilayer.stack import Stack
 
 _REACH, _TABULATED = 1.25, 17  # of laws, in units of the place's scale; values in a table
@@ -28,14 +28,17 @@ class LevelPlace(BasePlace):
     length: ClassVar[float] = 1.0  # bands are wide, and errors of levels smooth
     changes_waves = False
 
+    @changes_nothing
     def stack(self, setting: LevelSetting, stack: Stack, values: RealArray) -> Stack:
         """Return the stack; fields may hold arrays of shape (m, n_waves)."""
         return stack
 
+    @changes_nothing
     def sound_field(self, setting: LevelSetting, sound: SoundField, values: RealArray) -> SoundField:
         """Return the sound field."""
         return sound
 
+    @changes_nothing
     def beside(self, setting: LevelSetting, stack: Stack, share: RealArray, values: RealArray) -> RealArray:
         """Return the share of the power, given that of the construction itself."""
         return share

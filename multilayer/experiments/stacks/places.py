@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from multilayer.arrays import ComplexArray, Numeric, RealArray
-from multilayer.experiments.places import BasePlace
+from multilayer.experiments.places import BasePlace, changes_nothing
 from multilayer.experiments.stacks.effects import TubeEffect, TubeSetting, with_layer, with_layers
 from multilayer.layers.base import ElasticLayer
 from multilayer.layers.fluid import Fluid
@@ -30,16 +30,19 @@ class TubePlace(BasePlace):
 
     kind = TubeEffect.kind
 
+    @changes_nothing
     def stack(self, setting: TubeSetting, stack: Stack, values: ComplexArray) -> Stack:
         """Return the stack; fields may hold arrays of shape (m, n)."""
         return stack
 
+    @changes_nothing
     def surface(
         self, setting: TubeSetting, stack: Stack, reflection: ComplexArray, values: ComplexArray
     ) -> ComplexArray:
         """Return the reflection coefficient of the tube's end, given that of the sample."""
         return reflection
 
+    @changes_nothing
     def reading(self, setting: TubeSetting, reflection: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the reflection coefficient as it is reported."""
         return reflection

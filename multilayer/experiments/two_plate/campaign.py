@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray, distinct_rows, half_turn
+from multilayer.arrays import BoolArray, ComplexArray, IndexArray, RealArray, distinct_rows, half_turn, logarithm
 from multilayer.experiments.effects import BaseEffect, Values
 from multilayer.experiments.hypothesis import Hypothesis, Part, parameters_of, values_of
 from multilayer.experiments.places import DrawnLaw, LawAtPlace
@@ -209,7 +209,7 @@ class RigExperiment(Experiment):
         setting = self.setting.at(frequency, burst)
         acting = [pair for pair in self._acting(points) if not pair[0].acts_by_bin]
         moved = self._motion(points, np.arange(len(points.z)), setting, acting)
-        return np.asarray(np.log(_as_shown(moved, setting, acting)))
+        return logarithm(_as_shown(moved, setting, acting))
 
     @np.errstate(all="ignore")  # a search may try points without a response: NaN, which is no minimum
     def motions(self, points: Points) -> tuple[ComplexArray, ComplexArray]:
@@ -217,9 +217,9 @@ class RigExperiment(Experiment):
         return self._motions(points, np.arange(len(points.z)))
 
     def _motions(self, points: Points, kept: IndexArray) -> tuple[ComplexArray, ComplexArray]:
-        acting = [
-            (effect, {name: column[kept] for name, column in values.items()}) for effect, values in self._acting(points)
-        ]
+        acting = self._acting(points)
+        if len(kept) < len(points.z):
+            acting = [(effect, {name: column[kept] for name, column in values.items()}) for effect, values in acting]
         moved = self._motion(points, kept, self.setting, acting)
         return moved, _as_shown(moved, self.setting, acting)
 
@@ -230,11 +230,11 @@ class RigExperiment(Experiment):
     @np.errstate(all="ignore")
     def _log_shown(self, points: Points, kept: IndexArray) -> ComplexArray:
         """Return ln(top/base) at some of the points, truncated as the records are, without errors of the channels."""
-        logarithms = np.log(self._motions(points, kept)[1] + _TINY)
+        logarithms = logarithm(self._motions(points, kept)[1] + _TINY)
         if self.data.ends and self.end_effect is None:
             motion = np.exp(self.log_motion(points, self.data.needed, self.data.needed_burst))[kept]
-            logarithms += np.log(self.data.cut(motion) / motion[:, : len(self.data.frequency)])
-        return np.asarray(logarithms)
+            logarithms += logarithm(self.data.cut(motion) / motion[:, : len(self.data.frequency)])
+        return logarithms
 
     def _motion(
         self, points: Points, kept: IndexArray, setting: Setting, acting: Sequence[tuple[Acting, Values]]

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows
+from multilayer.arrays import ComplexArray, Numeric, RealArray, distinct_rows, logarithm
 from multilayer.experiments.two_plate.effects import Chain, Setting
 from multilayer.experiments.two_plate.finite_elements import FiniteRig, parabola, paraboloid
 from multilayer.experiments.two_plate.plane_waves import Rig
@@ -83,19 +83,19 @@ class Neighbourhood:
             moved = self.rig.shifted("density", density, relative=True).shifted("thickness", thickness, relative=False)
             if plate_mass is not None:
                 moved = moved.shifted("top_plate_mass", plate_mass, relative=True)
-            return np.asarray(np.log(moved.transmissibility(frequency, modulus)))
+            return logarithm(moved.transmissibility(frequency, modulus))
         # most points of a derivative have the modulus of another: fractions of these are summed once
         kept, place = distinct_rows(modulus.real, modulus.imag) if modulus.ndim == 2 else (..., ...)
         distinct = modulus[kept]
         here = self.rig.transmissibility(frequency, distinct)
 
         def change(rig: Rig) -> ComplexArray:
-            return np.asarray(np.log(rig.transmissibility(frequency, distinct) / here)[place])
+            return np.asarray(logarithm(rig.transmissibility(frequency, distinct) / here)[place])
 
         def changes(rigs: Mapping[tuple[int, int], Rig]) -> dict[tuple[int, int], ComplexArray]:
             return {steps: change(rig) for steps, rig in rigs.items()}
 
-        total = np.log(here)[place]
+        total = logarithm(here)[place]
         if solid is not None and isinstance(self.rig, FiniteRig) and self.rig.solids is not None:
             total = total + self.rig.solids.log_change(changes(self.rig.solids.rigs), solid[0], np.log(solid[1]))
         if self.mass_step and plate_mass is not None and np.any(plate_mass):

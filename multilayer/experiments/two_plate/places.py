@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from multilayer.arrays import ComplexArray
-from multilayer.experiments.places import BasePlace
+from multilayer.experiments.places import BasePlace, changes_nothing
 from multilayer.experiments.two_plate.effects import Chain, Effect, Setting
 
 
@@ -27,14 +27,17 @@ class Place(BasePlace):
         places = super().instances(settings)
         return [each for each in places if not each.needs or all(_has(setting, each.needs) for setting in settings)]
 
+    @changes_nothing
     def modulus(self, setting: Setting, modulus: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return the sample's modulus, Pa, shape (..., n)."""
         return modulus
 
+    @changes_nothing
     def chain(self, setting: Setting, chain: Chain, values: ComplexArray) -> Chain:
         """Return the rods and masses."""
         return chain
 
+    @changes_nothing
     def motion(self, setting: Setting, motion: ComplexArray, values: ComplexArray) -> ComplexArray:
         """Return top over base as the channels show it, shape (..., n)."""
         return motion
