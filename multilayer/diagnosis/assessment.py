@@ -70,9 +70,22 @@ class Assessment:
     @property
     def best_fit(self) -> Fitted:
         """The fit of the most probable cause, whether it is trusted or not; the nominal model where there is none."""
-        if self.drawn and self.decision.best == UNKNOWN:
+        if self.drawn and self.is_law_told:
             return self.drawn.free.explanation
         return self.comparison.fitted.get(self.decision.best, self.nominal)
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether the most probable cause is a known one that something speaks against."""
+        decision = self.decision
+        return decision.verdict == "unknown" and decision.best != UNKNOWN and decision.best not in decision.group
+
+    @property
+    def is_law_told(self) -> bool:
+        """Whether the law drawn at the best place is the explanation: of an unknown cause, or beside a refuted one."""
+        if self.drawn is None:
+            return False
+        return self.decision.best == UNKNOWN or (self.is_refuted and not self.drawn.objection)
 
     @property
     def corrected(self) -> Fitted:
@@ -140,10 +153,12 @@ class Assessment:
         """
         comparison, decision, shrinkages = self.comparison, self.decision, self.shrinkages
         probability = decision.probability(comparison)
-        is_drawn = self.drawn is not None and decision.best == UNKNOWN
+        is_drawn = self.is_law_told
         shrinkage = self.drawn.shrinkage if self.drawn and is_drawn else shrinkages.get(decision.best)
         law = law_entry(self.drawn) if self.drawn else None
         text = sentence(decision, probability)
+        if self.drawn and is_drawn and self.is_refuted:
+            text = f"{text} A law of its own {where_in_words(self.drawn.free.place)} explains it."
         if self.drawn and self.drawn.objection:
             if not self.is_statement_wrong:
                 best, what = where_in_words(self.drawn.free.place), "That" if is_drawn else "A single law"

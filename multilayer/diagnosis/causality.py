@@ -48,10 +48,11 @@ def is_passive(fit: PlaceFit) -> bool | None:
 def is_causal(fit: PlaceFit) -> bool | None:
     """Tell whether the law drawn at a place can be causal; False only where that has the probability 0.001.
 
-    A resonance is causal by its form. None of a real law, and in a reading, which may as well be ahead of another
-    channel.
+    A resonance is causal by its form. None of a real law, in a reading, which may as well be ahead of another channel,
+    and of a law that is multiplied by what was measured, as a strain: the amplitude of a harmonic response that is not
+    linear in it obeys no such relation.
     """
-    if fit.place.is_real or fit.place.is_reading:
+    if fit.place.is_real or fit.place.is_reading or fit.place.acts_by_bin:
         return None
     if fit.is_resonant:
         return True

@@ -120,7 +120,7 @@ def decide(comparison: ModelComparison, shrinkages: Mapping[tuple[str, ...], Shr
     group = _group(comparison, best)
     if doubt := _doubt(comparison, best, group):
         return unknown(best, *doubt)
-    return Decision("effect", best, group, f"{in_words(best)} explains the gap")
+    return Decision("effect", best, group, f"{in_words(best)} {_explain(best)} the gap")
 
 
 def _unknown(
@@ -165,11 +165,12 @@ def _doubt(
         if lead >= LEAST_SCORE and comparison.lead_at_place(best) >= LEAD_SHARE:
             return None
         if lead >= 0:
-            text = f"{in_words(best)} explains it, but hardly better than {_free(comparison)}, which can be anything"
+            free = _free(comparison)
+            text = f"{in_words(best)} {_explain(best)} it, but hardly better than {free}, which can be anything"
             return text, RIGHT_DOUBTED
     elif comparison.probability_with(group) >= comparison.probabilities()[UNKNOWN]:
         return None
-    return f"{in_words(best)} explains most, but {_free(comparison)} is more probable", RIGHT_DOUBTED
+    return f"{in_words(best)} {_explain(best)} most, but {_free(comparison)} is more probable", RIGHT_DOUBTED
 
 
 def objection_to_law(comparison: ModelComparison, free: PlaceFit, shrinkage: Shrinkage) -> str:
@@ -217,7 +218,9 @@ def beside_simple_term(
     if term.log_evidence - comparison.evidence[decision.best] < FORM_AHEAD:
         return decision
     where = where_in_words(term.place)
-    text = f"{in_words(decision.best)} explains most, but a simple law of its own {where} does so better"
+    text = (
+        f"{in_words(decision.best)} {_explain(decision.best)} most, but a simple law of its own {where} does so better"
+    )
     return _unknown(comparison, shrinkages, UNKNOWN, text, RIGHT_GUARDED)
 
 
@@ -249,7 +252,7 @@ def _refutation(
     """Return what speaks against a cause by itself: a misfit, or held-out data; empty where nothing does."""
     is_misfit_allowed = _explains_enough(comparison, names, _visible_share(names, shrinkages))
     if reason := lack_of_fit(comparison.fitted[names], is_misfit_allowed=is_misfit_allowed):
-        return f"{in_words(names)} explains most, but {reason}"
+        return f"{in_words(names)} {_explain(names)} most, but {reason}"
     reason = _held_out_objection(comparison, names, shrinkages) or _part_made_worse(comparison, names, shrinkages)
     return f"with {in_words(names)} {reason}" if reason else ""
 
@@ -308,7 +311,7 @@ def _objection_to_two(
     singles = [names for names in shrinkages if len(names) == 1 and not _part_made_worse(comparison, names, shrinkages)]
     alone = max(((shrinkages[names].share, names) for names in singles), default=(0.0, ()))
     if share is not None and alone[0] >= share:
-        return f"{label} explains most, but {in_words(alone[1])} alone does as well on held-out data"
+        return f"{label} {_explain(best)} most, but {in_words(alone[1])} alone does as well on held-out data"
     return ""
 
 
@@ -387,3 +390,7 @@ def _group(comparison: ModelComparison, best: tuple[str, ...]) -> list[tuple[str
 def in_words(names: Sequence[str]) -> str:
     """Return names of effects for people."""
     return " and ".join(name.replace("_", " ") for name in names)
+
+
+def _explain(names: Sequence[str]) -> str:
+    return "explains" if len(names) == 1 else "explain"

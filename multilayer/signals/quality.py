@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -120,9 +120,20 @@ def check_configuration(
     before = recordings if raw is None else raw
     looks = {f: _look(recording, f, cycles, before[f]) for f, recording in recordings.items()}
     findings = [Finding(text, "burst", f) for f, look in looks.items() for text in look.problems]
-    findings += [] if together else _judge_exchange(recordings, looks, cycles)
+    if not together:
+        exchanged = _judge_exchange(recordings, looks, cycles)
+        findings += exchanged
+        looks = looks if exchanged else {f: _as_base_leads(recordings[f], f, look) for f, look in looks.items()}
     findings += _judge_frequencies(recordings, looks, cycles)
     return findings
+
+
+def _as_base_leads(recording: Recording, frequency: float, look: _Look) -> _Look:
+    """Return what was seen of a recording, the burst's frequency by its base: its channels are not exchanged."""
+    if look.leads != SWAPPED:
+        return look
+    base, _ = recording.mean()
+    return replace(look, leads=-SWAPPED, frequency_ratio=_centroid(base, recording.sampling_rate) / frequency)
 
 
 def _judge_exchange(
