@@ -203,7 +203,7 @@ def _predict_held_out(task: tuple[Fitted, Sequence[Data], Sequence[Data]]) -> _P
     by_unknowns = LowRank.of(prediction_root(slopes, minimum.jacobian))
     if not fitted.errors:
         found = [_Prediction.of(residual, by_unknowns, by_unknowns, pulls)]
-        if fitted.hypothesis.is_changed:
+        if fitted.hypothesis.effects:
             found.append(_by_joint_minimum(start, kept, held_out, minimum, pulls))
         return max(found, key=lambda prediction: prediction.log_score)
     kept_residual, kept_slopes = kept.linearised(minimum.z)

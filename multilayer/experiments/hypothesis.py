@@ -74,11 +74,6 @@ class Hypothesis(Experiments):
     def settings(self) -> tuple[Any, ...]:
         """Every configuration in use, as effects see it."""
 
-    @property
-    def is_changed(self) -> bool:
-        """Whether it is another than the nominal hypothesis."""
-        return bool(self.effects)
-
     def settings_at(self, z: RealArray) -> tuple[Any, ...]:
         """Return the `settings` with what they hold of the nominal model at coordinates of shape (n,)."""
         return self.settings

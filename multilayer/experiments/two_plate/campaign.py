@@ -315,11 +315,6 @@ class CampaignProblem(Hypothesis):
     unstated: str = ""
 
     @property
-    def is_changed(self) -> bool:
-        """Whether it is another than the nominal hypothesis: with effects, or something stated that is not believed."""
-        return bool(self.effects or self.unstated)
-
-    @property
     def data(self) -> tuple[ConfigurationData, ...]:
         """The data in use."""
         return tuple(self.configurations) if self.used is None else self.used
