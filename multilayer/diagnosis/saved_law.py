@@ -114,7 +114,7 @@ class SavedRim(Model):
 
     width: Annotated[float, Field(ge=0, le=WIDEST_RIM)]
     trend: Annotated[float, Field(ge=-20, le=20)] = 0.0
-    at_base: Annotated[float, Field(ge=0, le=1)] = 0.0
+    at_base: Annotated[float, Field(ge=0, le=2)] = 0.0
     depth: Annotated[float, Field(ge=0, le=DEPTHS[-1])] = 0.0
 
 

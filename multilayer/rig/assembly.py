@@ -331,7 +331,7 @@ def _free(rig: TwoPlateRig, section: Section, nodes: RealArray) -> NDArray[np.in
     scale = section.radii[-1]
     held = np.isclose(z, section.heights[0], atol=1e-9 * scale)
     if (
-        section.slabs[0].name == "sample" and rig.open_faces == "both"
+        section.slabs[0].name == "sample" and rig.open_faces != "top"
     ):  # the sample stands on the rigid base where it is bonded
         held &= r <= rig.bonded_radius * (1 + 1e-9)
     radial, axial = ~held, ~held

@@ -104,7 +104,13 @@ class Section:
 
 
 def build_section(
-    slabs: Sequence[Slab], radius: float, size: float, finest: float, stops: Sequence[float], slits: Sequence[Slit] = ()
+    slabs: Sequence[Slab],
+    radius: float,
+    size: float,
+    finest: float,
+    stops: Sequence[float],
+    slits: Sequence[Slit] = (),
+    tips: Sequence[float] = (),
 ) -> Section:
     """Return the section of a stack of slabs of one radius.
 
@@ -119,6 +125,8 @@ def build_section(
         Radii where a line of the grid must lie, m; those beyond the rim are ignored.
     slits : sequence of Slit
         Their radii are stops, with fine intervals on both sides.
+    tips : sequence of float
+        Further radii of that kind, m, where the bond to a boundary ends.
 
     Raises
     ------
@@ -128,7 +136,7 @@ def build_section(
     heights = [np.array([slabs[0].bottom])]
     for slab in slabs:
         heights.append(graded(slab.bottom, slab.top, slab.size, slab.finest, slab.finest)[1:])
-    radii = _radial_lines(radius, size, finest, stops, [slit.radius for slit in slits])
+    radii = _radial_lines(radius, size, finest, stops, [*tips, *(slit.radius for slit in slits)])
     section = Section(radii, np.concatenate(heights), tuple(slabs), tuple(slits))
     if section.n_elements > MOST_ELEMENTS:
         raise InputError(

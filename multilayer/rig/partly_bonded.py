@@ -55,6 +55,7 @@ _NEIGHBOURS = 4  # rims between which forces are interpolated, by a cubic
 # motions of the top plate: moved, the base moved, bent (`deflection`), and its face turned where it is bent (`slope`);
 # of the forces by the second on the first, those of `Forces`
 _PAIRS = ((0, 0), (0, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3))
+_FACES = {0: (1, 0), 1: (1, 1), 2: (0, 1)}  # of an open rim, by `at_base`: the upper face, both, the lower one
 FORCES = 5  # on a plate of given thickness (`on_plate`)
 _STEEL = 0.3  # Poisson's ratio of the plate, in `deflection`
 _SAG = -(1.5 + 0.5 * _STEEL) / (2 * (1 + _STEEL))  # no moment at the plate's rim
@@ -86,7 +87,7 @@ class Forces:
 
 @dataclass(frozen=True)
 class PartlyBondedDisc:
-    """A disc of one shape whose rim is open at the upper face, or at both faces alike.
+    """A disc of one shape whose rim is open at the upper face, at both faces alike, or at the lower one.
 
     Attributes
     ----------
@@ -109,7 +110,8 @@ class PartlyBondedDisc:
         rim : array, shape (..., 1)
             Width of the open rim as a share of the radius, 0 to `WIDEST_RIM`; cut there.
         at_base : array, shape (..., 1)
-            0 with a rim that is open at the upper face only, 1 at both; forces are linear between them.
+            0 with a rim that is open at the upper face only, 1 at both, 2 at the lower one only; forces are linear
+            between them.
         eccentricity : float
             Half the top plate's thickness over its radius: by so much the glued face is below the plane about which the
             plate bends, and moves along itself.
@@ -128,9 +130,10 @@ class PartlyBondedDisc:
         x, rim, share = x.reshape(-1, shape[-1]), rim.reshape(-1, shape[-1])[:, 0], share.reshape(-1, shape[-1])[:, 0]
         numbers, index, weights = between(rim, WIDTHS)
         forces = np.zeros((FORCES, *x.shape), dtype=complex)
-        for is_both, of_part in ((False, 1 - share), (True, share)):
+        for faces in _FACES:
+            of_part = np.maximum(1 - np.abs(share - faces), 0.0)
             if np.any(of_part):
-                table = _table(self.poisson_ratio, self.shape, tuple(numbers.tolist()), is_both, eccentricity)
+                table = _table(self.poisson_ratio, self.shape, tuple(numbers.tolist()), faces, eccentricity)
                 forces += weighed(table, index, of_part[:, None] * weights, x)
         return tuple(forces.reshape(FORCES, *shape))
 
@@ -138,7 +141,7 @@ class PartlyBondedDisc:
         """Return the forces on the top plate without open rims, by its motion and the base's; x of shape (..., n)."""
         x = np.asarray(x, dtype=complex)
         flat = x.reshape(-1, x.shape[-1])
-        alone = _table(self.poisson_ratio, self.shape, (0,), False, 0.0)
+        alone = _table(self.poisson_ratio, self.shape, (0,), 0, 0.0)
         top, base, *_ = weighed(alone, np.zeros((len(flat), 1), dtype=int), np.ones((len(flat), 1)), flat)
         return top.reshape(x.shape), base.reshape(x.shape)
 
@@ -213,16 +216,16 @@ def partly_bonded_disc(poisson_ratio: float, shape: float) -> PartlyBondedDisc:
 
 @lru_cache(maxsize=8192)
 @shared
-def _released(poisson_ratio: float, shape: float, number: int, is_both: bool) -> Forces:
-    """Return the forces of the rim of a number, open at the upper face or at both."""
-    rim = RIMS[number]
-    return _condensed(poisson_ratio, 2 * shape).released(rim, rim if is_both else 0.0)
+def _released(poisson_ratio: float, shape: float, number: int, faces: int) -> Forces:
+    """Return the forces of the rim of a number, open at `faces`: 0 at the upper one, 1 at both, 2 at the lower one."""
+    top, base = _FACES[faces]
+    return _condensed(poisson_ratio, 2 * shape).released(top * RIMS[number], base * RIMS[number])
 
 
 @lru_cache(maxsize=256)  # a search asks for the same rims again and again
-def _table(poisson_ratio: float, shape: float, rims: tuple[int, ...], is_both: bool, eccentricity: float) -> Forces:
+def _table(poisson_ratio: float, shape: float, rims: tuple[int, ...], faces: int, eccentricity: float) -> Forces:
     """Return the forces of rims by their numbers on a plate of some eccentricity."""
-    return on_plate([_released(poisson_ratio, shape, number, is_both) for number in rims], eccentricity)
+    return on_plate([_released(poisson_ratio, shape, number, faces) for number in rims], eccentricity)
 
 
 def on_plate(parts: Sequence[Forces], eccentricity: float) -> Forces:

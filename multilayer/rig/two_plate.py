@@ -59,7 +59,7 @@ class TwoPlateRig:
     adhesive_density, adhesive_poisson_ratio : float
     bonded_fraction : float
         Share of a face's area, about the axis, that is bonded.
-    open_faces : {'both', 'top'}
+    open_faces : {'both', 'top', 'base'}
         Which faces are bonded in part.
     skin_thickness, skin_ratio : float
         Layers at both faces whose modulus is `skin_ratio` times that of the core, m.
@@ -114,7 +114,7 @@ class TwoPlateRig:
     adhesive_density: float = 1000.0
     adhesive_poisson_ratio: float = 0.4
     bonded_fraction: float = 1.0
-    open_faces: Literal["both", "top"] = "both"
+    open_faces: Literal["both", "top", "base"] = "both"
     skin_thickness: float = 0.0
     skin_ratio: float = 1.0
     modulus_profile: Callable[[RealArray], RealArray] | Sequence[float] | None = None
@@ -211,7 +211,8 @@ class TwoPlateRig:
         across = min(wave, radius / _ACROSS) / self.resolution
         loaded = self.sensor_mass or self.attached_mass is not None
         stops = [*self.footprint, self.reading] if loaded else [self.reading]
-        return build_section(self._slabs(size, finest), radius, across, finest, stops, self._slits())
+        tips = [self.bonded_radius] if self.bonded_fraction < 1 else []
+        return build_section(self._slabs(size, finest), radius, across, finest, stops, self._slits(), tips)
 
     def shortest_wavelength(self, frequency: float, modulus: float) -> float:
         """Return the shortest wavelength in the sample, m: that of shear, or of sound in its pores."""
@@ -241,8 +242,10 @@ class TwoPlateRig:
             return []
         # without glue or an elastic base the sample's lower face is the boundary: it is held where it is bonded
         on_boundary = not self.adhesive_thickness and not self.base_thickness
-        heights = [self.thickness] if on_boundary or self.open_faces == "top" else [0.0, self.thickness]
-        return [Slit(height, self.bonded_radius) for height in heights]
+        heights = {0.0: "top", self.thickness: "base"}  # and which open face leaves them closed
+        if on_boundary:
+            del heights[0.0]
+        return [Slit(height, self.bonded_radius) for height, other in heights.items() if self.open_faces != other]
 
     def transmissibility(self, frequency: ArrayLike, modulus: ModulusLike) -> ComplexArray:
         """Return top over base motion.

@@ -446,12 +446,14 @@ def test_of_ways_of_acting_that_hardly_differ_the_first_is_told(monkeypatch):
     assert type(fit_places(nominal, names=["faces"])["faces"].place) is Faces
 
 
-@pytest.mark.parametrize(("at_base", "depth"), [(0.0, 0.0), (0.6, 0.0), (0.0, 0.06)])
+@pytest.mark.parametrize(("at_base", "depth"), [(0.0, 0.0), (0.6, 0.0), (0.0, 0.06), (2.0, 0.0), (1.7, 0.06)])
 def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
     """And with a law of -1 they are bonded: what is left is that the plate bends on the sample."""
     bench = joint_bench()
     z, sizes = soft_sample(bench), (0.16, 0.1, at_base, depth)
-    own = [p.prior.coordinate(max(size, 1e-9)) for p, size in zip(WornRim().parameters, sizes, strict=True)]
+    own = [
+        p.prior.coordinate(min(max(size, 1e-9), 2 - 1e-9)) for p, size in zip(WornRim().parameters, sizes, strict=True)
+    ]
     effect = WornRim() if depth else Delamination()
     expected = bench.with_effects(effect).differences(np.append(z, own[: len(effect.parameters)]))
     law = SimpleLaw.at(OpenFaces(*sizes), (Term("power", 0),), F, 1.0)
@@ -469,6 +471,7 @@ def test_open_faces_without_a_law_are_those_of_the_effect(at_base, depth):
     ("place", "words"),
     [
         (OpenFaces(0.16), "an open rim of the upper face, 16 % of the radius, and beyond it a law"),
+        (OpenFaces(0.16, at_base=1.9), "an open rim of the lower face, 16 % of the radius, and beyond it a law"),
         (
             OpenFaces(0.16, at_base=1.0, depth=0.06),
             "an open rim of both faces, 16 % of the radius, worn away to 6 % of the height, and beyond it a law",

@@ -34,7 +34,7 @@ def test_without_rims_it_is_a_rod(shape):
         np.testing.assert_allclose(top.ravel()[:30], (root / np.tan(root))[:30], rtol=1e-5)
 
 
-@pytest.mark.parametrize("at_base", [0, pytest.param(1, marks=SLOW)])
+@pytest.mark.parametrize("at_base", [0, pytest.param(1, marks=SLOW), pytest.param(2, marks=SLOW)])
 @pytest.mark.parametrize("rim", [0.05, *(pytest.param(rim, marks=SLOW) for rim in (0.125, 0.3, 0.303)), 0.5])
 @pytest.mark.parametrize(
     ("radius", "thickness", "ratio"),
@@ -46,7 +46,7 @@ def test_it_moves_a_plate_as_full_finite_elements_do(radius, thickness, ratio, r
     coarse, fine = (
         TwoPlateRig(
             radius, thickness, 60.0, ratio, 2e-3, plate_modulus=2.1e13,
-            bonded_fraction=(1 - rim) ** 2, open_faces="both" if at_base else "top", resolution=resolution,
+            bonded_fraction=(1 - rim) ** 2, open_faces=("top", "both", "base")[at_base], resolution=resolution,
         ).transmissibility(F, 3e5 * (1 + 0.15j))
         for resolution in (1.25, 2.5)
     )  # fmt: skip
@@ -78,6 +78,20 @@ def test_a_thick_soft_sample_at_every_frequency():
     assert np.abs(x).max() > 50
     assert np.abs(expected).min() < 0.01 * np.abs(expected).max()
     np.testing.assert_allclose(moved, expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("rim", [0.05, 0.253, 0.6])
+def test_an_open_rim_below_is_the_mirror_image_of_one_above(rim):
+    """Forces of slow motion, and of one plate on the other at any frequency, are the same; those by inertia are not."""
+    disc, x = partly_bonded_disc(0.3, 0.6), np.array([[1e-9, 1.0, 8.0, 30.0]]) * (1 - 0.1j)
+    above, below = (disc.stiffness(x, NONE + rim, NONE + at_base) for at_base in (0, 2))
+    np.testing.assert_allclose(below[1], above[1], rtol=2e-3)
+    np.testing.assert_allclose(below[0][:, 0], above[0][:, 0], rtol=1e-6)
+    assert np.all(np.abs(below[0] / above[0] - 1)[:, 2:] > 1e-3)
+    np.testing.assert_allclose(below[2][:, 0], -below[3][:, 0], rtol=1e-6)
+    halves = disc.stiffness(x, NONE + rim, NONE + 1.5)
+    both = disc.stiffness(x, NONE + rim, NONE + 1)
+    np.testing.assert_allclose(halves[0], (both[0] + below[0]) / 2, rtol=1e-12)
 
 
 @pytest.mark.parametrize("place", [0.35, 0.6, 0.85, 1.0])

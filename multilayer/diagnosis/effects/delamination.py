@@ -17,7 +17,7 @@ _UNEVEN = 0.2  # standard deviation of ln(width) of each configuration's rim
 
 
 class Delamination(Effect):
-    """A rim of the upper face, or of both, that is not bonded: a constriction at the face, and a rim that resonates.
+    """A rim of either face, or of both, that is not bonded: a constriction at the face, and a rim that resonates.
 
     The disc with its open rims is one of finite elements, reduced to a few dozen modes (`rig.partly_bonded`): exact for
     any height over the radius and any frequency, within 0.25 % of the transmissibility's largest value. Widths of the
@@ -34,15 +34,15 @@ class Delamination(Effect):
     name = "delamination"
     place = "faces"
     acts_through_place = False
-    law = "a rim of each face, or of the upper one, is open; finite elements"
+    law = "a rim of each face, or of one of them, is open; finite elements"
     separated_by = "another thickness; configurations remounted"
     source = "glue that misses 2 to 50 % of a face"
     moves_resonances = True
     is_slow = True
     parameters: tuple[Parameter, ...] = (
-        positive("open_rim", 0.1, 0.8, bounds=(1e-4, WIDEST_RIM)), signed("trend", 0.4), between("at_base", 0.0, 1.0),
+        positive("open_rim", 0.1, 0.8, bounds=(1e-4, WIDEST_RIM)), signed("trend", 0.4), between("at_base", 0.0, 2.0),
     )  # fmt: skip
-    starts: tuple[tuple[float, ...], ...] = ((0.0, 0.0, -1.5), (0.0, 0.0, 1.5))
+    starts: tuple[tuple[float, ...], ...] = ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
     aside: tuple[str, ...] = ("trend", "at_base")
 
     def chain(self, setting: Setting, chain: Chain, values: Values) -> Chain:

@@ -79,11 +79,11 @@ class OpenFaces(Faces):
     Attributes
     ----------
     width : float
-        Of the open rim at the upper face, as a share of the radius, in the middle of the configurations.
+        Of the open rim, as a share of the radius, in the middle of the configurations.
     trend : float
         ln of the width in the last configuration over that.
     at_base : float
-        What of it is open at the lower face as well, 0 to 1.
+        Where it is open: 0 at the upper face, 1 at both, 2 at the lower one, or between.
     depth : float
         What is worn away of it, as a share of the height.
     """
@@ -106,7 +106,13 @@ class OpenFaces(Faces):
     @property
     def modelled(self) -> str:
         """The open rims."""
-        faces = "both faces" if self.at_base > _BOTH else "the upper face"
+        faces = (
+            "the upper face"
+            if self.at_base <= _BOTH
+            else "both faces"
+            if self.at_base < 2 - _BOTH
+            else "the lower face"
+        )
         worn = f", worn away to {percent(self.depth)} of the height" if self.depth > _WORN else ""
         return f"an open rim of {faces}, {percent(self.width)} of the radius{worn}"
 

@@ -242,9 +242,9 @@ class OpenRim:
     Attributes
     ----------
     width : array
-        At the upper face, as a share of the radius.
+        As a share of the radius.
     at_base : array
-        What of it is open at the lower face as well, 0 or 1, or a value between.
+        Where it is open: 0 at the upper face, 1 at both, 2 at the lower face, or a value between.
     depth : array or None
         What is worn away of it at the upper face, as a share of the height.
     gain : complex array, shape (..., n), or None

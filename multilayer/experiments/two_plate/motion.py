@@ -258,7 +258,8 @@ def _open_rim_factor(
     forces: Sequence[ComplexArray] = disc.stiffness(x, rim.width, rim.at_base, turned)
     if rim.depth is not None:
         worn = worn_change(solid[0], setting.shape, x, rim.width, rim.depth, turned)
-        forces = [force + change for force, change in zip(forces, worn, strict=True)]
+        at_top = np.minimum(2 - rim.at_base, 1)
+        forces = [force + at_top * change for force, change in zip(forces, worn, strict=True)]
     if rim.gain is not None:
         closed = disc.stiffness(x, np.zeros_like(rim.width), rim.at_base, turned)
         forces = [bonded + rim.gain * (force - bonded) for force, bonded in zip(forces, closed, strict=True)]

@@ -14,7 +14,7 @@ from multilayer.units import DIMENSIONLESS, Unit
 
 
 class Delamination(Effect):
-    """Only a share of both faces, or of the upper one, about the axis, is bonded; in the named configurations, or all.
+    """Only a share of both faces, or of one, about the axis, is bonded; in the named configurations, or all.
 
     The top plate, which hangs over, bends as its modulus says.
 
@@ -23,7 +23,7 @@ class Delamination(Effect):
 
     effect: Literal["delamination"] = "delamination"
     bonded_fraction: Annotated[float, Field(gt=0.1, le=1), Unit(DIMENSIONLESS)] = 0.85
-    faces: Literal["both", "top"] = "both"
+    faces: Literal["both", "top", "base"] = "both"
     configurations: tuple[str, ...] | None = None
 
     drawn = Size("bonded_fraction", 0.97, 0.5)
