@@ -350,7 +350,14 @@ class TestInput:
         keep_bursts(campaign, 600)
         file = campaign / "campaign.yaml"
         head, _, body = file.read_text().partition("configurations:\n")
-        file.write_text(f"{head}configurations:\n" + "".join(body.replace("h25mm", f"'{name}'") for name in ODD_NAMES))
+        with np.load(campaign / "signals" / "0600.npz") as data:
+            base, top = data["base"], data["top"]
+        parts = []
+        for i, name in enumerate(ODD_NAMES):
+            heard = 1e-4 * np.random.default_rng(i).normal(size=top.shape)  # noise is never twice the same
+            np.savez(campaign / "signals" / f"{i}.npz", base=base, top=top + heard)
+            parts.append(body.replace("h25mm", f"'{name}'").replace("0600.npz", f"{i}.npz"))
+        file.write_text(f"{head}configurations:\n" + "".join(parts))
         done = run("fit", campaign, "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
         assert [name for name in ODD_NAMES if f"foam: {name}\n" not in done.out] == []
