@@ -126,3 +126,17 @@ def change_signals(folder: Path, frequency: int, change: Callable) -> None:
     with np.load(file) as data:
         base, top = change(data["base"].copy(), data["top"].copy())
     np.savez(file, base=base, top=top)
+
+
+def with_configurations(folder, names, frequency):
+    """Write so many configurations in place of the one, by YAML texts of their names, each with its recording."""
+    file, signals = folder / "campaign.yaml", folder / "signals"
+    head, _, mounting = file.read_text().partition("  - name: h25mm\n")
+    with np.load(signals / f"{frequency:04d}.npz") as data:
+        base, top = data["base"], data["top"]
+    parts = []
+    for i, name in enumerate(names):
+        heard = 1e-4 * np.random.default_rng(i).normal(size=top.shape)  # noise is never twice the same
+        np.savez(signals / f"{i}.npz", base=base, top=top + heard)
+        parts.append(f"  - name: {name}\n{mounting.replace(f'{frequency:04d}.npz', f'{i}.npz')}")
+    file.write_text(head + "".join(parts))

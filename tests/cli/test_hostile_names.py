@@ -24,7 +24,7 @@ from multilayer.materials import load_library
 from multilayer.measurements.readers import read_spectra
 from multilayer.response import plane_wave
 from tests.cli import test_diagnose_levels
-from tests.cli.campaigns import write_campaign
+from tests.cli.campaigns import with_configurations, write_campaign
 from tests.cli.command import run_to_the_letter as run
 from tests.cli.hostile_names import FILE_NAMES, NAMES
 from tests.cli.test_fit import keep_bursts
@@ -242,9 +242,7 @@ def fitted(tmp_path_factory):
     """Give a fit of a campaign in a folder with a hostile name, with configurations that have all the others."""
     folder = write_campaign(tmp_path_factory.mktemp("hostile") / FILE_NAMES["formula"])
     keep_bursts(folder, 400)
-    file = folder / "campaign.yaml"
-    before, _, mounting = file.read_text().partition("  - name: h25mm\n")
-    file.write_text(before + "".join(f"  - name: {json.dumps(name)}\n{mounting}" for name in NAMES.values()))
+    with_configurations(folder, [json.dumps(name) for name in NAMES.values()], 400)
     return run("fit", folder, "--out", folder / "out"), folder / "out"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from tests.cli.campaigns import BURSTS, NAME, edit, modulus
+from tests.cli.campaigns import BURSTS, NAME, edit, modulus, with_configurations
 from tests.cli.command import result_names, run
 from tests.cli.test_fit import ODD_NAMES, keep_bursts, strict_json
 
@@ -181,9 +181,7 @@ class TestSpecialCampaigns:
 
     def test_any_name_of_a_configuration(self, campaign, tmp_path):
         keep_bursts(campaign, 600)
-        file = campaign / "campaign.yaml"
-        head, _, body = file.read_text().partition("configurations:\n")
-        file.write_text(f"{head}configurations:\n" + "".join(body.replace("h25mm", f"'{name}'") for name in ODD_NAMES))
+        with_configurations(campaign, [f"'{name}'" for name in ODD_NAMES], 600)
         done = run("methods", campaign, "--out", tmp_path / "out")
         assert (done.status, done.err) == (0, "")
         assert [name for name in ODD_NAMES if f"foam: {name}\n" not in done.out] == []

@@ -32,7 +32,7 @@ def test_a_width_of_its_own_is_that_of_one_configuration(index):
     wider = z.copy()
     wider[at] = 1.0
     changes = [np.abs(b - a).max() for a, b in zip(uneven.differences(z), uneven.differences(wider), strict=True)]
-    assert [change > 1e-3 for change in changes] == [i == index for i in range(len(NAMES))]
+    assert [change > 1e-4 for change in changes] == [i == index for i in range(len(NAMES))]
     # the same as all rims wider, there
     plain = joint.with_effects(Delamination())
     own = Delamination.parameters[0].prior
